@@ -26,6 +26,15 @@ ANSWER_S = 5.0
 REASON_S = 1.0
 
 
+def whole(link, message):
+    """The text of a message, with the messages that continue it."""
+    text = message.text
+    while message is not None and message.id and len(message.text) == 50:
+        message = link.recv_match(type="STATUSTEXT", blocking=True, timeout=REASON_S)
+        text += message.text if message is not None else ""
+    return text.rstrip()
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--connect", default="udpin:127.0.0.1:14540", help="pymavlink connection [%(default)s]")
@@ -44,14 +53,14 @@ def main():
         print(f"no aircraft is heard at {args.connect}", file=sys.stderr)
         return 2
     kind, mode, angle = (OK, 0, 0.0) if args.mend else (STUCK, ANGLE_DEG, args.angle)
-    link.mav.command_long_send(1, 1, USER_1, 0, SERVO, kind, LEFT_ELEVATOR, mode, angle, 0, 0)
+    link.mav.command_long_send(link.target_system, 1, USER_1, 0, SERVO, kind, LEFT_ELEVATOR, mode, angle, 0, 0)
     until = time.monotonic() + ANSWER_S
     while time.monotonic() < until:
         message = link.recv_match(type=["COMMAND_ACK", "STATUSTEXT"], blocking=True, timeout=0.5)
         if message is None:
             continue
         if message.get_type() == "STATUSTEXT":
-            print(message.text)
+            print(whole(link, message))
         elif message.command == USER_1 and message.target_system == 254:
             if message.result == ACCEPTED:
                 print("done")
@@ -59,7 +68,7 @@ def main():
             print(f"refused, result {message.result}")
             reason = link.recv_match(type="STATUSTEXT", blocking=True, timeout=REASON_S)
             if reason is not None:
-                print(reason.text)
+                print(whole(link, reason))
             return 1
     print("no answer", file=sys.stderr)
     return 2

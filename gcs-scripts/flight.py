@@ -187,8 +187,7 @@ class Flight:
         if message.id != 0 and len(message.text) == 50:
             self._text_parts[message.id] = text
             return
-        # All but the last part of a long text are filled with blanks.
-        text = " ".join(text.split())
+        text = text.rstrip()
         self.texts.append(text)
         self.say(f"autopilot says: {text}")
 

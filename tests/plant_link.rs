@@ -24,7 +24,7 @@ const STOP: u32 = 19;
 const CONTINUE: u32 = 18;
 
 #[test]
-fn a_plant_that_was_superseded_is_taken_back_when_it_is_alone() {
+fn a_stalled_plant_keeps_its_flight_and_a_dead_one_loses_it() {
     let mut ground = Ground::new();
     let (autopilot, link) = autopilot(ground.address(), &[]);
     let first = Program::start("plant-sim", &["--autopilot", &link]);
@@ -32,17 +32,43 @@ fn a_plant_that_was_superseded_is_taken_back_when_it_is_alone() {
     let second = Program::start("plant-sim", &["--autopilot", &link]);
     second.wait_for("is flying another plant");
     first.signal(STOP);
-    ground.listen_until("the second flight", |ground| ground.time_s < 1.0);
-    first.signal(CONTINUE);
-    first.wait_for("is flying another plant");
-    let before_s = ground.time_s;
-    ground.listen_until("the second flight undisturbed", |ground| ground.time_s > before_s + 0.5);
-    second.signal(KILL);
     autopilot.wait_for("does not answer");
-    // It continues where it was suspended, after the second one.
-    ground.listen_until("the first flight again", |ground| ground.time_s > 3.0);
+    // Neither the second plant nor a stranger gets an answer to its packets, however long the first one says nothing.
+    let strange = socket();
+    let packet = question(&mut PlantSide::new(7, tvc_jet::aircraft()), 0);
+    for _ in 0..30 {
+        let answer = exchange(&strange, &packet, &link).expect("strangers are answered");
+        assert!(matches!(wire::decode(&answer), Ok(Packet::Refusal(_))));
+        ground.listen_for(Duration::from_millis(100));
+    }
+    let before_s = ground.time_s;
+    first.signal(CONTINUE);
+    ground.listen_until("the first flight goes on", |ground| ground.time_s > before_s + 0.5);
+    first.signal(KILL);
+    ground.listen_until("the second flight", |ground| ground.time_s < before_s);
     let resumed_s = ground.time_s;
-    ground.listen_until("the first flight goes on", |ground| ground.time_s > resumed_s + 0.5);
+    ground.listen_until("the second flight goes on", |ground| ground.time_s > resumed_s + 0.5);
+}
+
+#[test]
+fn a_packet_that_is_only_repeated_holds_nothing() {
+    let mut ground = Ground::new();
+    let (autopilot, link) = autopilot(ground.address(), &[]);
+    let strange = socket();
+    let packet = question(&mut PlantSide::new(7, tvc_jet::aircraft()), 0);
+    exchange(&strange, &packet, &link).expect("the autopilot takes any plant");
+    let plant = Program::start("plant-sim", &["--autopilot", &link]);
+    let mut is_flying = false;
+    for _ in 0..600 {
+        // It never takes the answer, and its socket stays open.
+        exchange(&strange, &packet, &link);
+        ground.listen_for(Duration::from_millis(100));
+        is_flying |= ground.time_s > 0.5;
+        if is_flying {
+            break;
+        }
+    }
+    assert!(is_flying, "{}\n{}", autopilot.printed(), plant.printed());
 }
 
 /// A socket on loopback with a timeout.

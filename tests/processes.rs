@@ -8,9 +8,13 @@
 mod ground;
 mod programs;
 
+use std::net::UdpSocket;
+
 use ground::Ground;
-use mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavMissionResult, MavResult};
-use programs::{Program, autopilot, autopilot_with, free_port, listening_autopilot};
+use mavlink::dialects::common::{
+    COMMAND_LONG_DATA, MISSION_ITEM_INT_DATA, MavCmd, MavMessage, MavMissionResult, MavResult,
+};
+use programs::{Program, TIMEOUT, autopilot, autopilot_with, free_port, listening_autopilot};
 
 /// Simulation time per wall time; the ground station still sees every tenth of a second.
 const SPEED: &str = "20";
@@ -143,6 +147,64 @@ fn a_port_for_ground_stations_in_use_names_process_link_option_and_port() {
             [option, port, "autopilot ended"].iter().all(|part| printed.contains(part)),
             "{printed}"
         );
+    }
+}
+
+#[test]
+fn a_further_vehicle_has_a_system_id_of_its_own_and_the_status_says_that_it_was_terminated() {
+    let station = UdpSocket::bind("127.0.0.1:0").expect("loopback has free ports");
+    station.set_read_timeout(Some(TIMEOUT)).expect("a timeout");
+    let mut ground = Ground::new();
+    let second = station.local_addr().expect("it has one").to_string();
+    let options = ["--instance", "7", "--gcs", &second];
+    let (vehicle, link) = autopilot(ground.address(), &options);
+    let _plant = Program::start("plant-sim", &["--autopilot", &link]);
+    let mut frame = [0; 512];
+    station.recv(&mut frame).expect("the vehicle sends");
+    assert_eq!(frame[5], 8, "system id");
+    ground.listen_until("the flight", |ground| ground.time_s > 0.5);
+    vehicle.wait_for("\"plant\":\"flying\"");
+    // DO_FLIGHTTERMINATION to system 8 component 1.
+    ground.send(&MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+        target_system: 8,
+        target_component: 1,
+        command: MavCmd::MAV_CMD_DO_FLIGHTTERMINATION,
+        param1: 1.0,
+        ..Default::default()
+    }));
+    vehicle.wait_for("\"plant\":\"terminated\"");
+}
+
+#[test]
+fn no_control_character_of_a_name_or_a_file_gets_out() {
+    let folder = tempfile::tempdir().expect("a folder for the test");
+    let hostile = "x\u{1b}[2J\u{7}\u{9b}\u{202e}\r\u{7f}";
+    let script = folder.path().join(format!("{hostile}.txt"));
+    std::fs::write(&script, format!("say {hostile} said\n")).expect("the folder is there");
+    let script = script.to_str().expect("a path in UTF-8");
+    let mut ground = Ground::new();
+    let gcs = ground.address().to_string();
+    let link = format!("127.0.0.1:{}", free_port());
+    let flight =
+        Program::start("sitl", &["--plant-link", &link, "--gcs", &gcs, "--script", script]);
+    ground.listen_until("the script's text", |ground| ground.has_text(" said"));
+    let printable = |text: &str| text.chars().all(|c| c == ' ' || c.is_ascii_graphic());
+    assert!(ground.texts.iter().all(|text| printable(text)), "{:?}", ground.texts);
+    let is_shown = |text: &str| text.chars().all(|c| c == '\n' || host_io::console::is_shown(c));
+    assert!(is_shown(&flight.printed()), "{:?}", flight.printed());
+    let missing = format!("{script}.missing");
+    for arguments in [
+        vec!["autopilot", "--script", &missing],
+        vec!["plant-sim", "--scenario", &missing],
+        vec!["fly", &missing],
+        vec!["plot", &missing],
+        vec![hostile],
+        vec!["fly", "--law", hostile],
+    ] {
+        let mut refused = Program::start("sitl", &arguments);
+        assert_ne!(refused.end(), Some(0));
+        let printed = refused.printed();
+        assert!(!printed.is_empty() && is_shown(&printed), "{printed:?}");
     }
 }
 

@@ -362,7 +362,7 @@ fn a_log_has_every_text_once_and_those_of_scripts_and_refusals_too() {
     let log = Log::open(&logs(folder.path())[0]).expect("readable");
     let texts: Vec<&str> = log.texts().iter().map(|text| text.text.as_str()).collect();
     for received in &ground.texts {
-        // Long texts are sent in chunks, all but the last filled with blanks to their full length.
+        // Long texts are sent in chunks, and end with a blank if the last one would be full.
         let piece = received.trim_end();
         let times = texts.iter().filter(|text| text.contains(piece)).count();
         assert!(times == 1 || piece.len() < 20, "{piece}: {times} times in {texts:?}");

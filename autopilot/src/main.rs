@@ -15,7 +15,10 @@ struct Cli {
 
 fn main() -> ExitCode {
     host_io::process::take_size_limit_as_error();
-    let cli = Cli::parse();
+    let cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+        true => host_io::console::refuse(&error.render(), error.exit_code()),
+        false => error.exit(),
+    });
     host_io::console::show();
     match run::run(&cli.autopilot) {
         Ok(_) => ExitCode::SUCCESS,

@@ -112,7 +112,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     summaries.iter().flatten().for_each(|summary| info!("{summary}"));
     let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
     let (settings, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
-    let address = args.plant_link;
+    let address = args.plant_link.unwrap_or_else(|| args.instance.plant_link());
     let socket =
         LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;
     let listening = socket.local_address()?;

@@ -1,6 +1,9 @@
-//! Log lines for the operator on the standard error.
+//! The doors to the terminal: standard output, standard error, and log lines on the latter. No control character of a name, a
+//! file or a packet passes them; `tests/architecture.rs` checks that nothing is printed elsewhere.
 
-use std::io::IsTerminal;
+use std::borrow::Cow;
+use std::fmt::Display;
+use std::io::{self, Stderr, Stdout, Write};
 
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -8,6 +11,63 @@ use tracing_subscriber::util::SubscriberInitExt as _;
 
 /// The environment variable that selects the lines, for example `debug` or `info,autopilot=trace`.
 const VARIABLE: &str = "RUST_LOG";
+
+/// Stands for a character that is not shown.
+const HIDDEN: char = '?';
+
+/// Whether a terminal shows the character and does nothing else: no control character, no separator of lines, and none that
+/// changes the direction of writing or has no width.
+#[must_use]
+pub fn is_shown(c: char) -> bool {
+    let is_invisible = matches!(c,
+        '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
+        | '\u{2060}'..='\u{206f}' | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}');
+    !c.is_control() && !is_invisible
+}
+
+/// The text with `?` for each character that a terminal does not show. Line feeds and tabs stay.
+#[must_use]
+pub fn shown(text: &str) -> Cow<'_, str> {
+    let passes = |c: char| is_shown(c) || matches!(c, '\n' | '\t');
+    if text.chars().all(passes) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(text.chars().map(|c| if passes(c) { c } else { HIDDEN }).collect())
+}
+
+/// An output that writes what [`shown`] leaves.
+#[derive(Debug)]
+pub struct Shown<W>(W);
+
+impl<W: Write> Write for Shown<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.write_all(shown(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.flush()
+    }
+}
+
+/// The standard output.
+#[must_use]
+pub fn out() -> Shown<Stdout> {
+    Shown(io::stdout())
+}
+
+/// The standard error.
+#[must_use]
+pub fn err() -> Shown<Stderr> {
+    Shown(io::stderr())
+}
+
+/// Ends the process after saying why its command line is refused.
+pub fn refuse(why: &impl Display, code: i32) -> ! {
+    // The reader may be gone.
+    let _ = write!(err(), "{why}");
+    std::process::exit(code)
+}
 
 /// Shows `info` and above; the environment variable `RUST_LOG` changes that.
 ///
@@ -19,8 +79,9 @@ pub fn show() {
         Err(problem) => (Targets::new().with_default(LevelFilter::INFO), Some(problem)),
     };
     let lines = tracing_subscriber::fmt::layer()
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
+        .with_writer(err)
+        // Colours would be control characters among those of others.
+        .with_ansi(false)
         .with_target(false)
         .without_time()
         // If the reader is gone, the flight continues.
@@ -49,6 +110,23 @@ mod tests {
     use tracing::Level;
 
     use super::*;
+
+    #[test]
+    fn nothing_that_moves_the_cursor_rings_or_turns_the_text_passes() {
+        let mut written = Vec::new();
+        let hostile = "a\u{1b}]0;x\u{7}b\rc\u{9b}2Jd\u{7f}e\u{202e}f\u{2028}g\u{feff}h";
+        write!(Shown(&mut written), "{hostile}\n\tGröße 滑走路").unwrap();
+        let shown = String::from_utf8(written).unwrap();
+        assert_eq!(shown, "a?]0;x?b?c?2Jd?e?f?g?h\n\tGröße 滑走路");
+        // Not text at all: of a byte that is not UTF-8 no part stays.
+        let mut written = Vec::new();
+        Shown(&mut written).write_all(b"\x9b2J\xff").unwrap();
+        assert_eq!(written, "\u{fffd}2J\u{fffd}".as_bytes());
+        for c in (0..0xa0).filter_map(char::from_u32) {
+            let is_control = u32::from(c) < 0x20 || (0x7f..0xa0).contains(&u32::from(c));
+            assert_eq!(is_shown(c), !is_control, "{c:?}");
+        }
+    }
 
     #[test]
     fn lines_are_shown_from_info_on_unless_the_variable_sets_another_level() {

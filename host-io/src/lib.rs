@@ -9,6 +9,7 @@
 //! | on which core does a thread run, what ends a process? | [`process`] |
 //! | where do log lines go? | [`console`] |
 //! | which files are read, and which are replaced? | [`mod@file`] |
+//! | which addresses and files has the second vehicle on a computer? | [`instance`] |
 //! | how are ticks written to a file and read back? | [`tick_log`] |
 //! | how does a container engine check a process? | [`health`] |
 //! | which number identifies a flight on the link? | [`session`] |
@@ -40,10 +41,12 @@ pub mod clock;
 pub mod console;
 pub mod file;
 pub mod health;
+pub mod instance;
 pub mod process;
 pub mod session;
 pub mod socket;
 pub mod tick_log;
 
+pub use instance::Instance;
 pub use process::Stop;
 pub use socket::{BindError, LinkSocket, Wait};

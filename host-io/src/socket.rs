@@ -1,17 +1,26 @@
 //! The link's socket, and the three ways to wait on it.
 
-use std::io::{self, ErrorKind};
+use std::io::{self, ErrorKind, IoSliceMut};
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, AsRawFd};
 use std::str::FromStr;
 use std::time::Duration;
 
+use nix::errno::Errno;
+use nix::libc::sock_extended_err;
 use nix::poll::{PollFd, PollFlags, PollTimeout, poll};
+use nix::sys::socket::{
+    ControlMessageOwned, MsgFlags, SockaddrStorage, recvmsg, setsockopt, sockopt,
+};
 
 use crate::clock;
+use crate::instance::ADVICE;
 
 /// Attempts between two reads of the clock while spinning: about 20 us.
 const ATTEMPTS_PER_LOOK: u32 = 64;
+
+/// Errors taken in one call: more than the queue of the system can have is not there.
+const ERRORS_MAX: usize = 1024;
 
 /// How a process waits for a packet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -57,7 +66,7 @@ impl FromStr for Wait {
 pub enum BindError {
     /// The port is in use.
     #[error(
-        "{process}: cannot bind the {link} to {address}: address in use; is another {process} running?"
+        "{process}: cannot bind the {link} to {address}: address in use; is another {process} running? {ADVICE}"
     )]
     InUse {
         /// The program.
@@ -173,7 +182,7 @@ impl LinkSocket {
     /// # Errors
     /// The system's error. The link treats it as a lost packet.
     pub fn send_to(&self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
-        self.socket.send_to(datagram, to).map(|_| ())
+        sent(|| self.socket.send_to(datagram, to))
     }
 
     /// Sends to the peer.
@@ -181,14 +190,48 @@ impl LinkSocket {
     /// # Errors
     /// The system's error. The link treats it as a lost packet.
     pub fn send(&self, datagram: &[u8]) -> io::Result<()> {
-        match self.socket.send(datagram) {
-            // The system reports that an earlier packet reached no peer; this one has not been sent yet.
-            Err(error) if error.kind() == ErrorKind::ConnectionRefused => {
-                self.socket.send(datagram)
-            }
-            other => other,
+        sent(|| self.socket.send(datagram))
+    }
+
+    /// Keeps or forgets the errors that other hosts report about packets sent from here, for [`Self::is_gone`].
+    ///
+    /// # Errors
+    /// The system's error.
+    pub fn keep_errors(&self, keep: bool) -> io::Result<()> {
+        match self.socket.local_addr()? {
+            SocketAddr::V4(_) => setsockopt(&self.socket, sockopt::Ipv4RecvErr, &keep)?,
+            SocketAddr::V6(_) => setsockopt(&self.socket, sockopt::Ipv6RecvErr, &keep)?,
         }
-        .map(|_| ())
+        Ok(())
+    }
+
+    /// Whether the host of `peer` has answered a packet with the report that no socket is open at its port. Takes the errors
+    /// kept so far.
+    pub fn is_gone(&self, peer: SocketAddr) -> bool {
+        let mut is_gone = false;
+        for _ in 0..ERRORS_MAX {
+            let mut control = nix::cmsg_space!(sock_extended_err, nix::libc::sockaddr_in6);
+            let mut payload = [0; 1];
+            let mut buffers = [IoSliceMut::new(&mut payload)];
+            let flags = MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT;
+            let descriptor = self.socket.as_raw_fd();
+            let Ok(kept) =
+                recvmsg::<SockaddrStorage>(descriptor, &mut buffers, Some(&mut control), flags)
+            else {
+                break;
+            };
+            let is_refused = kept.cmsgs().is_ok_and(|mut messages| {
+                messages.any(|message| match message {
+                    ControlMessageOwned::Ipv4RecvErr(error, _)
+                    | ControlMessageOwned::Ipv6RecvErr(error, _) => {
+                        error.ee_errno == Errno::ECONNREFUSED as u32
+                    }
+                    _ => false,
+                })
+            });
+            is_gone |= is_refused && kept.address.and_then(address_of) == Some(peer);
+        }
+        is_gone
     }
 
     fn wait_for<T>(
@@ -235,6 +278,21 @@ impl LinkSocket {
         // An interrupted wait counts as a short wait.
         let _ = poll(&mut sockets, timeout);
     }
+}
+
+fn sent(send: impl Fn() -> io::Result<usize>) -> io::Result<()> {
+    match send() {
+        // The system reports that an earlier packet reached no peer; this one has not been sent yet.
+        Err(error) if error.kind() == ErrorKind::ConnectionRefused => send(),
+        other => other,
+    }
+    .map(|_| ())
+}
+
+/// The address in the form of the standard library.
+fn address_of(storage: SockaddrStorage) -> Option<SocketAddr> {
+    let v4 = storage.as_sockaddr_in().map(|at| SocketAddr::V4((*at).into()));
+    v4.or_else(|| storage.as_sockaddr_in6().map(|at| SocketAddr::V6((*at).into())))
 }
 
 /// Meaning of an error of a receive call.
@@ -304,13 +362,34 @@ mod tests {
     }
 
     #[test]
+    fn a_peer_is_gone_when_its_socket_is_closed_and_not_when_it_does_not_read() {
+        let here = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+        let socket = LinkSocket::listen("test", "link", here, Wait::Block, TIMEOUT).unwrap();
+        let (peer, other) = (listen(Wait::Block), listen(Wait::Block));
+        let (at, other_at) = (peer.local_address().unwrap(), other.local_address().unwrap());
+        socket.keep_errors(true).unwrap();
+        drop(other);
+        let ask = || {
+            // The second one reports the error of the first, and is sent anyway.
+            socket.send_to(b"there?", other_at).unwrap();
+            socket.send_to(b"there?", at).unwrap();
+            (0..100).any(|_| socket.is_gone(at))
+        };
+        assert!(!ask(), "it only does not read");
+        drop(peer);
+        assert!((0..100).any(|_| ask()));
+        socket.keep_errors(false).unwrap();
+        assert!(!(0..100).any(|_| ask()), "errors are not kept any more");
+    }
+
+    #[test]
     fn a_port_in_use_names_process_link_and_address() {
         let first = listen(Wait::Block);
         let address = first.local_address().unwrap();
         let error = LinkSocket::listen("autopilot", "plant link", address, Wait::Block, TIMEOUT)
             .unwrap_err();
         let expected = format!(
-            "autopilot: cannot bind the plant link to {address}: address in use; is another autopilot running?"
+            "autopilot: cannot bind the plant link to {address}: address in use; is another autopilot running? {ADVICE}"
         );
         assert_eq!(error.to_string(), expected);
     }

@@ -8,11 +8,11 @@
 //! Neither side has a socket or a clock here: datagrams are arguments and return values, and the caller decides when a
 //! packet counts as lost.
 //!
-//! A flight is identified by a session, a random number that cannot be guessed, and by the address of its plant. While
-//! that plant sends, the autopilot refuses packets from another address before it looks at their session, so its answer
-//! does not reveal whether the sender guessed the session. When the plant has fallen silent, the autopilot flies the
-//! next plant that sends, even one that it flew earlier. The plant's socket receives only from the address of its
-//! autopilot.
+//! A flight is identified by a session, a random number that cannot be guessed, and by the address of its plant. As long
+//! as that plant has its place, the autopilot refuses packets from another address before it looks at their session, so
+//! its answer does not reveal whether the sender guessed the session. The caller decides when a plant has lost its place;
+//! then the autopilot flies the next plant that sends, even one that it flew earlier. The plant's socket receives only
+//! from the address of its autopilot.
 
 use core::net::SocketAddr;
 
@@ -177,6 +177,8 @@ struct Exchange {
     sequence: u64,
     time: SimTime,
     answered: bool,
+    /// It is not the first exchange with this plant.
+    under_way: bool,
 }
 
 /// Result of a datagram on the autopilot's side.
@@ -203,7 +205,7 @@ pub enum FlightEvent<'a> {
 pub enum Refused {
     /// The packet is unusable.
     Packet(WireError),
-    /// The packet comes from another address while the present plant still sends.
+    /// The packet comes from another address than that of the present plant.
     Busy,
     /// The packet is about this aircraft, which is not the one of this side.
     Aircraft(Aircraft),
@@ -238,20 +240,28 @@ impl FlightSide {
         self.aircraft
     }
 
+    /// Whether the present plant has taken an answer: it has sent the next packet since.
+    #[must_use]
+    pub fn is_under_way(&self) -> bool {
+        self.current.is_some_and(|exchange| exchange.under_way)
+    }
+
+    /// The answer to the last packet of the present plant, and the address of that plant.
+    #[must_use]
+    pub fn last_answer(&self) -> Option<(&[u8], SocketAddr)> {
+        let current = self.current.filter(|current| current.answered)?;
+        Some((&self.answer, current.plant))
+    }
+
     /// Address of the present plant; `None` before the first flight.
     #[must_use]
     pub fn plant(&self) -> Option<SocketAddr> {
         self.current.map(|exchange| exchange.plant)
     }
 
-    /// Handles one datagram from the address `from`. The caller passes whether the present plant has fallen silent; for
-    /// packets of that plant it does not matter.
-    pub fn handle(
-        &mut self,
-        datagram: &[u8],
-        from: SocketAddr,
-        plant_is_silent: bool,
-    ) -> FlightEvent<'_> {
+    /// Handles one datagram from the address `from`. The caller passes whether the present plant has lost its place to
+    /// another one; for packets of that plant it does not matter.
+    pub fn handle(&mut self, datagram: &[u8], from: SocketAddr, is_free: bool) -> FlightEvent<'_> {
         let packet = match wire::decode(datagram) {
             Ok(Packet::Sensors(packet)) => packet,
             Ok(Packet::Refusal(refusal)) if self.plant().is_none_or(|plant| plant == from) => {
@@ -271,7 +281,7 @@ impl FlightSide {
                 self.other_aircraft(&packet)
             }
             Some(current) if current.plant == from => self.same_plant(current, packet),
-            Some(_) if !plant_is_silent => {
+            Some(_) if !is_free => {
                 let (session, sequence) = (packet.session, packet.sequence);
                 refuse_with(session, sequence, RefusalReason::Busy, &mut self.scratch);
                 FlightEvent::Refuse(&self.scratch, Refused::Busy)
@@ -279,7 +289,7 @@ impl FlightSide {
             _ if packet.aircraft != self.aircraft => self.other_aircraft(&packet),
             _ => {
                 self.retired.clear();
-                self.open(&packet, from);
+                self.open(&packet, from, false);
                 FlightEvent::NewFlight(packet)
             }
         }
@@ -300,10 +310,10 @@ impl FlightSide {
                 self.retired.remove(0);
             }
             self.retired.push(current.session);
-            self.open(&packet, current.plant);
+            self.open(&packet, current.plant, false);
             FlightEvent::NewFlight(packet)
         } else if packet.sequence == current.sequence.saturating_add(1) && current.answered {
-            self.open(&packet, current.plant);
+            self.open(&packet, current.plant, true);
             FlightEvent::Next(packet)
         } else if packet.sequence == current.sequence && current.answered {
             FlightEvent::Repeat(&self.answer)
@@ -312,13 +322,14 @@ impl FlightSide {
         }
     }
 
-    fn open(&mut self, packet: &SensorPacket, plant: SocketAddr) {
+    fn open(&mut self, packet: &SensorPacket, plant: SocketAddr, under_way: bool) {
         self.current = Some(Exchange {
             plant,
             session: packet.session,
             sequence: packet.sequence,
             time: packet.time,
             answered: false,
+            under_way,
         });
     }
 

@@ -1,13 +1,13 @@
 //! How fast flights run on this machine, as ratios that hold beyond it.
 
 use std::error::Error;
-use std::io::{self, Write};
+use std::io::Write;
 use std::path::Path;
 use std::process::{Command as Process, Stdio};
 
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
-use host_io::clock;
+use host_io::{clock, console};
 use icd::SimTime;
 use plant_sim::io::PlantArgs;
 use plant_sim::io::whole;
@@ -45,7 +45,7 @@ pub struct BenchArgs {
 /// # Errors
 /// What went wrong with a flight, or with the output.
 pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
-    let mut out = io::stdout();
+    let mut out = console::out();
     let setup = |step_us| paper_case(step_us, args.flight_s);
     writeln!(out, "in process, one core                            times real time")?;
     for step_us in [2_000, 1_000] {

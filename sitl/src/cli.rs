@@ -53,7 +53,10 @@ pub struct Cli {
 pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
-    let mut cli = Cli::parse();
+    let mut cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+        true => host_io::console::refuse(&error.render(), error.exit_code()),
+        false => error.exit(),
+    });
     cli.bring(own_law);
     run(&cli).unwrap_or_else(|error| {
         tracing::error!("{error}");

@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use std::time::Duration;
 
 use host_io::process::{PinError, pin_this_thread};
-use host_io::{BindError, LinkSocket, Stop, Wait, clock};
+use host_io::{BindError, LinkSocket, Stop, Wait, clock, console};
 use icd::lockstep::{FlightSide, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{PACKET_MAX, Phase, Reports};
@@ -65,7 +65,7 @@ pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
 fn serve(wait: Wait) -> Result<(), EchoError> {
     let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
     let mut socket = LinkSocket::listen("echo", "echo link", anywhere, wait, RECEIVE_TIMEOUT)?;
-    writeln!(io::stdout(), "{}", socket.local_address()?)?;
+    writeln!(console::out(), "{}", socket.local_address()?)?;
     let stop = Stop::new();
     stop.with_parent()?;
     let (_, answer) = packets();
@@ -104,7 +104,7 @@ fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
     };
     #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
     let rate = count as f64 / elapsed.as_secs_f64();
-    writeln!(io::stdout(), "{rate:.0}")?;
+    writeln!(console::out(), "{rate:.0}")?;
     Ok(())
 }
 

@@ -204,6 +204,39 @@ fn only_the_recorder_opens_the_truth_of_the_plant() {
 }
 
 #[test]
+fn texts_leave_by_the_doors_that_filter_them() {
+    // A name, a file or a packet may have control characters, which a terminal would obey.
+    let words = [
+        "println!",
+        "print!",
+        "eprintln!",
+        "eprint!",
+        "stdout()",
+        "stderr()",
+        "io::stdout",
+        "io::stderr",
+    ];
+    let allowed = [
+        "host-io/src/console.rs",
+        // Draws with control sequences of its own; `cut` filters each line.
+        "sitl/src/launch/screen",
+        // A bar with control sequences of its own.
+        "sitl/analysis/src/runner.rs",
+    ];
+    let mut offences = Vec::new();
+    for folder in ["autopilot", "plant-sim", "host-io", "icd", "ulog", "sitl"] {
+        for source in
+            files(folder, &["rs"]).into_iter().filter(|source| source.path.contains("/src/"))
+        {
+            if !starts(&source.path, &allowed) {
+                offences.extend(source.uses(&words));
+            }
+        }
+    }
+    assert_none("host_io::console prints", &offences);
+}
+
+#[test]
 fn only_a_flight_in_one_process_knows_the_fault() {
     // The reference stands between the autopilot and the plant; a flight through two processes has no such place.
     let words = ["fault_known", "FaultKnown", "fault_effects", "knows_fault"];

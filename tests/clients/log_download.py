@@ -140,12 +140,20 @@ def read_tlog(c, folder):
     name = next(n for n in sorted(os.listdir(folder)) if n.endswith(".tlog"))
     log = mavutil.mavlink_connection(os.path.join(folder, name))
     kinds, times, stations = {}, [], set()
+    gaps, last = 0, {}
     while (message := log.recv_match()) is not None:
         kinds[message.get_type()] = kinds.get(message.get_type(), 0) + 1
         times.append(message._timestamp)
         stations.add(message.get_srcSystem())
+        # Of the frame itself, which may be of a message that this dialect does not have.
+        frame = message.get_msgbuf()
+        if frame[0] == 0xFD:
+            sender, number = bytes(frame[5:7]), frame[4]
+            gaps += last.get(sender, number) != number
+            last[sender] = (number + 1) % 256
     c.expect("tlog: pymavlink reads it", len(times) > 1000 and "BAD_DATA" not in kinds,
              f"{len(times)} messages, {kinds.get('BAD_DATA', 0)} bad")
+    c.expect("tlog: no sequence number is missing", gaps == 0, gaps)
     c.expect("tlog: both directions", {1, 255} <= stations, stations)
     expected = {"HEARTBEAT", "ATTITUDE", "LOG_REQUEST_LIST", "LOG_ENTRY", "LOG_REQUEST_DATA", "LOG_ERASE"}
     c.expect("tlog: questions and answers", expected <= set(kinds), expected - set(kinds))

@@ -18,6 +18,15 @@ MISSION = """QGC WPL 110
 """
 
 
+# As ArduPilot's ground stations write it: home as item 0, and a jump that counts it.
+WITH_HOME = """QGC WPL 110
+0\t1\t0\t16\t0\t0\t0\t0\t35.00\t-118.00\t0\t1
+1\t0\t3\t16\t0\t0\t0\t0\t35.10\t-117.90\t5100\t1
+2\t0\t3\t16\t0\t0\t0\t0\t35.30\t-117.80\t5300\t1
+3\t0\t3\t177\t1\t2\t0\t0\t0\t0\t0\t1
+"""
+
+
 class Session:
     """MAVProxy with its prompt on pipes."""
 
@@ -60,6 +69,9 @@ def main():
             ("long INJECT_FAILURE 4 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
             ("long INJECT_FAILURE 4 0 0", r"Got COMMAND_ACK: INJECT_FAILURE: ACCEPTED"),
             ("long INJECT_FAILURE 5 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: UNSUPPORTED"),
+            ("long DO_SET_MODE 1 3 0", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
+            # A text in two messages, joined without blanks between them.
+            ("param set FW_AIRSPD_MAX 99999", r"FW_AIRSPD_MAX = 99999 is outside 5 to 500 m/s"),
             ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
             ("long DO_CHANGE_SPEED 0 262 0", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
             ("setspeed 264", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
@@ -86,6 +98,15 @@ def main():
         mark = len(s.output)
         s.send_line("wp list")
         c.expect("and listed", s.wait_for(r"2 \d+.*35\.5|Saved 3 waypoints|17 .*35\.5", 10.0, mark), s.output[mark:][-300:])
+        path = os.path.join(folder, "home.txt")
+        with open(path, "w", encoding="ascii") as file:
+            file.write(WITH_HOME)
+        mark = len(s.output)
+        s.send_line(f"wp load {path}")
+        c.expect("home as item 0 is taken", s.wait_for(r"item 0: taken as home", 10.0, mark), s.output[mark:][-300:])
+        mark = len(s.output)
+        s.send_line("wp list")
+        c.expect("and given back, with its jump", s.wait_for(r"16 0 35\.0[^\n]*\n(.*\n){2}177 3 .*p1=1", 10.0, mark), s.output[mark:][-400:])
         mark = len(s.output)
         s.send_line("long DO_SET_MODE 1 4 4")
         c.expect("and flown", s.wait_for(r"Mode MISSION", 5.0, mark))

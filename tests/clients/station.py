@@ -88,14 +88,14 @@ class Station:
         return [m for m in self.messages[since:] if m.get_type() == kind]
 
     def texts(self, since=0):
-        """STATUSTEXTs, long ones put together, without the blanks that fill their parts."""
+        """STATUSTEXTs, long ones put together."""
         texts, parts = [], {}
         for message in self.of("STATUSTEXT", since):
             if message.id == 0:
                 texts.append(message.text)
             else:
                 parts[message.id] = parts.get(message.id, "") + message.text
-        return [" ".join(text.split()) for text in texts + list(parts.values())]
+        return [text.rstrip() for text in texts + list(parts.values())]
 
     def command(self, command, p=(), frame=None, xy=None, z=None, timeout_s=6.0):
         """Sends one COMMAND_LONG (or COMMAND_INT with a frame) and returns the final result.

@@ -195,7 +195,11 @@ impl Ground {
                 self.place_e7 = [position.lat, position.lon];
             }
             Ok(MavMessage::STATUSTEXT(text)) => {
-                self.texts.push(text.text.to_str().unwrap_or_default().to_owned());
+                let piece = text.text.to_str().unwrap_or_default();
+                match self.texts.last_mut().filter(|_| text.chunk_seq > 0) {
+                    Some(begun) => begun.push_str(piece),
+                    None => self.texts.push(piece.to_owned()),
+                }
             }
             Ok(MavMessage::COMMAND_ACK(ack)) => {
                 self.acknowledgements.push((ack.command, ack.result))

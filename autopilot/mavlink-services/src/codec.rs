@@ -4,6 +4,9 @@
 //! what it skips. Fields that are enums in the definitions are read as integers, so that a value newer than the
 //! definitions does not make the message disappear: an unknown command still gets its answer.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use ::mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage, MavResult};
 use ::mavlink::{MAV_STX, MAV_STX_V2, MavlinkVersion, Message as _, MessageData, calculate_crc};
 
@@ -94,6 +97,13 @@ impl CommandError {
     pub fn without_text(result: MavResult) -> Self {
         Self { result, reason: None }
     }
+}
+
+/// The character as a byte of a text for other stations: printable ASCII, or `?`. One byte for each, so that no character is
+/// cut in two, and no control character of one station reaches another.
+#[must_use]
+pub fn printable(c: char) -> u8 {
+    u8::try_from(c).ok().filter(|byte| (b' '..=b'~').contains(byte)).unwrap_or(b'?')
 }
 
 /// Skipped input, since start.
@@ -261,7 +271,21 @@ pub struct Encoded {
     payload: Vec<u8>,
     /// The sending component, if it is not the autopilot.
     component: Option<u8>,
+    copies: Copies,
 }
+
+/// Shared by the copies of a message to several peers: whether one of them has been recorded.
+#[derive(Debug, Clone, Default)]
+struct Copies(Option<Arc<AtomicBool>>);
+
+/// A message equals its copies.
+impl PartialEq for Copies {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl Eq for Copies {}
 
 impl Encoded {
     /// Any message but COMMAND_ACK.
@@ -270,7 +294,12 @@ impl Encoded {
         let mut payload = vec![0; PAYLOAD_MAX];
         let length = data.ser(MavlinkVersion::V2, &mut payload);
         payload.truncate(length);
-        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload, component: None }
+        Self::of::<D>(payload)
+    }
+
+    fn of<D: MessageData>(payload: Vec<u8>) -> Self {
+        let copies = Copies::default();
+        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload, component: None, copies }
     }
 
     /// COMMAND_ACK, also for a command that the definitions do not have.
@@ -293,7 +322,18 @@ impl Encoded {
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
         }
-        Self { id: D::ID, extra_crc: D::EXTRA_CRC, payload, component: None }
+        Self::of::<D>(payload)
+    }
+
+    /// The same message, of which each peer gets a copy by `clone`.
+    #[must_use]
+    pub fn for_many(&self) -> Self {
+        Self { copies: Copies(Some(Arc::default())), ..self.clone() }
+    }
+
+    /// Whether no copy has been recorded before; this one is from now on.
+    pub(super) fn record_once(&self) -> bool {
+        self.copies.0.as_ref().is_none_or(|recorded| !recorded.swap(true, Ordering::Relaxed))
     }
 
     /// The same message from another component of the vehicle.
@@ -301,6 +341,10 @@ impl Encoded {
     pub fn from_component(mut self, component: u8) -> Self {
         self.component = Some(component);
         self
+    }
+
+    pub(super) fn id(&self) -> u32 {
+        self.id
     }
 
     /// The sending component, if it is not the autopilot.

@@ -195,6 +195,7 @@ impl Ground {
                 break false;
             };
             if self.admits(&frame, now) {
+                self.shared.peers.has_sent(peer, now);
                 self.handle_frame(peer, &frame, now);
             }
         };
@@ -210,7 +211,7 @@ impl Ground {
     }
 
     fn handle_frame(&mut self, peer: Peer, frame: &Frame<'_>, now: WallTime) {
-        self.traffic.record(frame);
+        self.traffic.record_received(frame);
         let Some((target, message)) = codec::decode(frame) else { return };
         // The target of a ping shows whether it is a request or an answer.
         if !matches!(message, Message::Ping(_)) && !target.reaches(self.own) {
@@ -231,6 +232,12 @@ impl Ground {
     /// too many.
     pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> bool {
         self.shared.peers.open(connection, is_local, now).is_some()
+    }
+
+    /// The connection to close so that another one can be opened; `None` if all are sending.
+    #[must_use]
+    pub fn quiet_connection(&self, now: WallTime) -> Option<Connection> {
+        self.shared.peers.quiet_connection(now)
     }
 
     /// Removes a closed connection.
@@ -341,7 +348,7 @@ impl Ground {
 
     /// Next frame to send and its destination, among the peers that can receive now.
     pub fn pop_frame(&mut self, can_send: impl Fn(Address) -> bool) -> Option<(Address, Vec<u8>)> {
-        self.shared.peers.pop(self.own, &mut self.services.signing, can_send)
+        self.shared.peers.pop(self.own, &mut self.services.signing, &mut self.traffic, can_send)
     }
 
     /// Next text for the flight log that is not the text of an event.
@@ -423,7 +430,7 @@ impl Ground {
         self.send_texts();
     }
 
-    /// Received frames, for the record of all traffic.
+    /// Frames for the record of all traffic.
     pub fn traffic(&mut self) -> &mut Traffic {
         &mut self.traffic
     }

@@ -1,9 +1,9 @@
 //! The peers: the configured addresses, always; every address that sends a datagram, until it falls silent; every
 //! client that opens a connection, until it is closed.
 //!
-//! The number of visitors (peers that came by themselves over UDP) is limited. When all places are taken, a new visitor gets the
-//! place of a quiet one, or else the newest place: a crowd that arrives later displaces no
-//! earlier visitor that is still sending.
+//! The numbers of visitors (peers that came by themselves over UDP) and of connections are limited. When all places are taken, a
+//! new one gets the place of a silent one. Among visitors that all send it gets the newest place: a crowd that arrives
+//! later displaces no earlier visitor that is still sending.
 
 use core::time::Duration;
 use std::net::SocketAddr;
@@ -11,6 +11,7 @@ use std::net::SocketAddr;
 use crate::codec::{Encoded, Identity};
 use crate::queues::{ANSWERS_RESERVED, Inbox, Outbox};
 use crate::signing::Signing;
+use crate::traffic::Traffic;
 use crate::wall_time::WallTime;
 
 /// Configured addresses.
@@ -21,9 +22,11 @@ pub const VISITORS_MAX: usize = 24;
 pub const CONNECTIONS_MAX: usize = 16;
 /// A visitor that has been silent for this long is forgotten.
 const SILENCE: Duration = Duration::from_secs(10);
-/// When all places are taken, a visitor that has been silent for this long loses its place to a new one: five
+/// When all places are taken, a peer that has been silent for this long loses its place to a new one: three
 /// heartbeats of a ground station, at 1 Hz.
-const QUIET: Duration = Duration::from_secs(5);
+const QUIET: Duration = Duration::from_secs(3);
+/// One that has not yet sent for this long loses it after being silent for this long: longer than between two heartbeats.
+const PROBATION: Duration = Duration::from_millis(1_500);
 /// The newest visitor keeps its place at least this long, so that two visitors that compete for it can each fetch a
 /// parameter list.
 const STAY_MIN: Duration = Duration::from_secs(10);
@@ -92,6 +95,8 @@ struct Entry {
     is_local: bool,
     configured: bool,
     since: WallTime,
+    /// A good frame has arrived; a connection may be opened without any.
+    has_sent: bool,
     last_seen: WallTime,
     /// Used by connections only.
     inbox: Inbox,
@@ -101,6 +106,17 @@ struct Entry {
 impl Entry {
     fn can_fall_silent(&self) -> bool {
         !self.configured && !self.address.is_connection()
+    }
+
+    /// It has been sending for some time.
+    fn is_settled(&self) -> bool {
+        self.last_seen.since(self.since) >= PROBATION
+    }
+
+    /// A new peer may have its place.
+    fn is_quiet(&self, now: WallTime) -> bool {
+        let allowed = if self.is_settled() { QUIET } else { PROBATION };
+        !self.has_sent || now.since(self.last_seen) >= allowed
     }
 }
 
@@ -151,6 +167,7 @@ impl Peers {
             is_local,
             configured,
             since: last_seen,
+            has_sent: !address.is_connection(),
             last_seen,
             inbox: Inbox::default(),
             outbox: Outbox::default(),
@@ -177,12 +194,27 @@ impl Peers {
         peer
     }
 
-    /// Takes the place of one visitor: of the one that has been quiet for the longest, or else of the
-    /// newest. `None` if all are sending and the newest has not had its place for long.
+    /// The peer that gives its place to a new one first: one that never sent, then one that did not send for long, then one
+    /// that has been silent for long; of several the one that has been silent for longest.
+    fn quietest(&self, among: impl Fn(&Entry) -> bool, now: WallTime) -> Option<&Entry> {
+        let quiet = self.entries.iter().filter(|entry| among(entry) && entry.is_quiet(now));
+        quiet.min_by_key(|entry| (entry.has_sent, entry.is_settled(), entry.last_seen))
+    }
+
+    /// The connection to close so that another one can be opened; `None` if all are sending.
+    #[must_use]
+    pub fn quiet_connection(&self, now: WallTime) -> Option<Connection> {
+        match self.quietest(|entry| entry.address.is_connection(), now)?.address {
+            Address::Tcp(connection) => Some(connection),
+            Address::UdpClient(_) | Address::UdpServer(_) => None,
+        }
+    }
+
+    /// Takes the place of one visitor: of a quiet one, or else of the newest. `None` if all are sending and the newest has
+    /// not had its place for long.
     fn displace(&mut self, now: WallTime) -> Option<()> {
         let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
-        let quietest = visitors().min_by_key(|entry| entry.last_seen);
-        let quiet = quietest.filter(|entry| now.since(entry.last_seen) >= QUIET);
+        let quiet = self.quietest(Entry::can_fall_silent, now);
         let newest = || visitors().max_by_key(|entry| entry.since);
         let stayed = || newest().filter(|entry| now.since(entry.since) >= STAY_MIN);
         let leaves = quiet.or_else(stayed)?.peer;
@@ -244,6 +276,13 @@ impl Peers {
     /// Whether there is room for the answers to one more message of `peer`.
     pub fn can_answer(&mut self, peer: Peer) -> bool {
         self.room(peer) >= ANSWERS_RESERVED
+    }
+
+    /// Records a good frame of a peer with an open connection.
+    pub fn has_sent(&mut self, peer: Peer, now: WallTime) {
+        if let Some(entry) = self.entries.iter_mut().find(|entry| entry.peer == peer) {
+            (entry.has_sent, entry.last_seen) = (true, now);
+        }
     }
 
     /// The peer at the other end of `connection`, and the bytes received from it.
@@ -323,6 +362,7 @@ impl Peers {
 
     /// Queues a message that every peer must get: heartbeats, texts, changed parameters.
     pub fn announce(&mut self, message: &Encoded) {
+        let message = message.for_many();
         for entry in &mut self.entries {
             entry.outbox.announce(message.clone());
         }
@@ -349,17 +389,19 @@ impl Peers {
 
     /// Queues telemetry for every peer.
     pub fn stream(&mut self, message: &Encoded) {
+        let message = message.for_many();
         for entry in &mut self.entries {
             entry.outbox.stream(message.clone());
         }
     }
 
     /// Next frame and its destination, among the peers that can receive now; answers to all go
-    /// before telemetry to any. `signing` signs it, if it is on.
+    /// before telemetry to any. `signing` signs it, if it is on, and `traffic` records it.
     pub fn pop(
         &mut self,
         sender: Identity,
         signing: &mut Signing,
+        traffic: &mut Traffic,
         can_send: impl Fn(Address) -> bool,
     ) -> Option<(Address, Vec<u8>)> {
         let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
@@ -373,6 +415,7 @@ impl Peers {
             }
         };
         let (message, sequence) = entry.outbox.pop()?;
+        traffic.record_sent(&message, sender);
         Some((entry.address, signing.seal(&message, sender, sequence, entry.link)))
     }
 

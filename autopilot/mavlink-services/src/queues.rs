@@ -26,8 +26,7 @@ pub struct Outbox {
     bulk: VecDeque<Encoded>,
     /// It is the turn of bulk data.
     bulk_next: bool,
-    /// One for each component that sends, since receivers count losses by component.
-    sequences: BTreeMap<Option<u8>, u8>,
+    sequences: Sequences,
     dropped_telemetry: u64,
     dropped_announcements: u64,
     dropped_answers: u64,
@@ -96,9 +95,7 @@ impl Outbox {
     /// that a ground station sees no loss where telemetry was dropped.
     pub fn pop(&mut self) -> Option<(Encoded, u8)> {
         let message = self.answers.pop_front().or_else(|| self.pop_stream())?;
-        let next = self.sequences.entry(message.component()).or_default();
-        let sequence = *next;
-        *next = sequence.wrapping_add(1);
+        let sequence = self.sequences.take(&message);
         Some((message, sequence))
     }
 
@@ -128,6 +125,18 @@ impl Outbox {
     #[must_use]
     pub fn dropped_answers(&self) -> u64 {
         self.dropped_answers
+    }
+}
+
+/// The next sequence number of each component that sends, since receivers count losses by component.
+#[derive(Debug, Default)]
+pub struct Sequences(BTreeMap<Option<u8>, u8>);
+
+impl Sequences {
+    /// The number of this message.
+    pub fn take(&mut self, message: &Encoded) -> u8 {
+        let next = self.0.entry(message.component()).or_default();
+        core::mem::replace(next, next.wrapping_add(1))
     }
 }
 

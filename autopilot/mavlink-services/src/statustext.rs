@@ -8,7 +8,7 @@ use ::mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 use icd::EffectorList;
 
 use crate::aircraft::Phase;
-use crate::codec::Encoded;
+use crate::codec::{Encoded, printable};
 use crate::peers::Peers;
 use crate::wall_time::WallTime;
 use flight_management::event::EventKind;
@@ -205,43 +205,24 @@ pub(super) const CHUNK: usize = 50;
 /// Chunks of one text; a longer text is cut.
 pub(super) const CHUNKS_MAX: usize = 5;
 
-/// The chunks of a text, at least one. Of more than one the last has at least one character, since
-/// QGroundControl shows an empty one as `...`, and at most 49, since a full one would not end the text.
+/// The chunks of a text, at least one. Receivers join them as they are, up to the first that has a NUL: all but the last
+/// are full, and of more than one the last is not.
 fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
-    // One byte per character, so that no character is cut in two.
-    let bytes: Vec<u8> =
-        text.chars().map(|c| u8::try_from(c).ok().filter(u8::is_ascii).unwrap_or(b'?')).collect();
-    let mut rest = bytes.trim_ascii_end();
-    let mut chunks = Vec::new();
-    while chunks.len() < CHUNKS_MAX {
-        let is_only = chunks.is_empty();
-        let room = if is_only { CHUNK } else { CHUNK - 1 };
-        if rest.len() <= room {
-            chunks.push(filled(rest, 0));
-            return chunks;
-        }
-        if chunks.len() + 1 == CHUNKS_MAX {
-            chunks.push(filled(&rest[..CHUNK - 1], 0));
-            return chunks;
-        }
-        let (part, after) = rest.split_at(end_of_chunk(rest));
-        chunks.push(filled(part, b' '));
-        rest = after;
+    let mut bytes: Vec<u8> = text.chars().map(printable).collect();
+    bytes.truncate(bytes.trim_ascii_end().len());
+    if bytes.len() > CHUNK && bytes.len().is_multiple_of(CHUNK) {
+        // QGroundControl shows an empty chunk as `...`.
+        bytes.push(b' ');
     }
-    chunks
+    bytes.truncate(CHUNKS_MAX * CHUNK - 1);
+    if bytes.is_empty() {
+        return vec![[0; CHUNK]];
+    }
+    bytes.chunks(CHUNK).map(filled).collect()
 }
 
-/// End of a chunk that is not the last one: after the last blank that it has room for; in a word only if the
-/// word is longer than a chunk. At least one character is left.
-fn end_of_chunk(rest: &[u8]) -> usize {
-    let room = CHUNK.min(rest.len() - 1);
-    let blank = rest[..room].iter().rposition(|byte| *byte == b' ');
-    // Joined, the text has its blank again: it is the last character of the chunk.
-    blank.map_or(room, |blank| blank + 1)
-}
-
-fn filled(part: &[u8], with: u8) -> [u8; CHUNK] {
-    let mut chunk = [with; CHUNK];
+fn filled(part: &[u8]) -> [u8; CHUNK] {
+    let mut chunk = [0; CHUNK];
     chunk[..part.len()].copy_from_slice(part);
     chunk
 }
@@ -287,11 +268,10 @@ mod tests {
         chunks_of(text).into_iter().map(|chunk| text_of(chunk).unwrap()).collect()
     }
 
-    /// As QGroundControl and MAVProxy join them: the first that is shorter than the field is the last one.
+    /// As QGroundControl, MAVSDK and MAVProxy join them: the first that is shorter than the field is the last one.
     fn joined(chunks: &[String]) -> String {
         let last = chunks.iter().position(|chunk| chunk.len() < CHUNK);
-        let words = chunks[..=last.unwrap_or(chunks.len() - 1)].concat();
-        words.split_ascii_whitespace().collect::<Vec<_>>().join(" ")
+        chunks[..=last.unwrap_or(0)].concat()
     }
 
     #[test]
@@ -302,37 +282,20 @@ mod tests {
     }
 
     #[test]
-    fn no_word_is_cut_and_all_but_the_last_chunk_fill_the_field() {
-        let text =
-            "Script refused: chain.txt, line 2, column 6: `elevator` found, wanted an effector";
-        assert_eq!(
-            seen(text),
-            [
-                "Script refused: chain.txt, line 2, column 6:      ",
-                "`elevator` found, wanted an effector"
-            ]
-        );
-    }
-
-    #[test]
-    fn a_word_longer_than_a_chunk_is_cut_and_what_is_longer_than_all_chunks_too() {
+    fn a_longer_text_has_no_blanks_of_the_protocol_and_its_last_chunk_is_never_full_or_empty() {
         assert_eq!(seen(&"x".repeat(51)), ["x".repeat(50), "x".to_owned()]);
-        assert_eq!(seen(&"x".repeat(100)).len(), 3, "the last one must not be full");
-        assert_eq!(seen(&"x".repeat(10_000)).concat().len(), 4 * CHUNK + CHUNK - 1);
-        assert_eq!(seen("Größe"), ["Gr??e"]);
+        assert_eq!(seen(&"x".repeat(100)), ["x".repeat(50), "x".repeat(50), " ".to_owned()]);
+        assert_eq!(seen(&"x".repeat(10_000)).concat().len(), CHUNKS_MAX * CHUNK - 1);
+        assert_eq!(seen("Gr\u{f6}\u{df}e \u{1b}[2J\r\n\u{7}\u{7f}\u{202e}~"), ["Gr??e ?[2J?????~"]);
     }
 
     proptest! {
         #[test]
-        fn every_receiver_joins_every_text(words in proptest::collection::vec("[a-z]{1,20}", 1..16)) {
-            let text = words.join(" ");
-            prop_assume!(text.len() <= 130);
+        fn every_receiver_joins_every_text(text in "[a-z]([a-z ]{0,247}[a-z])?") {
             let chunks = seen(&text);
-            prop_assert_eq!(joined(&chunks), text);
-            for chunk in &chunks {
-                prop_assert!(!chunk.is_empty());
-                prop_assert!(chunk.split_whitespace().all(|word| words.iter().any(|w| w == word)), "{}", chunk);
-            }
+            let joined = joined(&chunks);
+            prop_assert_eq!(joined.trim_ascii_end(), text);
+            prop_assert!(chunks.iter().all(|chunk| !chunk.is_empty()));
         }
     }
 }

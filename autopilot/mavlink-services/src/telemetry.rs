@@ -15,7 +15,7 @@ use core::time::Duration;
 use ::mavlink::dialects::common::MavLandedState;
 
 use crate::aircraft::Home;
-use crate::codec::Message;
+use crate::codec::{Encoded, Message};
 use crate::fault_list::FaultStream;
 use crate::heartbeat::HeartbeatIdentity;
 use crate::peers::From;
@@ -169,6 +169,7 @@ fn send_due(now: WallTime, shared: &mut Shared) {
             continue;
         }
         let messages = row.build(&View { shared, now });
+        let messages: Vec<_> = messages.iter().map(Encoded::for_many).collect();
         for peer in due {
             for message in &messages {
                 shared.peers.stream_to(peer, message.clone());

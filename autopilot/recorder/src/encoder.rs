@@ -399,7 +399,9 @@ impl<W: Write> Encoder<W> {
 
     fn text_at(&mut self, time: SimTime, level: Level, text: &str) -> io::Result<()> {
         self.text_time = self.text_time.max(time);
-        self.data.text(level, self.text_time.as_micros(), text)
+        // Readers of the log print it on terminals.
+        let text = text.replace(char::is_control, "?");
+        self.data.text(level, self.text_time.as_micros(), &text)
     }
 
     /// Writes a mark from which a reader can continue after damage.

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use flight_control::AircraftModel;
+use host_io::instance;
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
@@ -106,7 +107,7 @@ pub struct GcsConfig {
 #[derive(Debug, thiserror::Error)]
 pub enum GcsError {
     /// A socket could not be opened.
-    #[error("autopilot: cannot open {address}, the {link}: {source}")]
+    #[error("autopilot: cannot open {address}, the {link}: {source}{}", advice(source))]
     Bind {
         /// The link, and the option that sets it.
         link: &'static str,
@@ -147,6 +148,14 @@ pub enum GcsError {
     /// The control thread has ended.
     #[error("autopilot: the control thread has ended")]
     ControlEnded,
+}
+
+/// For an address that another process has.
+fn advice(source: &io::Error) -> String {
+    match source.kind() {
+        io::ErrorKind::AddrInUse => format!("; {}", instance::ADVICE),
+        _ => String::new(),
+    }
 }
 
 /// The link with open sockets.
@@ -343,7 +352,12 @@ impl GcsLink {
                 self.ground.handle_stream(connection, bytes(length), now);
             }
             Arrival::Opened { connection, from } => {
-                if self.ground.open(connection, is_this_computer(from), now) {
+                let mut is_open = self.ground.open(connection, is_this_computer(from), now);
+                if !is_open && let Some(quiet) = self.ground.quiet_connection(now) {
+                    self.close(quiet, "it is silent, and another one came");
+                    is_open = self.ground.open(connection, is_this_computer(from), now);
+                }
+                if is_open {
                     info!(%from, "ground-station connection opened");
                 } else {
                     self.sockets.close(connection);
@@ -380,14 +394,12 @@ impl GcsLink {
     /// Offers each socket its waiting frames, and closes connections that accept nothing for long.
     fn send(&mut self, now: WallTime) {
         // Requests before their answers.
-        self.record_received(now);
+        self.record_traffic(now);
         loop {
             let sockets = &self.sockets;
             let frame = self.ground.pop_frame(|address| sockets.can_send(address));
             let Some((to, frame)) = frame else { break };
-            if let Some(tlog) = &mut self.tlog {
-                tlog.record(now, &frame);
-            }
+            self.record_traffic(now);
             self.sockets.send(to, frame, now);
         }
         while let Some(connection) = self.sockets.stalled(now) {

@@ -31,8 +31,12 @@ use flight_management::fault_list::FaultList;
 pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);
 /// Intents taken in one tick; a flood waits in its channel.
 const INTENTS_PER_TICK: usize = 64;
-/// A plant that is silent for longer is lost, and another one may take its place.
+/// A plant that is silent for longer is lost. It keeps its place: it may only be suspended.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
+/// Another plant takes the place of one that has been lost for this long. One whose socket is closed loses it at once.
+const ABSENCE_MAX: Duration = Duration::from_secs(60);
+/// Time between two packets that show whether the socket of a lost plant is closed.
+const PROBE_INTERVAL: Duration = Duration::from_millis(500);
 /// Time between two warnings of one kind about invalid packets.
 const WARNING_INTERVAL: Duration = Duration::from_secs(5);
 /// Kinds of warnings.
@@ -54,6 +58,8 @@ pub struct PlantLink {
     stop: Stop,
     side: FlightSide,
     watchdog: PlantWatchdog,
+    /// When the lost plant was sent a packet last; `None` once its socket was found closed.
+    probed: Option<WallTime>,
     warnings: PacketWarnings,
     health: Option<HealthFile>,
     recorder: Option<Recorder>,
@@ -81,6 +87,7 @@ impl PlantLink {
             stop,
             side,
             watchdog: PlantWatchdog::default(),
+            probed: None,
             warnings: PacketWarnings::default(),
             health: None,
             recorder: None,
@@ -124,13 +131,14 @@ impl PlantLink {
         if foreign {
             self.check_silence();
         }
-        match self.side.handle(datagram, from, foreign && self.watchdog.is_lost()) {
+        match self.side.handle(datagram, from, foreign && self.is_free()) {
             FlightEvent::Next(packet) => {
                 self.plant_answered();
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::NewFlight(packet) => {
                 self.watchdog.packet_received();
+                self.keep_errors(false);
                 let joined_in_flight = packet.sequence > 0;
                 let t_s = packet.time.as_seconds();
                 let session = session::shown(packet.session);
@@ -144,7 +152,10 @@ impl PlantLink {
             FlightEvent::Repeat(answer) => {
                 // An answer that cannot be sent is lost; the plant will request it again.
                 let _ = self.socket.send_to(answer, from);
-                self.plant_answered();
+                // Anybody can send the same packet again; only a plant that takes answers holds its place.
+                if self.side.is_under_way() {
+                    self.plant_answered();
+                }
             }
             FlightEvent::Refuse(refusal, why) => {
                 // One refusal for each packet; if it gets lost, the next packet is refused as well.
@@ -164,6 +175,7 @@ impl PlantLink {
     fn plant_answered(&mut self) {
         if self.watchdog.packet_received() {
             info!("the plant is back");
+            self.keep_errors(false);
             self.autopilot.plant_back();
             if let Some(recorder) = self.recorder.as_mut() {
                 recorder.plant_back();
@@ -256,14 +268,51 @@ impl PlantLink {
         }
     }
 
+    /// Whether another plant may take the place of the present one.
+    fn is_free(&self) -> bool {
+        self.watchdog.is_lost()
+            && (self.probed.is_none()
+                || !self.side.is_under_way()
+                || self.watchdog.is_absent(clock::now()))
+    }
+
+    /// Sends a lost plant the last answer again, to which its host replies if the socket of the plant is closed.
+    fn probe(&mut self, now: WallTime) {
+        let Some(probed) = self.probed.filter(|_| self.watchdog.is_lost()) else { return };
+        let Some((answer, plant)) = self.side.last_answer() else { return };
+        if self.socket.is_gone(plant) {
+            info!(%plant, "the plant has ended; another one may take its place");
+            self.probed = None;
+        } else if now.since(probed) >= PROBE_INTERVAL {
+            self.probed = Some(now);
+            // A packet that cannot be sent is a lost one.
+            let _ = self.socket.send_to(answer, plant);
+        }
+    }
+
+    fn keep_errors(&self, keep: bool) {
+        if let Err(problem) = self.socket.keep_errors(keep) {
+            warn!(%problem, "the end of the plant will be noticed late");
+        }
+    }
+
     fn check_silence(&mut self) {
-        if self.side.plant().is_some() && self.watchdog.check(clock::now()) {
-            warn!("the plant does not answer any more; waiting for it or for another one");
+        if self.side.plant().is_none() {
+            return;
+        }
+        let now = clock::now();
+        if self.watchdog.check(now) {
+            warn!(
+                "the plant does not answer any more; waiting for it, or for another one if it has ended"
+            );
+            self.keep_errors(true);
+            self.probed = Some(WallTime::ZERO);
             self.autopilot.plant_lost();
             if let Some(recorder) = self.recorder.as_mut() {
                 recorder.plant_lost();
             }
         }
+        self.probe(now);
     }
 }
 
@@ -286,14 +335,15 @@ pub enum PlantLinkError {
 struct PlantWatchdog {
     received: bool,
     last_received: WallTime,
-    lost: bool,
+    /// When it was found lost.
+    lost: Option<WallTime>,
 }
 
 impl PlantWatchdog {
     /// Records a packet of the plant. True if the plant was lost before.
     fn packet_received(&mut self) -> bool {
         self.received = true;
-        std::mem::take(&mut self.lost)
+        self.lost.take().is_some()
     }
 
     /// True if this check has found the plant lost.
@@ -301,14 +351,22 @@ impl PlantWatchdog {
         if std::mem::take(&mut self.received) {
             self.last_received = now;
         }
-        let lost_now = !self.lost && now.since(self.last_received) > SILENCE_MAX;
-        self.lost |= lost_now;
+        let lost_now = self.lost.is_none() && now.since(self.last_received) > SILENCE_MAX;
+        if lost_now {
+            self.lost = Some(now);
+        }
         lost_now
+    }
+
+    /// Whether the plant has been lost for so long that its place is free. Time during which this process was suspended
+    /// does not count.
+    fn is_absent(&self, now: WallTime) -> bool {
+        self.lost.is_some_and(|lost| now.since(lost) >= ABSENCE_MAX)
     }
 
     /// Whether the plant was lost at the last check and has sent nothing since.
     fn is_lost(&self) -> bool {
-        self.lost
+        self.lost.is_some()
     }
 }
 
@@ -323,7 +381,7 @@ impl PacketWarnings {
     fn refused(&mut self, why: Refused, ours: Aircraft, from: SocketAddr, now: WallTime) {
         match why {
             Refused::Busy if self.is_due(0, now) => {
-                warn!(%from, "refused a packet from another address than the plant's, which sent a packet less than a second ago");
+                warn!(%from, "refused a packet from another address than that of the plant in flight");
             }
             Refused::Packet(WireError::Version { theirs, .. }) if self.is_due(1, now) => {
                 error!(%from, theirs, ours = VERSION, "refused a plant of another link version");
@@ -384,6 +442,18 @@ mod tests {
         assert!(!watchdog.packet_received());
         assert!(!watchdog.check(ms(9_000)));
         assert!(!watchdog.is_lost());
+    }
+
+    #[test]
+    fn a_lost_plant_keeps_its_place_for_a_minute() {
+        let ms = |ms: u64| WallTime::from_micros(1_000 * ms);
+        let mut watchdog = PlantWatchdog::default();
+        watchdog.packet_received();
+        // Found late, since this process was suspended too.
+        assert!(!watchdog.check(ms(1_000)) && watchdog.check(ms(900_000)));
+        assert!(!watchdog.is_absent(ms(959_999)) && watchdog.is_absent(ms(960_000)));
+        assert!(watchdog.packet_received());
+        assert!(!watchdog.is_absent(ms(2_000_000)));
     }
 
     #[test]

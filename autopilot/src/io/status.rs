@@ -9,7 +9,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-use host_io::Stop;
+use host_io::{Stop, console};
 use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use serde::{Deserialize, Serialize};
@@ -154,11 +154,15 @@ impl FaultStatus {
 impl FlightStatus {
     fn new(plant: PlantState, s: &Snapshot, faults: &FaultList, effectors: &EffectorList) -> Self {
         let (log, demand) = (&s.log, &s.demand);
-        let over = s.on_ground && plant == PlantState::Flying;
+        let plant = match plant {
+            PlantState::Flying if s.on_ground => PlantState::OnGround,
+            PlantState::Flying if s.terminated => PlantState::Terminated,
+            plant => plant,
+        };
         let mut listed =
             faults.entries().iter().filter_map(|entry| FaultStatus::new(entry, effectors));
         Self {
-            plant: if over { PlantState::OnGround } else { plant },
+            plant,
             t_s: s.time.as_seconds(),
             altitude_m: log.state.altitude_m,
             airspeed_m_s: log.state.airspeed_m_s,
@@ -190,6 +194,8 @@ impl FlightStatus {
 pub enum PlantState {
     /// Simulation time runs.
     Flying,
+    /// The flight was terminated: engine off, surfaces at their stops.
+    Terminated,
     /// The flight is over.
     OnGround,
     /// The plant has been silent for a second.
@@ -280,7 +286,7 @@ fn print_all(wanted: &AtomicBool, lines: &Receiver<StatusLine>) -> std::io::Resu
 }
 
 fn print(line: &StatusLine) -> std::io::Result<()> {
-    let mut out = std::io::stdout().lock();
+    let mut out = console::out();
     writeln!(out, "{}", serde_json::to_string(line)?)?;
     out.flush()
 }

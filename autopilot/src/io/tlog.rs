@@ -14,7 +14,6 @@ use tracing::warn;
 
 use super::recorder::folder::stamp;
 use crate::clock::WallTime;
-use mavlink_services::traffic::is_bulk;
 
 /// Frames that may wait for the disk: more than half a second of a download.
 const FRAMES_MAX: usize = 8192;
@@ -61,10 +60,10 @@ impl Tlog {
         Ok(Self { entries: Some(entries), writer: Some(writer), dropped: 0 })
     }
 
-    /// Writes one frame, unless it is bulk. Never waits.
-    pub fn record(&mut self, at: WallTime, frame: &[u8]) {
-        let Some(entries) = self.entries.as_ref().filter(|_| !is_bulk(frame)) else { return };
-        match entries.try_send(Entry { at, frame: frame.to_vec() }) {
+    /// Writes one frame. Never waits.
+    pub fn record(&mut self, at: WallTime, frame: Vec<u8>) {
+        let Some(entries) = self.entries.as_ref() else { return };
+        match entries.try_send(Entry { at, frame }) {
             Ok(()) => {}
             Err(TrySendError::Full(_)) => self.left_out(1),
             // The writer has ended, and has logged why.
@@ -179,9 +178,8 @@ mod tests {
     fn each_frame_stands_behind_its_time_and_the_file_has_the_name_of_its_first_second() {
         let folder = tempfile::tempdir().unwrap();
         let mut tlog = Tlog::open(folder.path(), START_US, 1000).unwrap();
-        tlog.record(at(5), b"in");
-        tlog.record(at(1_000_000), &[0xFD, 2, 0, 0, 0, 1, 1, 120, 0, 0, 7, 7, 7, 7]);
-        tlog.record(at(1_000_000), b"out");
+        tlog.record(at(5), b"in".to_vec());
+        tlog.record(at(1_000_000), b"out".to_vec());
         drop(tlog);
         let mut expected = (START_US + 5).to_be_bytes().to_vec();
         expected.extend_from_slice(b"in");
@@ -196,7 +194,7 @@ mod tests {
         let first = Tlog::open(folder.path(), START_US, 1000).unwrap();
         let mut second = Tlog::open(folder.path(), START_US, 25).unwrap();
         for us in 0..100 {
-            second.record(at(us), b"abcd");
+            second.record(at(us), b"abcd".to_vec());
         }
         drop((first, second));
         let length = |name| fs::metadata(folder.path().join(name)).unwrap().len();
@@ -208,7 +206,7 @@ mod tests {
     fn recorded_frames_are_in_the_file_soon_while_recording_goes_on() {
         let folder = tempfile::tempdir().unwrap();
         let mut tlog = Tlog::open(folder.path(), START_US, 1000).unwrap();
-        tlog.record(at(0), b"frame");
+        tlog.record(at(0), b"frame".to_vec());
         let path = folder.path().join("20261121-081257.tlog");
         let (_kept, silence) = sync_channel::<()>(0);
         let is_there = (0..50).any(|_| {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, MainLaw};
-use host_io::{Wait, file};
+use host_io::{Instance, Wait, file};
 use icd::EffectorList;
 use tracing::warn;
 
@@ -21,10 +21,10 @@ use flight_management::own_law::OwnLaw;
 use flight_management::parameters::{self, Parameters};
 use flight_management::script::Script;
 
-/// Files and folder inside the user's data folder.
-const PARAMETER_FILE: &str = "two-step/parameters.toml";
-const SIGNING_KEY: &str = "two-step/signing.key";
-const LOG_FOLDER: &str = "two-step/logs";
+/// Files and folder of a vehicle inside the user's data folder.
+const PARAMETER_FILE: &str = "parameters.toml";
+const SIGNING_KEY: &str = "signing.key";
+const LOG_FOLDER: &str = "logs";
 /// Largest size of all flight logs, MB.
 const LOG_LIMIT_MAX_MB: u64 = 1_000_000;
 /// Highest number of a core that the system's masks have.
@@ -159,9 +159,12 @@ impl RecordingArgs {
 /// Options of the autopilot.
 #[derive(Debug, Clone, clap::Args)]
 pub struct AutopilotArgs {
-    /// Where to wait for the plant
-    #[arg(long, value_name = "IP:PORT", default_value = "127.0.0.1:9960")]
-    pub plant_link: SocketAddr,
+    /// Number of this vehicle among several on this computer; shifts the default ports, MAV_SYS_ID and files
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value = "0")]
+    pub instance: Instance,
+    /// Where to wait for the plant [default: 127.0.0.1:9960, and N higher for instance N]
+    #[arg(long, value_name = "IP:PORT")]
+    pub plant_link: Option<SocketAddr>,
     /// The controller's model of the aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
     #[arg(long, visible_alias = "belief", value_name = "NAME|FILE", default_value = MODELS[0].0)]
     pub model: PathBuf,
@@ -231,7 +234,7 @@ impl AutopilotArgs {
             None => ConfigFile::default(),
             Some(path) => ConfigFile::read(path)?,
         };
-        Ok(self.ground_stations.links(&file.ground_stations))
+        Ok(self.ground_stations.links(&file.ground_stations, self.instance))
     }
 
     /// Folder for flight logs, if they are enabled. A flight of a setup writes them only where an option names one.
@@ -240,12 +243,15 @@ impl AutopilotArgs {
         if self.setup.is_some() && self.recording.log_dir.is_none() {
             return None;
         }
-        PathOption::path(self.recording.log_dir.as_ref(), LOG_FOLDER)
+        PathOption::path(self.recording.log_dir.as_ref(), &self.instance.file(LOG_FOLDER))
     }
 
     /// A file saved for the next start. A flight of a setup is exactly that setup and saves nothing.
     fn kept_file(&self, option: Option<&PathOption>, name: &str) -> Option<PathBuf> {
-        if self.setup.is_some() { None } else { PathOption::path(option, name) }
+        if self.setup.is_some() {
+            return None;
+        }
+        PathOption::path(option, &self.instance.file(name))
     }
 
     /// The controller's model of the aircraft, with the defaults of its parameters.
@@ -253,7 +259,9 @@ impl AutopilotArgs {
     /// # Errors
     /// [`RunError`] names file, key, value and allowed range.
     pub fn model(&self) -> Result<Model, RunError> {
-        Ok(config::named_model(&self.model)?)
+        let mut model = config::named_model(&self.model)?;
+        model.defaults.link.system_id = self.instance.system_id();
+        Ok(model)
     }
 
     /// The saved parameters of ground stations; `None` if they are not saved.

@@ -8,16 +8,26 @@ use std::str::FromStr;
 use serde::de::{Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
+use host_io::Instance;
+
 use crate::config::{self, ConfigError};
 use crate::io::gcs_link::Links;
 use mavlink_services::heartbeat::HeartbeatIdentity;
 
-/// Ground stations that are called: `QGroundControl`, and offboard scripts.
-const CLIENTS: [SocketAddr; 2] = [local(14_550), local(14_540)];
+/// Where every vehicle calls `QGroundControl`.
+const STATION_PORT: u16 = 14_550;
+/// Where the first vehicle calls offboard scripts.
+const SCRIPT_PORT: u16 = 14_540;
 /// For ground stations that call: the port of PX4's simulation.
-const UDP_SERVER: SocketAddr = local(18_570);
-/// For ground stations that connect: the port of `ArduPilot`'s simulation.
-const TCP_SERVER: SocketAddr = local(5_760);
+const UDP_SERVER_PORT: u16 = 18_570;
+/// For ground stations that connect: the port of `ArduPilot`'s simulation, and the step to that of the next vehicle.
+const TCP_SERVER: (u16, u16) = (5_760, 10);
+
+/// Ground stations that are called. From the eleventh vehicle on scripts share a port, as with PX4.
+fn default_clients(instance: Instance) -> Vec<SocketAddr> {
+    let station = local(STATION_PORT);
+    vec![station, instance.local(SCRIPT_PORT, 1).min(local(STATION_PORT - 1))]
+}
 
 const fn local(port: u16) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
@@ -109,16 +119,16 @@ impl<'de> Deserialize<'de> for Client {
 /// Options about ground stations.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct GroundStationArgs {
-    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
+    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550, and :14540 + instance]
     #[arg(long = "gcs", value_name = "IP:PORT|none")]
     clients: Vec<Client>,
     /// Own address for calling them [default: any port of loopback, or of every address if one of them is elsewhere]
     #[arg(long = "gcs-bind", value_name = "IP:PORT")]
     bind: Option<SocketAddr>,
-    /// Where ground stations can call by UDP [default: 127.0.0.1:18570]
+    /// Where ground stations can call by UDP [default: 127.0.0.1:18570 + instance]
     #[arg(long = "gcs-udp-server", value_name = "IP:PORT|none")]
     udp_server: Option<Endpoint>,
-    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760]
+    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760 + 10 * instance]
     #[arg(long = "gcs-tcp", value_name = "IP:PORT|none")]
     tcp_server: Option<Endpoint>,
     /// The autopilot that heartbeats name: of an unknown one ground stations show little more than telemetry
@@ -175,9 +185,9 @@ impl ConfigFile {
 impl GroundStationArgs {
     /// The requested sockets; `None` if they are disabled.
     #[must_use]
-    pub fn links(&self, file: &GroundStationTable) -> Option<Links> {
+    pub fn links(&self, file: &GroundStationTable, instance: Instance) -> Option<Links> {
         let clients: Vec<SocketAddr> = match (self.clients.as_slice(), &file.clients) {
-            ([], None) => CLIENTS.to_vec(),
+            ([], None) => default_clients(instance),
             ([], Some(clients)) => clients.iter().filter_map(|client| client.0.address()).collect(),
             (clients, _) => clients.iter().filter_map(|client| client.0.address()).collect(),
         };
@@ -186,8 +196,16 @@ impl GroundStationArgs {
         };
         let links = Links {
             client_bind: self.bind.or(file.bind).unwrap_or_else(|| bind_for(&clients)),
-            udp_server: server(self.udp_server, file.udp_server, UDP_SERVER),
-            tcp_server: server(self.tcp_server, file.tcp_server, TCP_SERVER),
+            udp_server: server(
+                self.udp_server,
+                file.udp_server,
+                instance.local(UDP_SERVER_PORT, 1),
+            ),
+            tcp_server: server(
+                self.tcp_server,
+                file.tcp_server,
+                instance.local(TCP_SERVER.0, TCP_SERVER.1),
+            ),
             clients,
         };
         let any =
@@ -220,7 +238,7 @@ mod tests {
 
     fn links(options: &[&str], file: &str) -> Option<Links> {
         let file = ConfigFile::from_toml("my.toml", file).unwrap();
-        parse(options).unwrap().links(&file.ground_stations)
+        parse(options).unwrap().links(&file.ground_stations, Instance::default())
     }
 
     fn at(text: &str) -> SocketAddr {
@@ -241,6 +259,24 @@ mod tests {
         assert_eq!(links.client_bind, at("127.0.0.1:0"));
         assert_eq!(links.udp_server, Some(at("127.0.0.1:18570")));
         assert_eq!(links.tcp_server, Some(at("127.0.0.1:5760")));
+    }
+
+    #[test]
+    fn further_vehicles_have_the_ports_that_those_of_px4_have() {
+        let links = |number: &str| {
+            let instance = number.parse().unwrap();
+            let table = GroundStationTable::default();
+            let links = parse(&[]).unwrap().links(&table, instance).unwrap();
+            let ports: Vec<u16> = links.clients.iter().map(SocketAddr::port).collect();
+            let servers = [links.udp_server, links.tcp_server].map(|at| at.unwrap().port());
+            (ports, servers)
+        };
+        assert_eq!(links("1"), (vec![14_550, 14_541], [18_571, 5_770]));
+        assert_eq!(links("9"), (vec![14_550, 14_549], [18_579, 5_850]));
+        assert_eq!(links("249"), (vec![14_550, 14_549], [18_819, 8_250]));
+        let file = ConfigFile::from_toml("my.toml", FILE).unwrap().ground_stations;
+        let links = parse(&[]).unwrap().links(&file, "1".parse().unwrap()).unwrap();
+        assert_eq!(links.tcp_server, Some(at("127.0.0.1:3")), "an address that is given stays");
     }
 
     #[test]

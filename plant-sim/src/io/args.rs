@@ -4,8 +4,8 @@ use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use host_io::Wait;
 use host_io::file::{self, TEXT_MAX};
+use host_io::{Instance, Wait};
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
@@ -28,9 +28,12 @@ pub struct PlantArgs {
     /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
     pub airframe: PathBuf,
-    /// Where the autopilot listens
-    #[arg(long, value_name = "HOST:PORT", default_value = "127.0.0.1:9960")]
-    pub autopilot: String,
+    /// Number of this vehicle among several on this computer
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value = "0")]
+    pub instance: Instance,
+    /// Where the autopilot listens [default: 127.0.0.1:9960, and N higher for instance N]
+    #[arg(long, value_name = "HOST:PORT")]
+    pub autopilot: Option<String>,
     /// Simulation time per wall time, 0.01 to 1000, or max
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max", default_value = "1")]
     pub speed: Speed,

@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 use std::sync::mpsc::{Receiver, TrySendError, sync_channel};
 
-use host_io::{Stop, process};
+use host_io::{Stop, console, process};
 use icd::SimTime;
 use icd::pace::Pace;
 use serde::{Deserialize, Serialize};
@@ -126,7 +126,7 @@ impl PlantLine {
 
     /// Writes it to the standard output.
     pub(super) fn print(&self) -> io::Result<()> {
-        let mut out = io::stdout().lock();
+        let mut out = console::out();
         writeln!(out, "{}", serde_json::to_string(self)?)?;
         out.flush()
     }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use host_io::health::HealthFile;
 use host_io::tick_log::{Kind, TickLogWriter};
-use host_io::{LinkSocket, Stop, process};
+use host_io::{LinkSocket, Stop, console, process};
 use tracing::{info, warn};
 
 use super::RunError;
@@ -41,7 +41,8 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let setup = args.plant_setup()?;
     // Before the socket: a flight that cannot start ends with its error instead of waiting for an autopilot.
     let plant = args.plant(&setup)?;
-    let peer = resolve(&args.autopilot)?;
+    let autopilot = args.autopilot.clone();
+    let peer = resolve(&autopilot.unwrap_or_else(|| args.instance.plant_link().to_string()))?;
     let socket = LinkSocket::connect("plant-sim", "plant link", peer, args.wait, RESEND_AFTER)?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
     let mut truth_log = args.truth_log.as_ref().map(create).transpose()?;
@@ -60,7 +61,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let exit = end?;
     if let (true, ExitReason::Complete(report)) = (args.report, exit) {
         let line = serde_json::to_string(&report).map_err(io::Error::other)?;
-        writeln!(io::stdout(), "{line}")?;
+        writeln!(console::out(), "{line}")?;
     }
     Ok(exit)
 }

@@ -15,6 +15,7 @@ use autopilot::own_law::OwnLaw;
 use autopilot::parameters::ParameterError;
 use autopilot::run::{Ftc, LawArgs, RunError, ScriptArgs};
 use flight_control::MainLaw;
+use host_io::console;
 use host_io::file::{self, FileProblem};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::io::{parse_earth, parse_period, whole};
@@ -396,6 +397,6 @@ impl FlyArgs {
 }
 
 fn print(text: &str) -> Result<(), FlyError> {
-    let mut out = io::stdout();
+    let mut out = console::out();
     Ok(out.write_all(text.as_bytes()).and_then(|()| out.flush())?)
 }

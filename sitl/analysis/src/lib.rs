@@ -34,12 +34,14 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use host_io::console;
+
 /// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
 #[macro_export]
 macro_rules! print_text {
     ($($text:tt)*) => {{
         use std::io::Write as _;
-        let _ = write!(std::io::stdout(), $($text)*);
+        let _ = write!($crate::console::out(), $($text)*);
     }};
 }
 
@@ -48,7 +50,7 @@ macro_rules! print_text {
 macro_rules! print_line {
     ($($text:tt)*) => {{
         use std::io::Write as _;
-        let _ = writeln!(std::io::stdout(), $($text)*);
+        let _ = writeln!($crate::console::out(), $($text)*);
     }};
 }
 

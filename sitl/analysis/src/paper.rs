@@ -8,9 +8,10 @@
 
 use std::error::Error;
 use std::fs;
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
+use host_io::console;
 use host_io::file::{self, FileProblem};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
@@ -335,7 +336,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     write_over(&out.join("report.html"), page.as_bytes(), GENERATOR.as_bytes())?;
 
     let table = report::text_table(&evaluation.results);
-    io::stdout()
+    console::out()
         .write_all(table.as_bytes())
         .map_err(|source| cannot_write(Path::new("standard output"), source))?;
     Ok(Outcome { results: evaluation.results })

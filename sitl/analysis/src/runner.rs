@@ -7,7 +7,7 @@ use std::io::{IsTerminal, Write as _, stderr};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use host_io::clock;
+use host_io::{clock, console};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 
@@ -73,7 +73,7 @@ impl Progress {
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style.progress_chars("=> "));
             }
-            bar.with_message(label.to_owned()).with_prefix(what)
+            bar.with_message(console::shown(label).into_owned()).with_prefix(what)
         });
         let begun = clock::now();
         Self {
@@ -123,7 +123,7 @@ impl Progress {
                     let rate = done as f64 / elapsed_s;
                     let left_s = (total.saturating_sub(done)) as f64 / rate;
                     let _ = writeln!(
-                        stderr(),
+                        console::err(),
                         "{label}: {percent} % of {total} {what}, {rate:.1}/s, {left_s:.0} s left"
                     );
                 }

@@ -1,9 +1,11 @@
 //! Flies the runs of a campaign on all cores, part by part.
 
+use std::io::Write as _;
 use std::num::NonZero;
 use std::str::FromStr;
 
 use flight_analysis::runner::Progress;
+use host_io::console;
 use rayon::prelude::*;
 
 use crate::plan::Plan;
@@ -55,7 +57,8 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
     }
     let runs: u64 = missing.iter().map(|part| store.range(*part)).map(|r| r.end - r.start).sum();
     if runs < all {
-        eprintln!("{} of {all} runs are there already", all - runs);
+        // Nobody may read any more.
+        let _ = writeln!(console::err(), "{} of {all} runs are there already", all - runs);
     }
     let total = usize::try_from(runs).unwrap_or(usize::MAX);
     let progress = Progress::new(&plan.file.spec.name, "runs", total).quiet_at_first();

@@ -8,13 +8,14 @@
 //! ([`draw::stream`]), so a run is the same alone and among a million.
 
 use std::error::Error;
+use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
 use flight_analysis::settings::Setting;
-use host_io::file;
+use host_io::{console, file};
 
 use crate::curves::Curves;
 use crate::fly::Shard;
@@ -228,7 +229,9 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
     for airframe in 0..plan.aircraft.len() {
         let limits = jams.map(|_| Limits::of(plan, airframe));
         if let Some(Err(error)) = &limits {
-            eprintln!("{}: no limit of physics: {error}", plan.aircraft[airframe].name);
+            let name = &plan.aircraft[airframe].name;
+            // Nobody may read any more.
+            let _ = writeln!(console::err(), "{name}: no limit of physics: {error}");
         }
         let limits = limits.and_then(Result::ok);
         let scores = match (jams, &limits) {

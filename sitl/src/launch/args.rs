@@ -85,22 +85,25 @@ pub struct LaunchArgs {
     /// How many control steps a flight log has rows of: events (50 each second, all around events) or full [default: events]
     #[arg(long, value_name = "RATE")]
     log_rate: Option<String>,
-    /// Where the autopilot waits for the plant [default: 127.0.0.1:9960]
+    /// Number of this vehicle among several on this computer, as PX4's -i; shifts the default ports, MAV_SYS_ID and files [default: 0]
+    #[arg(long, allow_negative_numbers = true, value_name = "N")]
+    instance: Option<String>,
+    /// Where the autopilot waits for the plant [default: 127.0.0.1:9960 + instance]
     #[arg(long, value_name = "IP:PORT")]
     plant_link: Option<String>,
     /// Settings of the autopilot from a file; the options here win over it
     #[arg(long, value_name = "FILE")]
     config: Option<String>,
-    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550 and :14540]
+    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550, and :14540 + instance]
     #[arg(long, value_name = "IP:PORT|none")]
     gcs: Vec<String>,
     /// Own address for calling them [default: any port of loopback]
     #[arg(long, value_name = "IP:PORT")]
     gcs_bind: Option<String>,
-    /// Where ground stations can call by UDP [default: 127.0.0.1:18570]
+    /// Where ground stations can call by UDP [default: 127.0.0.1:18570 + instance]
     #[arg(long, value_name = "IP:PORT|none")]
     gcs_udp_server: Option<String>,
-    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760]
+    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760 + 10 * instance]
     #[arg(long, value_name = "IP:PORT|none")]
     gcs_tcp: Option<String>,
     /// The autopilot that heartbeats name, px4 or generic [default: px4]
@@ -188,6 +191,7 @@ impl LaunchArgs {
         add(&mut words, "--allocation", &self.allocation);
         let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
         add(&mut words, "--model", &self.model.clone().or(named));
+        add(&mut words, "--instance", &self.instance);
         add(&mut words, "--plant-link", &self.plant_link);
         add(&mut words, "--parameter-file", &self.parameter_file);
         add(&mut words, "--signing-key", &self.signing_key);
@@ -272,6 +276,10 @@ mod tests {
             (LaunchArgs { gcs: vec!["nowhere".to_owned()], ..base() }, "nowhere"),
             (LaunchArgs { mavlink_autopilot: some("apm"), ..base() }, "px4, generic"),
             (LaunchArgs { gcs: vec!["127.0.0.1:0".to_owned()], ..base() }, "127.0.0.1:0 is not"),
+            (
+                LaunchArgs { instance: some("250"), ..base() },
+                "250 is not a whole number from 0 to 249",
+            ),
             (LaunchArgs { seed: some("-1"), ..base() }, "from 0 to 18446744073709551615"),
             (LaunchArgs { gcs_tcp: some("5760"), ..base() }, "5760 is not IP:PORT or none"),
             (LaunchArgs { gcs_udp_server: some("x"), ..base() }, "x is not IP:PORT or none"),

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use autopilot::io::status::{FlightStatus, Listening, PlantState, StatusLine};
+use host_io::console;
 
 use super::keys::{self, PaceState};
 
@@ -180,7 +181,7 @@ impl Screen {
 }
 
 fn print(line: &str) -> io::Result<()> {
-    let mut out = io::stdout().lock();
+    let mut out = console::out();
     writeln!(out, "{line}")?;
     out.flush()
 }
@@ -194,6 +195,7 @@ fn plain_line(flight: &FlightStatus, pace: PaceState, achieved: Option<f64>) -> 
     let (_, compensator) = compensator_text(flight);
     let plant = match plant {
         PlantState::Flying => "",
+        PlantState::Terminated => "   FLIGHT TERMINATED",
         PlantState::OnGround => "   ON THE GROUND",
         PlantState::Lost => "   PLANT LOST",
     };
@@ -210,6 +212,7 @@ fn outcome(flight: &FlightStatus) -> Vec<String> {
     let FlightStatus { plant, t_s, altitude_m, airspeed_m_s, .. } = flight;
     let state = match plant {
         PlantState::Flying => format!("in the air, {altitude_m:.0} m, {airspeed_m_s:.1} m/s"),
+        PlantState::Terminated => format!("terminated, at {altitude_m:.0} m"),
         PlantState::OnGround => "on the ground: the flight is over".to_owned(),
         PlantState::Lost => format!("the plant was lost in the air, at {altitude_m:.0} m"),
     };
@@ -263,6 +266,10 @@ mod tests {
         assert!(lines[1].ends_with("left elevator stuck at 30.0 deg, since 3.0 s"), "{lines:?}");
         flight.plant = PlantState::OnGround;
         assert!(outcome(&flight)[0].contains("on the ground"));
+        flight.plant = PlantState::Terminated;
+        assert!(outcome(&flight)[0].contains("terminated, at 5000 m"));
+        let running = PaceState { paused: false, speed: Some(1.0) };
+        assert!(plain_line(&flight, running, None).ends_with("FLIGHT TERMINATED"));
         flight.plant = PlantState::Lost;
         assert!(outcome(&flight)[0].contains("the plant was lost in the air"));
     }

@@ -2,7 +2,8 @@
 
 use crate::codec::MissionItem;
 use crate::mission::fields::{
-    Note, Param, Rejected, Zeros, flag, needed_altitude, none, number, point, positive, word,
+    Note, Param, Rejected, Zeros, flag, is_absolute, needed_altitude, none, number, point,
+    positive, word,
 };
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
@@ -184,6 +185,19 @@ fn change_speed(
     let checked = rules.limits.check(Reference::Airspeed(airspeed_m_s));
     checked.map_err(|refusal| Rejected::param(Param::P2, refusal.to_string()))?;
     Ok(Action::ChangeSpeed { airspeed_m_s })
+}
+
+/// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
+/// yaw (NaN) as its last parameter where nobody has given one.
+#[must_use]
+pub fn may_be_home(item: &MissionItem<i32>) -> bool {
+    item.words.command == WAYPOINT && is_absolute(item) && item.params == [0.0; 4]
+}
+
+/// The item is not flown: the next one begins at once.
+#[must_use]
+pub fn is_immediate(item: &MissionItem<i32>) -> bool {
+    [JUMP, CHANGE_SPEED].contains(&item.words.command)
 }
 
 /// `current` of a guided target.

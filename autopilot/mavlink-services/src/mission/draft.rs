@@ -4,7 +4,7 @@ use ::mavlink::dialects::common::MavMissionResult;
 
 use crate::codec::MissionItem;
 use crate::mission::action;
-use crate::mission::fields::{Note, Notes, Param, Rejected};
+use crate::mission::fields::{Note, Notes, Param, Rejected, is_absolute};
 use crate::mission::wire::Stored;
 use flight_management::vehicle::Place;
 use flight_management::vehicle::geodesy::{Horizon, Site};
@@ -21,6 +21,8 @@ pub struct Draft {
     count: u16,
     wire: Vec<MissionItem<i32>>,
     items: Vec<Item>,
+    /// Item 0, taken as home until an item shows that it is a waypoint.
+    home: Option<MissionItem<i32>>,
     /// The last point so far.
     place: Option<Place>,
     /// Airspeed reference so far, m/s.
@@ -56,7 +58,8 @@ impl Draft {
             });
         }
         let (wire, items) = (Vec::new(), Vec::new());
-        Ok(Self { count, wire, items, place, airspeed_m_s, notes: Notes::default() })
+        let notes = Notes::default();
+        Ok(Self { count, wire, items, home: None, place, airspeed_m_s, notes })
     }
 
     /// Number of items to come in all.
@@ -77,12 +80,48 @@ impl Draft {
         self.next() >= self.count
     }
 
-    /// Adds the next item. A delay is flown at the point before it.
+    /// Adds the next item. An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the
+    /// targets of jumps stay right.
     ///
     /// # Errors
     /// [`Rejected`] names the value that cannot be flown.
     pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
         let seq = self.next();
+        let flown = if seq == 0 && self.count > 1 && action::may_be_home(item) {
+            self.home = Some(*item);
+            Item { action: Action::Jump { to: 1, times: None }, autocontinue: true }
+        } else {
+            self.settle_home(item, rules)?;
+            self.check(item, seq, rules)?
+        };
+        self.items.push(flown);
+        self.wire.push(*item);
+        Ok(())
+    }
+
+    /// Decides what item 0 is when the first item that is flown arrives: a waypoint where that item is absolute too and
+    /// the altitude could be flown, else home.
+    fn settle_home(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
+        let Some(first) = self.home.take_if(|_| !action::is_immediate(item)) else { return Ok(()) };
+        let is_low = first.z <= 0.0 || f64::from(first.z) < rules.limits.altitude_min_m;
+        if !is_absolute(item) || is_low {
+            self.notes.add(Note::Home, 0);
+            return Ok(());
+        }
+        let waypoint = self.check(&first, 0, rules)?;
+        if let Some(item) = self.items.first_mut() {
+            *item = waypoint;
+        }
+        Ok(())
+    }
+
+    /// The item as flown. A delay is flown at the point before it.
+    fn check(
+        &mut self,
+        item: &MissionItem<i32>,
+        seq: u16,
+        rules: &Rules,
+    ) -> Result<Item, Rejected> {
         let mut taken = action::of(item, rules, &mut |note| self.notes.add(note, seq));
         if let (action::DELAY, Ok(Action::LoiterTime { circle, .. })) =
             (item.words.command, &mut taken)
@@ -92,9 +131,7 @@ impl Draft {
         let action = taken
             .and_then(|action| self.follow(&action, rules).map(|()| action))
             .map_err(|rejected| rejected.of_item(seq))?;
-        self.items.push(Item { action, autocontinue: item.words.autocontinue });
-        self.wire.push(*item);
-        Ok(())
+        Ok(Item { action, autocontinue: item.words.autocontinue })
     }
 
     /// Checks an action against the earlier ones, and records what it changes for the later ones.
@@ -150,7 +187,10 @@ impl Draft {
 
     /// The plan, once it is complete.
     #[must_use]
-    pub fn finish(self) -> Finished {
+    pub fn finish(mut self) -> Finished {
+        if self.home.is_some() {
+            self.notes.add(Note::Home, 0);
+        }
         let stored = Stored::new(self.wire);
         let plan = Plan { id: stored.id, items: self.items };
         Finished { stored, plan, notes: self.notes }

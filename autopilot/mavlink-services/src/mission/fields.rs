@@ -11,7 +11,9 @@ use flight_management::vehicle::{Place, Reference};
 
 /// MAV_FRAME of altitudes above mean sea level (the ellipsoid here) and above home. Home is on the ground,
 /// and the ground is at altitude zero, so the two are the same.
-const FRAMES_WITH_ALTITUDE: [u8; 4] = [0, 5, 3, 6];
+const FRAMES_WITH_ALTITUDE: [u8; 4] = [ABSOLUTE[0], ABSOLUTE[1], 3, 6];
+/// Those of altitudes above mean sea level.
+const ABSOLUTE: [u8; 2] = [0, 5];
 /// "Not given" in x and y.
 const NOT_GIVEN: i32 = i32::MAX;
 
@@ -148,6 +150,12 @@ fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejecte
     }))
 }
 
+/// Whether the altitude is above mean sea level.
+#[must_use]
+pub fn is_absolute(item: &MissionItem<i32>) -> bool {
+    ABSOLUTE.contains(&item.words.frame)
+}
+
 fn check_frame(item: &MissionItem<i32>) -> Result<(), Rejected> {
     let frame = item.words.frame;
     if FRAMES_WITH_ALTITUDE.contains(&frame) { Ok(()) } else { Err(Rejected::frame(frame)) }
@@ -226,6 +234,8 @@ impl Rejected {
 /// One kind of difference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Note {
+    /// The home position of a file of waypoints.
+    Home,
     /// A waypoint with a hold time.
     HoldTime,
     /// An acceptance radius below the parameter `NAV_ACC_RAD`.
@@ -246,6 +256,7 @@ pub enum Note {
 impl Note {
     fn text(self) -> String {
         match self {
+            Self::Home => "taken as home and not flown".into(),
             Self::HoldTime => "hold time is not flown, a wing cannot stand still".into(),
             Self::Acceptance => "acceptance radius is below NAV_ACC_RAD and not used".into(),
             Self::GroundSpeed => "ground speed is flown as airspeed".into(),

@@ -114,6 +114,49 @@ fn among_active_peers_a_new_one_replaces_the_newest_after_a_while() {
 }
 
 #[test]
+fn visitors_that_said_one_thing_give_way_soon_and_those_that_talked_after_three_seconds() {
+    let mut peers = Peers::new(&[]);
+    served(&mut peers, 0..24, 0);
+    assert!(served(&mut peers, 100..101, 1).is_empty());
+    assert_eq!(served(&mut peers, 100..101, 2), [100]);
+    let mut peers = Peers::new(&[]);
+    served(&mut peers, 0..24, 0);
+    served(&mut peers, 0..24, 2);
+    assert!(served(&mut peers, 100..101, 4).is_empty());
+    assert_eq!(served(&mut peers, 100..101, 5), [100]);
+}
+
+#[test]
+fn connections_that_never_sent_give_way_at_once_and_those_that_send_never() {
+    let mut peers = Peers::new(&[]);
+    let opened: Vec<Peer> =
+        (0..16).map(|n| peers.open(Connection(n), true, seconds(0)).unwrap()).collect();
+    for peer in &opened[2..] {
+        peers.has_sent(*peer, seconds(0));
+    }
+    assert_eq!(peers.open(Connection(16), true, seconds(0)), None);
+    for n in 0..2 {
+        assert_eq!(peers.quiet_connection(seconds(0)), Some(Connection(n)), "the oldest first");
+        peers.close(Connection(n));
+        let peer = peers.open(Connection(16 + n), true, seconds(0)).unwrap();
+        peers.has_sent(peer, seconds(0));
+    }
+    assert_eq!(peers.quiet_connection(seconds(0)), None);
+    for peer in &opened[3..] {
+        peers.has_sent(*peer, seconds(1));
+    }
+    assert_eq!(peers.quiet_connection(seconds(2)), Some(Connection(2)), "it said one thing");
+    for peer in &opened[2..] {
+        peers.has_sent(*peer, seconds(2));
+    }
+    for n in 16..18 {
+        peers.close(Connection(n));
+    }
+    assert_eq!(peers.quiet_connection(seconds(4)), None);
+    assert_eq!(peers.quiet_connection(seconds(5)), Some(Connection(2)));
+}
+
+#[test]
 fn a_crowd_displaces_no_active_peer_that_came_before_it() {
     let mut peers = Peers::new(&[]);
     let operators: Vec<Peer> =
@@ -136,7 +179,7 @@ fn the_quiet_go_before_the_newest_and_the_quietest_first() {
     served(&mut peers, 0..24, 0);
     served(&mut peers, 0..3, 1);
     served(&mut peers, 4..24, 6);
-    // 3 was received at 0 s, 0 to 2 at 1 s, the others now.
+    // 3 was received at 0 s only, 0 to 2 at 1 s too, the others now.
     assert_eq!(served(&mut peers, 100..106, 6), [100, 101, 102, 103]);
     let known = |peers: &Peers, port| peers.entries.iter().any(|e| e.address == address(port));
     assert!((0..4).all(|port| !known(&peers, port)) && (4..24).all(|port| known(&peers, port)));

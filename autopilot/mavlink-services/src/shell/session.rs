@@ -7,6 +7,7 @@ use ::mavlink::dialects::common::MavSeverity;
 use icd::EffectorList;
 use icd::fault::{FaultReply, Target};
 
+use crate::codec::printable;
 use crate::peers::From;
 use crate::shell::commands::{Answer, Output};
 use crate::wall_time::WallTime;
@@ -242,8 +243,8 @@ impl Session {
     /// bounded without dropping anything.
     fn print(&mut self, text: &str) {
         if self.expects_answers {
-            // One byte per character, so that no character is cut in two.
-            self.output.extend(text.chars().map(|c| if c.is_ascii() { c as u8 } else { b'?' }));
+            let byte = |c| if c == '\n' { b'\n' } else { printable(c) };
+            self.output.extend(text.chars().map(byte));
         }
     }
 

@@ -46,6 +46,34 @@ fn a_connection_gets_telemetry_from_its_start_until_it_is_closed() {
 }
 
 #[test]
+fn the_record_of_traffic_has_what_all_get_once_and_what_one_gets_too_without_a_gap() {
+    let mut world = flying_with_tcp();
+    world.run_ms(100);
+    world.got.clear();
+    world.ground.traffic().record_from_now();
+    let other = Address::UdpServer("127.0.0.1:9000".parse().unwrap());
+    for (number, to) in [address(14_550), TCP, other].into_iter().enumerate() {
+        world.send_bytes(to, &unknown(u16::try_from(number).unwrap()));
+    }
+    let (mut heartbeats, mut answers, mut sequences) = (0, 0, Vec::new());
+    for _ in 0..50 {
+        world.run_ms(100);
+        while let Some(frame) = world.ground.traffic().pop() {
+            let id = u32::from_le_bytes([frame[7], frame[8], frame[9], 0]);
+            let is_ours = (frame[5], frame[6]) == (OWN.system, OWN.component);
+            heartbeats += usize::from(is_ours && id == 0);
+            answers += u32::from(is_ours && id == 77);
+            sequences.extend(is_ours.then_some(frame[4]));
+        }
+    }
+    let to_one = world.got.iter().filter(|got| got.to == TCP && got.id == 0 && got.bytes[6] == 1);
+    assert_eq!(heartbeats, to_one.count() + 1, "the new visitor is greeted by one of its own");
+    assert!(heartbeats >= 5, "{heartbeats} in 5 s");
+    assert_eq!(answers, 3);
+    assert!(sequences.windows(2).all(|two| two[1] == two[0].wrapping_add(1)), "{sequences:?}");
+}
+
+#[test]
 fn each_link_counts_its_own_frames_also_to_the_same_place() {
     let mut world = flying_with_tcp();
     let Address::UdpClient(place) = address(14_550) else { panic!("a UDP address") };

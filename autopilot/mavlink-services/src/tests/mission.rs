@@ -4,6 +4,7 @@ pub(super) mod client;
 mod conversations;
 mod garbage;
 mod guided;
+mod home;
 mod items;
 mod loss;
 mod refusals;

@@ -82,3 +82,14 @@ fn output(world: &mut World, line: &str) -> String {
 fn values(world: &World) -> Vec<PARAM_VALUE_DATA> {
     world.values(address(14_550))
 }
+
+#[test]
+fn no_control_character_that_is_typed_comes_back() {
+    let mut world = World::flying();
+    for line in ["x\u{1b}[2J\u{7}\u{202e}", "help \u{9b}2J\u{7f}x", "param show \u{1b}]0;x\u{7}"] {
+        let text = output(&mut world, line);
+        assert!(text.starts_with("ERROR"), "{text:?}");
+        let is_printable = |c: char| c == '\n' || c == ' ' || c.is_ascii_graphic();
+        assert!(text.chars().all(is_printable), "{text:?}");
+    }
+}

@@ -113,12 +113,12 @@ impl GcsLink {
         }
     }
 
-    /// Writes the received frames to the log of traffic.
-    pub(super) fn record_received(&mut self, now: WallTime) {
+    /// Writes the frames received and sent to the log of traffic.
+    pub(super) fn record_traffic(&mut self, now: WallTime) {
         let Some(tlog) = &mut self.tlog else { return };
         let traffic = self.ground.traffic();
         while let Some(frame) = traffic.pop() {
-            tlog.record(now, &frame);
+            tlog.record(now, frame);
         }
         tlog.left_out(traffic.take_dropped());
     }
@@ -142,7 +142,7 @@ mod tests {
         let logs = Logs { folder: folder.path().to_path_buf(), limit_bytes: 800 };
         let mut tlog = logs.open_tlog(None).unwrap();
         for _ in 0..100 {
-            tlog.record(WallTime::ZERO, b"frame");
+            tlog.record(WallTime::ZERO, b"frame".to_vec());
         }
         drop(tlog);
         let entries = std::fs::read_dir(folder.path()).unwrap();

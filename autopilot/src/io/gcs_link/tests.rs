@@ -176,8 +176,9 @@ fn tcp_frames_cut_anywhere_are_answered_in_order() {
 }
 
 #[test]
-fn one_connection_too_many_is_closed_and_a_closed_one_frees_its_place() {
+fn connections_that_say_nothing_keep_nobody_out() {
     let served = serve(&[]);
+    let silent: Vec<TcpStream> = (0..CONNECTIONS_MAX).map(|_| served.connect()).collect();
     let mut stations = Vec::new();
     for number in 0..CONNECTIONS_MAX as u32 {
         let mut station = served.connect();
@@ -185,17 +186,7 @@ fn one_connection_too_many_is_closed_and_a_closed_one_frees_its_place() {
         assert_eq!(answers(&mut station, 1), [number]);
         stations.push(station);
     }
-    let mut refused = served.connect();
-    assert_eq!(refused.read(&mut [0; 1]).unwrap_or(0), 0, "closed at once");
-    drop(stations.pop());
-    // The place is free as soon as the link has seen the end of the connection.
-    let got_in = (0..1_000).any(|_| {
-        let mut station = served.connect();
-        // The peer may have closed it already.
-        let _ = station.write_all(&ping(99));
-        station.read(&mut [0; 10]).is_ok_and(|length| length > 0)
-    });
-    assert!(got_in);
+    drop(silent);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Text in a given number of columns, and lines that can be copied: where to connect and how to break something.
 
 use autopilot::io::status::Listening;
+use host_io::console;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// Before each command.
@@ -134,7 +135,7 @@ pub(super) fn columns(text: &str) -> usize {
 
 /// The text in at most `width` columns, with a sign where it was cut. What would move the cursor is left out.
 pub(super) fn cut(text: &str, width: usize) -> String {
-    let shown: String = text.chars().filter(|c| !c.is_control()).collect();
+    let shown: String = text.chars().filter(|c| console::is_shown(*c)).collect();
     if columns(&shown) <= width {
         return shown;
     }

@@ -113,6 +113,7 @@ impl State {
         let time = if self.pace.paused { format!("{t_s:.3} s") } else { format!("{t_s:.1} s") };
         let (tone, state) = match flight.plant {
             PlantState::Flying => (Tone::Heading, "flying"),
+            PlantState::Terminated => (Tone::Alarm, "FLIGHT TERMINATED"),
             PlantState::OnGround => (Tone::Alarm, "ON THE GROUND"),
             PlantState::Lost => (Tone::Alarm, "PLANT LOST"),
         };
