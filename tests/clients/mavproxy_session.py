@@ -62,7 +62,7 @@ def main():
             ("long INJECT_FAILURE 5 1 0", r"Got COMMAND_ACK: INJECT_FAILURE: UNSUPPORTED"),
             ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
             ("long DO_CHANGE_SPEED 0 262 0", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
-            ("setspeed 264", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
+            ("setspeed 212", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
             ("param show OBS_W0", r"OBS_W0\s+50"),
             ("param set OBS_W0 41", None),
             ("param show OBS_W0", r"OBS_W0\s+41"),
