@@ -281,7 +281,7 @@ class Flight:
         if restart:
             self.restart()
         self.say(
-            f"altitude {self.altitude_m:.0f} m, airspeed {self.airspeed_m_s:.0f} m/s, "
+            f"altitude {self.altitude_m:.0f} m, calibrated airspeed {self.airspeed_m_s:.0f} m/s, "
             f"roll {self.deg['roll']:.1f} deg, {self.speed():.1f} times real time"
         )
         if self.on_ground:

@@ -101,6 +101,17 @@ fn pymavlink_sees_the_estimate_become_less_accurate_without_satellites() {
 }
 
 #[test]
+fn no_station_is_sent_the_value_of_a_dead_sensor_as_alive() {
+    holds(run("clients/dead_sensors.py", "udpin:", &["--speed", "2"], &["--grade", "ideal"]));
+    let scenario = tempfile::NamedTempFile::with_suffix(".toml").expect("a file");
+    let tactical = "[plant]\nseed = 1\n[plant.sensors]\ngrade = \"tactical\"\n";
+    std::fs::write(scenario.path(), tactical).expect("it is written");
+    let scenario = scenario.path().to_str().expect("a path in UTF-8");
+    let options = ["--speed", "2", "--scenario", scenario];
+    holds(run("clients/dead_sensors.py", "udpin:", &options, &["--grade", "tactical"]));
+}
+
+#[test]
 fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
     holds(run("clients/mavsdk_flight.py", "udpin://", &["--speed", "5"], &[]));
 }

@@ -154,6 +154,8 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         "autopilot/flight-control/src/estimator",
         // It forwards them to the navigator.
         "autopilot/flight-management/src/autopilot.rs",
+        // It hands them on to the messages about single instruments.
+        "autopilot/flight-management/src/event.rs",
         "autopilot/recorder/src/",
         "sitl/analysis/src/closed_loop/flight.rs",
         "sitl/analysis/src/replay/",

@@ -74,7 +74,7 @@ def main():
             ("param set FW_AIRSPD_MAX 99999", r"FW_AIRSPD_MAX = 99999 is outside 5 to 500 m/s"),
             ("long DO_SET_MODE 1 4 3", r"Got COMMAND_ACK: DO_SET_MODE: ACCEPTED"),
             ("long DO_CHANGE_SPEED 0 262 0", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
-            ("setspeed 264", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
+            ("setspeed 212", r"Got COMMAND_ACK: DO_CHANGE_SPEED: ACCEPTED"),
             ("param show OBS_W0", r"OBS_W0\s+50"),
             ("param set OBS_W0 41", None),
             ("param show OBS_W0", r"OBS_W0\s+41"),

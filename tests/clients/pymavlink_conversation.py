@@ -6,7 +6,7 @@ import time
 
 from checks import Checks
 from pymavlink import mavutil
-from station import ACCEPTED, DENIED, FAILED, NAN, TEMPORARILY_REJECTED, UNSUPPORTED, Station
+from station import ACCEPTED, DENIED, FAILED, NAN, TEMPORARILY_REJECTED, UNSUPPORTED, UNSUPPORTED_FRAME, Station
 
 POSITION, HOLD, MISSION, RETURN, OFFBOARD, ALTITUDE = (3, 0), (4, 3), (4, 4), (4, 5), (6, 0), (2, 0)
 GLOBAL, GLOBAL_RELATIVE = 0, 3
@@ -44,12 +44,12 @@ def commands(s, c):
     c.expect("and the text names the range", any("12000" in t for t in s.texts()), s.texts()[-1:])
     expect("guided change altitude in COMMAND_INT, above home (43001)", ACCEPTED,
            s.command(43001, [0.0, 0.0, 5.0, 0.0], frame=GLOBAL_RELATIVE, z=5000.0))
-    expect("change speed (178), MAVProxy's form", ACCEPTED, s.command(178, [0.0, 260.0, 0.0]))
-    expect("change speed, QGroundControl's form", ACCEPTED, s.command(178, [0.0, 264.0, -1.0, 0.0]))
+    expect("change speed (178), MAVProxy's form", ACCEPTED, s.command(178, [0.0, 208.0, 0.0]))
+    expect("change speed, QGroundControl's form", ACCEPTED, s.command(178, [0.0, 212.0, -1.0, 0.0]))
     expect("change speed to NaN keeps it", ACCEPTED, s.command(178, [0.0, NAN, -1.0, 0.0]))
     expect("change speed to infinity", DENIED, s.command(178, [0.0, math.inf, -1.0, 0.0]))
     expect("change speed outside the limits", DENIED, s.command(178, [0.0, 900.0, -1.0, 0.0]))
-    expect("guided change speed (43000)", ACCEPTED, s.command(43000, [0.0, 264.0, 0.0, 0, 0, 0, 0]))
+    expect("guided change speed (43000)", ACCEPTED, s.command(43000, [0.0, 212.0, 0.0, 0, 0, 0, 0]))
     expect("guided change heading (43002)", ACCEPTED, s.command(43002, [0.0, 30.0, 1.0, 0, 0, 0, 0]))
     expect("a command in another system's name is not answered", None, other_target(s))
     expect("arm: it is armed", ACCEPTED, s.command(400, [1.0, 0.0]))
@@ -63,7 +63,7 @@ def commands(s, c):
     expect("go to, as MAVProxy says it (192, frame 3)", ACCEPTED,
            s.command(192, [-1.0, 1.0, 0.0, 0.0], frame=GLOBAL_RELATIVE, xy=(lat, lon), z=5200.0))
     c.expect("the mode is Hold then", s.wait(lambda: s.mode() == HOLD, 2.0), s.mode())
-    expect("go to with a wrong frame", DENIED,
+    expect("go to with a wrong frame", UNSUPPORTED_FRAME,
            s.command(192, [-1.0, 1.0, 0.0, 0.0], frame=1, xy=(lat, lon), z=5200.0))
     expect("pause, as QGroundControl says it", ACCEPTED, s.command(192, [-1.0, 1.0]))
     expect("orbit (34)", ACCEPTED,
@@ -120,7 +120,7 @@ def mission(s, c):
     leg = (0.0, 0.0, 0.0, NAN)
     items = [
         (16, GLOBAL_RELATIVE_INT, leg, *at[0], 5200.0),
-        (178, 2, (0.0, 270.0, -1.0, 0.0), 0, 0, 0.0),
+        (178, 2, (0.0, 215.0, -1.0, 0.0), 0, 0, 0.0),
         (16, GLOBAL_RELATIVE_INT, leg, *at[1], 5400.0),
         (19, GLOBAL_INT, (10.0, 0.0, 9000.0, NAN), *at[2], 5400.0),
     ]

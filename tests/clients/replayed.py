@@ -28,7 +28,7 @@ def anything(draw):
         lambda: (INJECT, [102, 0, 0, NAN, NAN, NAN, NAN]),
         lambda: (INJECT, [102, 0, servo, NAN, NAN, NAN, NAN]),
         lambda: (CHANGE_ALTITUDE, [draw.uniform(4_800, 5_300), 0]),
-        lambda: (CHANGE_SPEED, [0, draw.uniform(255, 270), -1]),
+        lambda: (CHANGE_SPEED, [0, draw.uniform(204, 216), -1]),
         lambda: (SET_MODE, [1, 4, draw.choice([3, 11])]),
         lambda: (USER_2, [0]),
         lambda: (USER_2, [2, draw.randint(1, 200)]),

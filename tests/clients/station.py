@@ -10,6 +10,7 @@ from pymavlink import mavutil  # noqa: E402  (MAVLINK20 must be set before)
 
 GCS, AUTOPILOT_INVALID = 6, 8
 ACCEPTED, TEMPORARILY_REJECTED, DENIED, UNSUPPORTED, FAILED, IN_PROGRESS = 0, 1, 2, 3, 4, 5
+UNSUPPORTED_FRAME = 9
 NAN = float("nan")
 
 

@@ -144,8 +144,10 @@ impl FlightControl {
         }
         let gains = &self.gains;
 
-        self.applied.measure_thrust(state.thrust_n);
-        self.main_only.measure_thrust(state.thrust_n);
+        let measured = state.valid.thrust.then_some(state.thrust_n);
+        let thrust_n = self.applied.take_thrust(measured).unwrap_or(state.thrust_n);
+        self.main_only.take_thrust(measured);
+        let state = &NavigationState { thrust_n, ..*state };
         let modelled = *match gains.selection.observer {
             ObserverMode::Informed => self.applied.positions(),
             ObserverMode::Literal => self.main_only.positions(),

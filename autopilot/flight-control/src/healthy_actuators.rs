@@ -21,7 +21,7 @@ struct Servo {
     ends: [f64; 2],
 }
 
-/// Model of the healthy servos; the engine is measured, not modelled.
+/// Model of the healthy servos; the engine is measured, and where it is not, its last command stands in.
 #[derive(Debug, Clone)]
 pub struct HealthyActuators {
     servos: ArrayVec<Servo, { Effector::MAX }>,
@@ -69,7 +69,7 @@ impl HealthyActuators {
         self.positions = self.start;
     }
 
-    /// Positions now, rad; the engine's entry is the measured thrust given to [`Self::measure_thrust`].
+    /// Positions now, rad; the engine's entry is the thrust of [`Self::take_thrust`], N.
     #[must_use]
     pub fn positions(&self) -> &PerEffector<f64> {
         &self.positions
@@ -82,11 +82,11 @@ impl HealthyActuators {
         }
     }
 
-    /// Takes over the measured thrust, N.
-    pub fn measure_thrust(&mut self, thrust_n: f64) {
-        if let Some(engine) = self.engine {
-            self.positions[engine] = thrust_n;
-        }
+    /// Takes over the measured thrust, N; without one the last command stands in. The thrust that counts, where there is an engine.
+    pub fn take_thrust(&mut self, measured_n: Option<f64>) -> Option<f64> {
+        let thrust_n = &mut self.positions[self.engine?];
+        *thrust_n = measured_n.unwrap_or(*thrust_n);
+        Some(*thrust_n)
     }
 
     /// Moves the servos for one period towards `commands`, which are inside the travel.
@@ -96,6 +96,9 @@ impl HealthyActuators {
             // Comparisons instead of max and min: one instruction each. Unlike clamp they never panic.
             let above = if way < -way_max { -way_max } else { way };
             self.positions[effector] += if above > way_max { way_max } else { above };
+        }
+        if let Some(engine) = self.engine {
+            self.positions[engine] = commands[engine];
         }
     }
 

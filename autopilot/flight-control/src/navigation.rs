@@ -1,17 +1,20 @@
 //! Samples of the sensors to the navigation state: what everybody on the control side knows of the aircraft.
 //!
 //! The laws, the vehicle with its guidance, scripts and telemetry read [`NavigationState`]; sensors are read here and in
-//! [`crate::estimator`], and nowhere else. The navigator is for an aircraft with an attitude unit: it takes the latest valid
-//! sample of each sensor and guards the rest against values that no aircraft has.
+//! [`crate::estimator`], and by messages about single instruments. The navigator is for an aircraft with an attitude unit: it
+//! takes the latest valid sample of each sensor and guards the rest against values that no aircraft has. For a sensor that gives
+//! no valid sample the others stand in.
 
+use icd::sensors::SensorKind;
 use icd::{
     Attitude, Body, EulerAngles, FlowAngles, GnssFix, ImpactPressure, Ned, Sensors, SimTime,
     StaticPressure,
 };
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::estimator_status::EstimatorStatus;
+use crate::estimator::earth::metres_per_radian;
+use crate::estimator_status::{EstimatorStatus, SourceHealth};
 
 /// What is known of the aircraft at one tick. Every number is finite and one that an aircraft can have.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -51,7 +54,8 @@ pub struct NavigationState {
     pub estimate: Option<EstimatorStatus>,
 }
 
-/// Which parts of a [`NavigationState`] can be relied on; of the others the last good value stands in.
+/// Which parts of a [`NavigationState`] can be relied on; of the others a value computed from other parts stands in, or the last
+/// good one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Validity {
     /// Body rates.
@@ -125,6 +129,32 @@ impl NavigationState {
         -self.velocity.0.z
     }
 
+    /// Of which sensors the samples count, in the order of [`SensorKind::ALL`]: the latest is valid, and the estimator, where it flies,
+    /// has not lost the sensor.
+    #[must_use]
+    pub fn alive(&self, sensors: &Sensors) -> [bool; Sensors::SENSORS] {
+        let (valid, stamps) = (&self.valid, sensors.stamps());
+        SensorKind::ALL.map(|sensor| {
+            let counts = match (&self.estimate, sensor) {
+                // Of the airspeed a drift is a loss too; other samples that contradict the estimate are still what the sensor says.
+                (Some(estimate), SensorKind::Pitot) => !estimate.source(sensor).is_gone(),
+                (Some(estimate), _) => {
+                    !matches!(estimate.source(sensor), SourceHealth::Lost | SourceHealth::Stuck)
+                }
+                (None, SensorKind::Gyro) => valid.rates,
+                (None, SensorKind::Accelerometer) => valid.specific_force,
+                (None, SensorKind::Attitude) => valid.attitude,
+                (None, SensorKind::Gnss) => valid.velocity && valid.position,
+                (None, SensorKind::Barometer) => valid.altitude,
+                (None, SensorKind::Pitot) => valid.airspeed,
+                (None, SensorKind::Vanes) => valid.flow_angles,
+                (None, SensorKind::EngineMonitor) => valid.thrust,
+                (None, SensorKind::Magnetometer) => true,
+            };
+            counts && stamps[sensor as usize].valid
+        })
+    }
+
     /// Velocity of the air over the ground, m/s, where it blows to: velocity over the ground minus velocity through
     /// the air, the latter from airspeed, flow angles and attitude.
     #[must_use]
@@ -156,24 +186,31 @@ const PRESSURE_MAX_PA: f64 = 1.0e6;
 const YEAR_MAX: f64 = 10_000.0;
 /// Largest thrust that the navigator accepts, N.
 const THRUST_MAX_N: f64 = 1.0e8;
+/// Longest time between two ticks over which the navigator integrates, s.
+const DT_MAX_S: f64 = 0.5;
+/// Slower than this a flow has no direction, m/s.
+const FLOW_MIN_M_S: f64 = 5.0;
 
 /// Samples to [`NavigationState`].
 #[derive(Debug, Clone)]
 pub struct Navigator {
     /// Of the step before: holds the last good value of each part.
     state: NavigationState,
+    /// The wind when air and ground were last measured both, m/s.
+    wind: Ned,
 }
 
 impl Default for Navigator {
     fn default() -> Self {
-        Self { state: NavigationState::at_rest() }
+        Self { state: NavigationState::at_rest(), wind: Ned::zero() }
     }
 }
 
 impl Navigator {
-    /// One tick. A sample that is invalid, or whose value no aircraft has, leaves the last good value of its part and
-    /// says so in [`NavigationState::valid`].
+    /// One tick. A sample that is invalid, or whose value no aircraft has, is not used; [`NavigationState::valid`] says so, and the
+    /// other samples give its part where they can.
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> NavigationState {
+        let before = self.state;
         let s = &mut self.state;
         s.time = time;
         let Sensors { gyro, accelerometer, attitude, gnss, vanes, .. } = sensors;
@@ -230,7 +267,58 @@ impl Navigator {
         if s.valid.thrust {
             s.thrust_n = engine_n.value;
         }
-        *s
+        if !s.valid.is_complete() {
+            self.stand_in(&before, altitude_m);
+        }
+        self.state
+    }
+
+    /// The parts without a valid sample from those that have one: rates and attitude from each other, air and ground from each other
+    /// with the last known wind, the altitude from the satellites. A law cannot bring a value to its reference that never changes.
+    fn stand_in(&mut self, before: &NavigationState, gnss_altitude_m: f64) {
+        let Self { state: s, wind } = self;
+        #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
+        let dt_s = (s.time.micros_since(before.time) as f64 * 1.0e-6).min(DT_MAX_S);
+        let (valid, was, turned) = (s.valid, before.valid, before.orientation.q_ned_from_body);
+        if !valid.rates && dt_s > 0.0 {
+            let turn = turned.inverse() * s.orientation.q_ned_from_body;
+            let is_seen = valid.attitude && was.attitude;
+            s.rates = if is_seen { turn.scaled_axis() / dt_s } else { Vector3::zeros() };
+        }
+        if !valid.attitude {
+            let turn = UnitQuaternion::from_scaled_axis(s.rates * dt_s);
+            s.orientation = Attitude { q_ned_from_body: turned * turn };
+            s.attitude = s.orientation.euler();
+        }
+        if !(valid.velocity && valid.airspeed && valid.flow_angles) {
+            if was.attitude && was.velocity && was.airspeed && was.flow_angles {
+                *wind = before.wind();
+            }
+            let through_air = s.orientation.to_body(Ned(s.velocity.0 - wind.0)).0;
+            let speed_m_s = through_air.norm();
+            if !valid.airspeed && valid.velocity {
+                s.airspeed_m_s = speed_m_s;
+            }
+            if !valid.flow_angles && valid.velocity && speed_m_s > FLOW_MIN_M_S {
+                s.alpha = libm::atan2(through_air.z, through_air.x);
+                s.beta = libm::asin((through_air.y / speed_m_s).clamp(-1.0, 1.0));
+            }
+            if !valid.velocity {
+                // A velocity minus the wind that it would mean is the one through the air.
+                s.velocity = Ned(s.velocity.0 - s.wind().0 + wind.0);
+            }
+        }
+        if !valid.position {
+            let way = s.velocity.0 * dt_s;
+            let [north_m, east_m] = metres_per_radian(s.latitude_rad);
+            s.position.0 += way;
+            s.latitude_rad += way.x / north_m;
+            s.longitude_rad += way.y / east_m;
+        }
+        if !valid.altitude {
+            let flown_m = s.altitude_m + s.climb_rate_m_s() * dt_s;
+            s.altitude_m = if valid.position { gnss_altitude_m } else { flown_m };
+        }
     }
 }
 
@@ -253,7 +341,7 @@ mod tests {
     const TICK: SimTime = SimTime::from_micros(2_000);
 
     #[test]
-    fn a_value_that_cannot_be_leaves_the_last_good_one_of_its_part_and_no_other() {
+    fn a_value_that_cannot_be_is_not_used_for_its_part_and_changes_no_other() {
         let good = testing::level_sensors();
         let mut navigator = Navigator::default();
         let before = navigator.step(SimTime::ZERO, &good);
@@ -263,110 +351,95 @@ mod tests {
         let after = Navigator::default().step(TICK, &later);
         let (pitot, angles_at) = (later.pitot.value, later.vanes.value);
         for bad in [f64::NAN, f64::INFINITY, 1.0e200, -1.0e200] {
-            let airspeed = Validity { airspeed: false, ..after.valid };
-            assert_eq!(
-                navigator.clone().step(
-                    TICK,
-                    &Sensors {
-                        pitot: Sample::at(TICK, ImpactPressure { airspeed_m_s: bad, ..pitot }),
-                        ..later
-                    }
-                ),
-                NavigationState { airspeed_m_s: before.airspeed_m_s, valid: airspeed, ..after },
-                "{bad}"
-            );
-            let flow_angles = Validity { flow_angles: false, ..after.valid };
-            let (alpha, beta) = (before.alpha, before.beta);
-            assert_eq!(
-                navigator.step(
-                    TICK,
-                    &Sensors {
-                        vanes: Sample::at(TICK, FlowAngles { sideslip_rad: bad, ..angles_at }),
-                        ..later
-                    }
-                ),
-                NavigationState { alpha, beta, valid: flow_angles, ..after },
-                "{bad}"
-            );
-            navigator.step(SimTime::ZERO, &good);
+            let impact = ImpactPressure { airspeed_m_s: bad, ..pitot };
+            let sensors = Sensors { pitot: Sample::at(TICK, impact), ..later };
+            let NavigationState { airspeed_m_s, .. } = navigator.clone().step(TICK, &sensors);
+            assert!((airspeed_m_s - after.airspeed_m_s).abs() < 1.0e-6, "{bad}: {airspeed_m_s}");
+            let valid = Validity { airspeed: false, ..after.valid };
+            let expected = NavigationState { airspeed_m_s, valid, ..after };
+            assert_eq!(navigator.clone().step(TICK, &sensors), expected, "{bad}");
+            let angles = FlowAngles { sideslip_rad: bad, ..angles_at };
+            let sensors = Sensors { vanes: Sample::at(TICK, angles), ..later };
+            let NavigationState { alpha, beta, .. } = navigator.clone().step(TICK, &sensors);
+            assert!((alpha - after.alpha).abs() + beta.abs() < 1.0e-6, "{bad}: {alpha} {beta}");
+            let valid = Validity { flow_angles: false, ..after.valid };
+            let expected = NavigationState { alpha, beta, valid, ..after };
+            assert_eq!(navigator.clone().step(TICK, &sensors), expected, "{bad}");
+        }
+    }
+
+    /// A climbing turn in wind: samples at a tick, from the place before it.
+    fn climbing_turn(tick: u64, place: &mut [f64; 3]) -> Sensors {
+        let (dt_s, turn, theta, speed_m_s) = (0.002, 0.1, 0.02, 264.0);
+        let time = SimTime::from_micros(2_000 * tick);
+        let psi = turn * dt_s * tick as f64;
+        let orientation = Attitude::from_euler(EulerAngles { phi: 0.0, theta, psi });
+        let air = orientation.to_ned(Body::new(speed_m_s, 0.0, 0.0)).0;
+        let velocity = air + Vector3::new(10.0, -5.0, 0.5);
+        let [north_m, east_m] = metres_per_radian(place[0]);
+        if tick > 0 {
+            place[0] += velocity.x * dt_s / north_m;
+            place[1] += velocity.y * dt_s / east_m;
+            place[2] -= velocity.z * dt_s;
+        }
+        let mut sensors = testing::level_sensors();
+        let [sin, cos] = [libm::sin(theta), libm::cos(theta)];
+        sensors.gyro = Sample::at(time, Body::new(-turn * sin, 0.0, turn * cos));
+        sensors.attitude = Sample::at(time, orientation);
+        let [latitude_rad, longitude_rad, altitude_m] = *place;
+        let fix = sensors.gnss.value;
+        let velocity = Ned(velocity);
+        sensors.gnss.value = GnssFix { velocity, latitude_rad, longitude_rad, altitude_m, ..fix };
+        sensors.barometer.value.altitude_m = altitude_m;
+        sensors.pitot.value.airspeed_m_s = speed_m_s;
+        sensors.vanes.value = FlowAngles { angle_of_attack_rad: 0.0, sideslip_rad: 0.0 };
+        sensors
+    }
+
+    #[test]
+    fn the_other_sensors_stand_in_for_one_without_valid_samples() {
+        for lost in SensorKind::ALL {
+            let (mut navigator, mut all) = (Navigator::default(), Navigator::default());
+            let mut place = [0.6, -2.0, 5_000.0];
+            let (mut state, mut truth) = (NavigationState::at_rest(), NavigationState::at_rest());
+            for tick in 0..5_000 {
+                let mut sensors = climbing_turn(tick, &mut place);
+                truth = all.step(SimTime::from_micros(2_000 * tick), &sensors);
+                sensors.invalidate(|sensor| sensor == lost && tick >= 500);
+                state = navigator.step(truth.time, &sensors);
+            }
+            let lost = lost.name();
+            assert!((state.rates - truth.rates).norm() < 1.0e-9, "{lost}: {}", state.rates);
+            let turned =
+                truth.orientation.q_ned_from_body.angle_to(&state.orientation.q_ned_from_body);
+            assert!(turned < 1.0e-9, "{lost}: {turned} rad");
+            let apart = (state.velocity.0 - truth.velocity.0).norm();
+            assert!(apart < 1.0e-6, "{lost}: {apart} m/s over the ground");
+            let apart = state.airspeed_m_s - truth.airspeed_m_s;
+            assert!(apart.abs() < 1.0e-6, "{lost}: {apart} m/s through the air");
+            assert!(state.alpha.abs() + state.beta.abs() < 1.0e-9, "{lost}");
+            assert!((state.altitude_m - truth.altitude_m).abs() < 1.0e-6, "{lost}");
+            let apart = (state.latitude_rad - truth.latitude_rad)
+                .abs()
+                .max((state.longitude_rad - truth.longitude_rad).abs());
+            assert!(apart < 1.0e-9, "{lost}: {apart} rad");
         }
     }
 
     #[test]
-    fn an_invalid_sample_leaves_the_last_good_value_of_its_parts() {
-        let good = testing::level_sensors();
-        let fly = |change: fn(&mut Sensors)| {
-            let mut navigator = Navigator::default();
-            navigator.step(SimTime::ZERO, &good);
-            let mut later = Sensors::at(TICK, &good.to_array().map(|value| value * (1.0 + 1.0e-9)));
-            change(&mut later);
-            navigator.step(TICK, &later)
+    fn a_part_without_its_sensor_is_not_valid() {
+        let mut sensors = testing::level_sensors();
+        sensors.invalidate(|_| true);
+        assert_eq!(Navigator::default().step(TICK, &sensors).valid, Validity::default());
+        let without = |lost| {
+            let mut sensors = testing::level_sensors();
+            sensors.invalidate(|sensor| sensor == lost);
+            Navigator::default().step(TICK, &sensors).valid
         };
-        let (before, after) = (testing::level_state(), fly(|_| {}));
-        assert_ne!((before.rates, before.velocity), (after.rates, after.velocity));
-        let valid = after.valid;
-        assert_eq!(
-            fly(|s| s.gyro.valid = false),
-            NavigationState {
-                rates: before.rates,
-                valid: Validity { rates: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| s.attitude.valid = false),
-            NavigationState {
-                attitude: before.attitude,
-                orientation: before.orientation,
-                valid: Validity { attitude: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| s.accelerometer.valid = false),
-            NavigationState {
-                specific_force: before.specific_force,
-                valid: Validity { specific_force: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| s.gnss.valid = false),
-            NavigationState {
-                velocity: before.velocity,
-                position: before.position,
-                latitude_rad: before.latitude_rad,
-                longitude_rad: before.longitude_rad,
-                valid: Validity { velocity: false, position: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| s.barometer.valid = false),
-            NavigationState {
-                altitude_m: before.altitude_m,
-                valid: Validity { altitude: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| (s.pitot.valid, s.engine_n.valid) = (false, false)),
-            NavigationState {
-                airspeed_m_s: before.airspeed_m_s,
-                thrust_n: before.thrust_n,
-                valid: Validity { airspeed: false, thrust: false, ..valid },
-                ..after
-            }
-        );
-        assert_eq!(
-            fly(|s| s.vanes.valid = false),
-            NavigationState {
-                alpha: before.alpha,
-                beta: before.beta,
-                valid: Validity { flow_angles: false, ..valid },
-                ..after
-            }
-        );
+        let all = Validity::COMPLETE;
+        assert_eq!(without(SensorKind::Pitot), Validity { airspeed: false, ..all });
+        assert_eq!(without(SensorKind::Gnss), Validity { velocity: false, position: false, ..all });
+        assert_eq!(without(SensorKind::Barometer), Validity { altitude: false, ..all });
     }
 
     #[test]

@@ -133,11 +133,11 @@ impl Autopilot {
         self.on_ground = false;
         let state = self.navigation.step(time, sensors);
         self.step_script(&state);
-        self.fly(&state)
+        self.fly(&state, sensors)
     }
 
     /// The vehicle and the laws.
-    fn fly(&mut self, state: &NavigationState) -> &StepLog {
+    fn fly(&mut self, state: &NavigationState, sensors: &Sensors) -> &StepLog {
         let time = state.time;
         let events = &mut self.events;
         let mut publish = |kind| events.push(time, kind);
@@ -152,6 +152,7 @@ impl Autopilot {
             demand: self.vehicle.demand().copied().unwrap_or(command),
             navigation: self.vehicle.navigation(),
             terminated: self.vehicle.is_terminated(),
+            sensors: *sensors,
             log: self.flight.step_with(state, &command, own),
         });
         let log = &mut latest.log;
@@ -160,7 +161,7 @@ impl Autopilot {
             // The surfaces stay at their stops.
             log.authority = Authority::NONE;
         } else {
-            self.transitions.step(log, self.period, publish);
+            self.transitions.step(log, &state.alive(sensors), self.period, publish);
         }
         log
     }
@@ -172,7 +173,7 @@ impl Autopilot {
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
                 snapshot.on_ground = on_ground;
-                snapshot.log.state = state;
+                (snapshot.sensors, snapshot.log.state) = (*sensors, state);
                 // A mode selected in a pause is shown in the pause; it acts when time continues.
                 snapshot.mode = self.vehicle.mode();
                 snapshot.demand = self.vehicle.demand().copied().unwrap_or(snapshot.demand);
@@ -182,7 +183,7 @@ impl Autopilot {
             }
             // Joined while paused: step the vehicle once, so that there is a state to show and to command.
             None => {
-                let actuators = self.fly(&state).actuators();
+                let actuators = self.fly(&state, sensors).actuators();
                 if let Some(snapshot) = self.latest.as_mut() {
                     snapshot.on_ground = on_ground;
                 }

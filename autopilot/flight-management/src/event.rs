@@ -7,7 +7,8 @@ use flight_control::isolation::Verdict;
 use flight_control::{AltitudeLimit, Authority, Demand, NavigationState, StepLog};
 use icd::fault::FaultEntry;
 use icd::pace::Pace;
-use icd::{ControlPeriod, SimTime};
+use icd::sensors::SensorKind;
+use icd::{ControlPeriod, Sensors, SimTime};
 
 use crate::command::Outcome;
 use crate::script::ScriptEvent;
@@ -80,6 +81,10 @@ pub enum EventKind {
     Isolated(Verdict),
     /// It names none any more.
     IsolationWithdrawn,
+    /// A sensor gives no samples that count any more.
+    SensorLost(SensorKind),
+    /// It does again.
+    SensorBack(SensorKind),
     /// A fault entered the plant's list or left it, by a report of the plant.
     Fault(FaultEntry),
     /// The aircraft touched the ground.
@@ -225,6 +230,8 @@ pub struct Snapshot {
     pub navigation: Navigation,
     /// The flight was terminated.
     pub terminated: bool,
+    /// The samples of the tick.
+    pub sensors: Sensors,
     /// Signals of the step; during a pause, with the state of that moment.
     pub log: StepLog,
 }

@@ -8,6 +8,7 @@ use flight_control::isolation::{Verdict, evidence::Behaviour};
 use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use icd::pace::Pace;
+use icd::sensors::SensorKind;
 
 use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
@@ -62,7 +63,8 @@ pub fn of_event(
                 Limit::Thrust => "too little thrust".into(),
                 limit => format!("{} at limit", limit.name()),
             };
-            (S::Critical, format!("No authority left: {}, {by}", axis.name()))
+            // The banner of the compensator is there already, or no fault is seen.
+            (S::Warning, format!("No authority left: {}, {by}", axis.name()))
         }
         EventKind::AuthorityRestored(axis) => {
             (S::Info, format!("Authority restored: {}", axis.name()))
@@ -93,6 +95,8 @@ pub fn of_event(
             (S::Warning, format!("Isolated: {}", verdict_text(verdict, effectors)))
         }
         EventKind::IsolationWithdrawn => (S::Info, "Isolation: no effector is named now".into()),
+        EventKind::SensorLost(sensor) => (S::Warning, format!("{} lost", sensor_text(sensor))),
+        EventKind::SensorBack(sensor) => (S::Info, format!("{} is back", sensor_text(sensor))),
         EventKind::Fault(ref entry) => return fault_text(entry, effectors),
         EventKind::GroundContact => (S::Emergency, "Ground contact: the flight is over".into()),
         EventKind::PlantLost => {
@@ -154,6 +158,21 @@ pub fn verdict_text(verdict: &Verdict, effectors: &EffectorList) -> String {
     let each: Vec<String> = each.collect();
     // Never certain.
     format!("{}, {:.0} %", each.join(" and "), (100.0 * verdict.confidence).floor().min(99.0))
+}
+
+/// What a pilot misses without a sensor.
+fn sensor_text(sensor: SensorKind) -> &'static str {
+    match sensor {
+        SensorKind::Gyro => "Gyro",
+        SensorKind::Accelerometer => "Accelerometer",
+        SensorKind::Attitude => "Attitude unit",
+        SensorKind::Gnss => "GNSS",
+        SensorKind::Barometer => "Barometer",
+        SensorKind::Pitot => "Airspeed",
+        SensorKind::Vanes => "Vanes",
+        SensorKind::EngineMonitor => "Engine monitor",
+        SensorKind::Magnetometer => "Magnetometer",
+    }
 }
 
 /// `, nozzle yaw at limit`; empty if there is no limit.

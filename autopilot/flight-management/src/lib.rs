@@ -17,7 +17,7 @@
 //!
 //! let mut parameters = Parameters::default();
 //! parameters.set("REF_ALT_MAX", 6_000.0)?;
-//! assert!(parameters.limits.check(Reference::Altitude(7_000.0)).is_err());
+//! assert!(parameters.limits.check(Reference::Altitude(7_000.0), 7_000.0).is_err());
 //! # Ok::<(), flight_management::parameters::ParameterError>(())
 //! ```
 

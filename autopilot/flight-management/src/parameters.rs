@@ -64,8 +64,8 @@ impl Default for Parameters {
             limits: ReferenceLimits {
                 altitude_min_m: 500.0,
                 altitude_max_m: 12_000.0,
-                airspeed_min_m_s: 180.0,
-                airspeed_max_m_s: 320.0,
+                airspeed_min_m_s: 140.0,
+                airspeed_max_m_s: 280.0,
                 roll_max_deg: 45.0,
             },
             failure: FailureParameters::reference(),
@@ -284,7 +284,7 @@ impl Parameters {
         for (name, value) in settings {
             changed.assign(name, value)?;
         }
-        check_order(&changed.limits)?;
+        check_limits(&changed)?;
         let warning = changed.gains.validate()?;
         *self = changed;
         Ok(warning)
@@ -317,13 +317,14 @@ impl Parameters {
                 return Err(ParameterError::OutOfRange { name, value, min, max, unit });
             }
         }
-        check_order(&self.limits)?;
+        check_limits(self)?;
         self.gains.validate()?;
         self.check_law()
     }
 
     /// Sets one parameter that is inside its range; does not check the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
+        let name = compatibility(name).and_then(|row| row.meant()).map_or(name, |row| row.name);
         let Some(row) = table().iter().find(|row| row.name == name) else {
             return Err(match (compatibility(name), is_fault(name)) {
                 (Some(row), _) => ParameterError::ReadOnly { name: row.name },
@@ -352,14 +353,24 @@ impl Parameters {
     }
 }
 
-/// The lower ends of the ranges are not above the upper ones.
-fn check_order(limits: &ReferenceLimits) -> Result<(), ParameterError> {
+/// The lower ends of the ranges are not above the upper ones, and no value would be flown as another one because of a limit.
+fn check_limits(parameters: &Parameters) -> Result<(), ParameterError> {
+    let Parameters { limits, navigation, .. } = parameters;
     for (lower, low, upper, high, unit) in [
         ("REF_ALT_MIN", limits.altitude_min_m, "REF_ALT_MAX", limits.altitude_max_m, "m"),
         ("FW_AIRSPD_MIN", limits.airspeed_min_m_s, "FW_AIRSPD_MAX", limits.airspeed_max_m_s, "m/s"),
     ] {
         if low > high {
             return Err(ParameterError::Order { lower, low, upper, high, unit });
+        }
+    }
+    let (low_m, high_m) = (limits.altitude_min_m, limits.altitude_max_m);
+    for (name, value, min, max, unit) in [
+        ("RTL_RETURN_ALT", navigation.return_altitude_m, low_m, high_m, "m"),
+        ("NAV_BANK_MAX", navigation.bank_max_deg, 1.0, limits.roll_max_deg, "deg"),
+    ] {
+        if !(min..=max).contains(&value) {
+            return Err(ParameterError::OutOfRange { name, value, min, max, unit });
         }
     }
     Ok(())

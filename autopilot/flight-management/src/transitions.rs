@@ -1,4 +1,4 @@
-//! Events from the signals of every step: compensator, its authority, saturation.
+//! Events from the signals of every step: compensator, its authority, saturation, sensors.
 
 use core::time::Duration;
 
@@ -6,6 +6,7 @@ use flight_control::isolation::Verdict;
 use flight_control::relief::CompensationHealth;
 use flight_control::{Health, StepLog};
 use icd::ControlPeriod;
+use icd::sensors::SensorKind;
 
 use crate::event::{Axis, EventKind, Limit, Limits};
 
@@ -14,6 +15,8 @@ const AT_LIMIT_AFTER_US: u64 = 200_000;
 /// The same for an axis without authority while the compensator sleeps, us: a healthy aircraft that begins or ends a
 /// bank has its ailerons at their limit for a moment, when no authority for compensation is needed.
 const ASLEEP_EXHAUSTED_AFTER_US: u64 = 3_000_000;
+/// A sensor is reported as lost when its samples have not counted for this long, us.
+const SENSOR_LOST_AFTER_US: u64 = 500_000;
 /// The end of a limit is reported after this time without it, us; longer, so that a demand that brushes its limit
 /// does not fill the operator's screen.
 const INSIDE_AFTER_US: u64 = 2_000_000;
@@ -37,6 +40,8 @@ pub struct Transitions {
     thrust_floor: Debounced,
     yields: Debounced,
     isolation: Isolation,
+    /// Of the sensors that have given a sample.
+    sensors: [Option<Debounced>; SensorKind::ALL.len()],
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -121,10 +126,11 @@ impl Isolation {
 }
 
 impl Transitions {
-    /// Evaluates one step and publishes the changes.
+    /// Evaluates one step and publishes the changes. `alive`: whether the samples of each sensor count.
     pub fn step(
         &mut self,
         log: &StepLog,
+        alive: &[bool; SensorKind::ALL.len()],
         period: ControlPeriod,
         mut publish: impl FnMut(EventKind),
     ) {
@@ -141,6 +147,21 @@ impl Transitions {
         }
         if self.not_held.step(log.altitude_limit.is_some(), AT_LIMIT_AFTER_US, elapsed_us) {
             publish(log.altitude_limit.map_or(EventKind::AltitudeHeld, EventKind::AltitudeNotHeld));
+        }
+        for (sensor, (state, alive)) in
+            SensorKind::ALL.into_iter().zip(self.sensors.iter_mut().zip(alive))
+        {
+            if state.is_none() && *alive {
+                *state = Some(Debounced::default());
+            }
+            if let Some(state) = state
+                && state.step(!alive, SENSOR_LOST_AFTER_US, elapsed_us)
+            {
+                publish(match state.reported {
+                    true => EventKind::SensorLost(sensor),
+                    false => EventKind::SensorBack(sensor),
+                });
+            }
         }
         let CompensationHealth { thrust_floor, yields } = log.health.compensation;
         if self.thrust_floor.step(thrust_floor, AT_LIMIT_AFTER_US, elapsed_us) {

@@ -1,12 +1,13 @@
 //! The aircraft as the ground-station side knows it, from events and snapshots only.
 
 use flight_control::NavigationState;
-use icd::Ned;
+use icd::{Body, Ned};
 
 use flight_management::event::{EventKind, Snapshot};
 use flight_management::fault_list::FaultList;
+use flight_management::parameters::Parameters;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::{Mode, Place, VehicleEvent};
+use flight_management::vehicle::{Mode, Place, Rules, VehicleEvent};
 
 /// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
 /// leftover from before the last event.
@@ -85,6 +86,14 @@ impl Default for Aircraft {
     }
 }
 
+/// After ground contact the plant stands still at the state of that moment: there is no motion to show any more.
+fn come_to_rest(snapshot: &mut Snapshot) {
+    let Snapshot { sensors, log, .. } = snapshot;
+    (log.state.velocity, sensors.gnss.value.velocity) = (Ned::zero(), Ned::zero());
+    (log.state.rates, sensors.gyro.value) = (Body::zero().0, Body::zero());
+    (log.state.airspeed_m_s, sensors.pitot.value.impact_pa) = (0.0, 0.0);
+}
+
 impl Aircraft {
     /// Applies an event; false if it changes nothing.
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
@@ -97,7 +106,10 @@ impl Aircraft {
                 self.mode = mode;
                 self.contradictions = 0;
             }
-            EventKind::GroundContact => self.on_ground = true,
+            EventKind::GroundContact => {
+                self.on_ground = true;
+                self.snapshot.iter_mut().for_each(come_to_rest);
+            }
             EventKind::Vehicle(VehicleEvent::Home(place)) => {
                 // Before the first snapshot there are no local axes; that snapshot also sets home.
                 if let Some(snapshot) = &self.snapshot {
@@ -125,7 +137,8 @@ impl Aircraft {
                 self.contradictions = 0;
             }
         }
-        let first_seen = self.home.is_none().then(|| Place::of(snapshot.motion()));
+        let is_seen = self.home.is_none() && snapshot.motion().valid.position;
+        let first_seen = is_seen.then(|| Place::of(snapshot.motion()));
         if let Some(place) = snapshot.navigation.home.or(first_seen)
             && !self.home.is_some_and(|home| home.is_at(place))
             && !self.home_reported
@@ -134,7 +147,11 @@ impl Aircraft {
         }
         // A snapshot that contradicts the event may predate it; the mirror takes the next one.
         self.home_reported = false;
-        self.snapshot = Some(*snapshot);
+        let mut snapshot = *snapshot;
+        if self.on_ground {
+            come_to_rest(&mut snapshot);
+        }
+        self.snapshot = Some(snapshot);
     }
 
     /// State of the flight.
@@ -176,6 +193,27 @@ impl Aircraft {
     #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.snapshot.as_ref()
+    }
+
+    /// Altitude at which the airspeeds of ground stations count, m: that of the reference.
+    #[must_use]
+    pub fn altitude_reference_m(&self) -> f64 {
+        self.snapshot.as_ref().map_or(0.0, |state| state.demand.altitude_m)
+    }
+
+    /// Says that a circle is too small for an airspeed, by default the present reference. Wind widens it further.
+    #[must_use]
+    pub fn widened(
+        &self,
+        radius_m: f64,
+        airspeed_m_s: Option<f64>,
+        parameters: &Parameters,
+    ) -> Option<String> {
+        let Parameters { limits, navigation, gains, .. } = parameters;
+        let now_m_s = self.snapshot.as_ref().map(|state| state.demand.airspeed_m_s);
+        let least_m =
+            Rules::new(*limits, *navigation, gains).smallest_circle_m(airspeed_m_s.or(now_m_s)?);
+        (radius_m < least_m).then(|| format!("Radius {radius_m:.0} m is flown as {least_m:.0} m"))
     }
 
     /// Home of this flight, once a state is known.

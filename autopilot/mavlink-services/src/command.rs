@@ -6,6 +6,7 @@
 use ::mavlink::dialects::common::MavResult;
 use icd::FaultRequest;
 
+use crate::aircraft::Phase;
 use crate::codec::{CommandError, CommandMessage, Encoded, Identity, Message, SetMode};
 use crate::command::pending::{OnAcceptance, Part, Pending};
 use crate::param::PREFLIGHT_STORAGE;
@@ -77,7 +78,8 @@ impl Service for CommandService {
                 self.handle_command(from, command, now, shared);
             }
             Message::SetMode(SetMode { is_custom, main, sub }) => {
-                let mode = modes::requested(*is_custom, *main, *sub, shared.streams);
+                let mode = check_not_over(shared)
+                    .and_then(|()| modes::requested(*is_custom, *main, *sub, shared.streams));
                 let begun = mode.and_then(|mode| {
                     self.begin(
                         from,
@@ -160,6 +162,13 @@ impl CommandService {
         shared: &mut Shared,
     ) -> Result<Option<MavResult>, CommandError> {
         let Decision { answers, intents, note } = decision;
+        let needs_flight = |command: &Command| match command {
+            Command::Vehicle(command) => !matches!(command, VehicleCommand::PlanItem(_)),
+            _ => false,
+        };
+        if intents.iter().any(|(command, _)| needs_flight(command)) {
+            check_not_over(shared)?;
+        }
         if !intents.is_empty()
             && (!self.pending.has_room() || shared.intents.room() < intents.len())
         {
@@ -184,6 +193,17 @@ impl CommandService {
         self.pending.open(from, command, parts.collect(), on_acceptance, now);
         Ok(None)
     }
+}
+
+/// After ground contact nothing can be flown.
+///
+/// # Errors
+/// What to do then.
+fn check_not_over(shared: &Shared) -> Result<(), CommandError> {
+    if shared.aircraft.phase() == Phase::OnGround {
+        return Err(CommandError::temporary("The flight is over: a reboot begins a new one"));
+    }
+    Ok(())
 }
 
 /// The result for the acknowledgement; the operators get the reason.

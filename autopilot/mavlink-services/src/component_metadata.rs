@@ -109,7 +109,7 @@ const PLACES_MAX: i32 = 12;
 /// The file.
 fn parameter_file(effectors: &EffectorList, defaults: &Parameters) -> Value {
     let own = table().iter().map(|row| tunable(row, row.value(defaults)));
-    let others = COMPATIBILITY.iter().map(compatibility);
+    let others = COMPATIBILITY.iter().map(|row| compatibility(row, defaults));
     let others = others.chain(fault_parameters(effectors).map(|row| fault(&row, effectors)));
     let all: Vec<Value> = own.chain(others).collect();
     json!({ "version": 1, "parameters": all })
@@ -154,7 +154,14 @@ fn long_text(row: &Parameter) -> String {
     format!("{meaning}. {range}. A change acts {when}.")
 }
 
-fn compatibility(row: &CompatibilityParameter) -> Value {
+fn compatibility(row: &CompatibilityParameter, defaults: &Parameters) -> Value {
+    if let Some(meant) = row.meant() {
+        let mut entry = tunable(meant, meant.value(defaults));
+        entry["name"] = row.name.into();
+        entry["group"] = COMPATIBILITY_GROUP.into();
+        entry["shortDesc"] = format!("{}: {}", meant.name, meant.meaning).into();
+        return entry;
+    }
     let mut entry = json!({
         "name": row.name,
         "type": type_name(row.kind),
@@ -187,7 +194,7 @@ fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
     json!({
         "name": row.name.as_str(),
         "type": type_name(Kind::Int),
-        "group": "Break an effector or a sensor",
+        "group": "Break something",
         "category": "Standard",
         "shortDesc": format!("What acts on the {what}"),
         "longDesc": format!(

@@ -90,10 +90,16 @@ pub fn centimetres_per_second_unsigned(metres_per_second: f64) -> u16 {
     to_u16(metres_per_second * 1.0e2).min(u16::MAX - 1)
 }
 
-/// Distance in whole metres; 65535 m at most.
+/// Uncertainty, mm or mm/s.
+#[must_use]
+pub fn accuracy_mm(metres: f64) -> u32 {
+    u32::from(to_u16(metres * 1.0e3))
+}
+
+/// Distance in whole metres; 65535 m at most, and where it is not known.
 #[must_use]
 pub fn whole_metres(metres: f64) -> u16 {
-    to_u16(metres)
+    if metres.is_nan() { u16::MAX } else { to_u16(metres) }
 }
 
 /// Pressure, hPa.
@@ -108,10 +114,10 @@ pub fn celsius(kelvin: f64) -> f32 {
     float(kelvin - 273.15)
 }
 
-/// Temperature, 0.01 degC.
+/// Temperature, 0.01 degC; the largest number where it is not known.
 #[must_use]
 pub fn centidegrees_celsius(kelvin: f64) -> i16 {
-    to_i16((kelvin - 273.15) * 1.0e2)
+    if kelvin.is_nan() { i16::MAX } else { to_i16((kelvin - 273.15) * 1.0e2) }
 }
 
 /// Degrees, not wrapped.
@@ -120,23 +126,32 @@ pub fn degrees(angle_rad: f64) -> f64 {
     angle_rad.to_degrees()
 }
 
-/// Bearing, -180 to 180 degrees.
+/// Bearing, -180 to 180 degrees; 32767 where it is not known.
 #[must_use]
 pub fn bearing_degrees(bearing_rad: f64) -> i16 {
+    if bearing_rad.is_nan() {
+        return i16::MAX;
+    }
     let degrees = heading_degrees(bearing_rad);
     if degrees > 180 { degrees - 360 } else { degrees }
 }
 
-/// Heading, 0 to 35999 centidegrees.
+/// Heading, 0 to 35999 centidegrees; 65535 where it is not known.
 #[must_use]
 pub fn heading_centidegrees(psi_rad: f64) -> u16 {
+    if psi_rad.is_nan() {
+        return u16::MAX;
+    }
     let centidegrees = to_i32(psi_rad.to_degrees() * 1.0e2).rem_euclid(36_000);
     u16::try_from(centidegrees).unwrap_or(0)
 }
 
-/// Heading, 0 to 359 degrees.
+/// Heading, 0 to 359 degrees; -1 where it is not known.
 #[must_use]
 pub fn heading_degrees(psi_rad: f64) -> i16 {
+    if psi_rad.is_nan() {
+        return -1;
+    }
     to_i16(psi_rad.to_degrees()).rem_euclid(360)
 }
 

@@ -81,10 +81,11 @@ pub fn message(identity: HeartbeatIdentity, aircraft: &Aircraft) -> Encoded {
     Encoded::new(&content(identity, aircraft))
 }
 
-/// The aircraft is armed: it flies and its engine runs, as far as is known.
+/// The aircraft is armed: it flies and its engine runs, as far as is known. It will when the plant calls, too: QGroundControl takes a
+/// moment without the flag for the end of the mission.
 #[must_use]
 pub fn is_armed(aircraft: &Aircraft) -> bool {
-    matches!(aircraft.phase(), Phase::Flying | Phase::Lost) && !aircraft.is_terminated()
+    aircraft.phase() != Phase::OnGround && !aircraft.is_terminated()
 }
 
 /// PX4's flags: manual input in a mode that takes a pilot's sticks, else autonomous.

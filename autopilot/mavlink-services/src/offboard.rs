@@ -98,13 +98,14 @@ struct Reported {
 impl Service for Offboard {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
         let parameters = &shared.parameters;
+        let altitude_m = shared.aircraft.altitude_reference_m();
         let read = match message {
             Message::SetAttitudeTarget(data) => of_attitude(data, parameters),
-            Message::SetPositionGlobal(target) => of_global(target, parameters),
+            Message::SetPositionGlobal(target) => of_global(target, altitude_m, parameters),
             Message::SetPositionLocal(target) => {
                 let heading_rad =
                     shared.aircraft.snapshot().map(|state| state.motion().attitude.psi);
-                of_local(target, heading_rad, parameters)
+                of_local(target, heading_rad, altitude_m, parameters)
             }
             _ => return,
         };
@@ -333,12 +334,16 @@ pub fn of_attitude(
 ///
 /// # Errors
 /// A frame that is not global, no position and no velocity, or invalid values.
-pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Result<Read, Unusable> {
+pub fn of_global(
+    target: &PositionTarget<i32>,
+    altitude_m: f64,
+    parameters: &Parameters,
+) -> Result<Read, Unusable> {
     if !GLOBAL_FRAMES.contains(&target.frame) {
         return Err(Unusable("the frame is none of 0, 3, 5, 6, 10 and 11"));
     }
     if !uses_position(target.ignored)? {
-        return of_velocity(target.velocity, 0.0, target.ignored, parameters);
+        return of_velocity(target.velocity, 0.0, target.ignored, altitude_m, parameters);
     }
     let latitude = convert::degrees_of_e7(target.x);
     let longitude = convert::degrees_of_e7(target.y);
@@ -368,6 +373,7 @@ pub fn of_global(target: &PositionTarget<i32>, parameters: &Parameters) -> Resul
 pub fn of_local(
     target: &PositionTarget<f32>,
     heading_rad: Option<f64>,
+    altitude_m: f64,
     parameters: &Parameters,
 ) -> Result<Read, Unusable> {
     let forward_rad = match target.frame {
@@ -378,7 +384,7 @@ pub fn of_local(
         _ => return Err(Unusable("the frame is none of 1, 8 and 12")),
     };
     if !uses_position(target.ignored)? {
-        return of_velocity(target.velocity, forward_rad, target.ignored, parameters);
+        return of_velocity(target.velocity, forward_rad, target.ignored, altitude_m, parameters);
     }
     if target.frame != LOCAL_NED {
         return Err(Unusable("a position needs frame 1 (local NED), not one of the body"));
@@ -400,15 +406,16 @@ fn uses_position(ignored: u16) -> Result<bool, Unusable> {
     }
 }
 
-/// A velocity forward, right and down, where forward has this angle from north.
+/// A velocity forward, right and down, where forward has this angle from north; its limits are those at an altitude.
 fn of_velocity(
     [forward, right, down]: [f32; 3],
     forward_rad: f64,
     ignored: u16,
+    altitude_m: f64,
     parameters: &Parameters,
 ) -> Result<Read, Unusable> {
     let mut limiter = Limiter::default();
-    let limits = &parameters.limits;
+    let [slowest_m_s, fastest_m_s] = parameters.limits.airspeeds_m_s(altitude_m);
     let (course_rad, speed_m_s) = match ignored & VELOCITY_XY {
         0 => {
             let (forward, right) = (finite(forward)?, finite(right)?);
@@ -419,7 +426,7 @@ fn of_velocity(
             if speed < STANDING_M_S {
                 return Err(Unusable("a plane cannot stand still"));
             }
-            let range = (limits.airspeed_min_m_s, limits.airspeed_max_m_s);
+            let range = (slowest_m_s, fastest_m_s);
             let speed = limiter.limit("speed", "m/s", speed, range);
             (Some(libm::atan2(east, north)), Some(speed))
         }

@@ -9,14 +9,14 @@ use crate::codec::{CommandMessage, Encoded, Message, ParamSet};
 use crate::param::faults::{Answer, FaultParameters};
 use crate::param::keeper::{Keeper, Transition};
 use crate::param::rows::{
-    Source, error_message, find, number, row, row_of, row_with, value_message,
+    Source, error_message, find, meant, number, row, row_of, row_with, value_message,
 };
 use crate::peers::{From, Peer};
 use crate::wall_time::WallTime;
 use crate::{Service, Shared, convert};
 use flight_management::command::{Configuration, Outcome};
 use flight_management::event::EventKind;
-use flight_management::parameters::{ParameterError, Parameters, table};
+use flight_management::parameters::{ParameterError, ParameterName, Parameters, table};
 
 pub use crate::param::keeper::{Save, Saved};
 pub(super) use crate::param::rows::{Row, rows};
@@ -32,6 +32,8 @@ pub const PREFLIGHT_STORAGE: u16 = 245;
 const BURST: usize = 5;
 /// Time between two bursts.
 const BURST_INTERVAL: Duration = Duration::from_millis(10);
+/// A read-only parameter is explained again after this time without an attempt to set it.
+const REFUSED_AGAIN_AFTER: Duration = Duration::from_secs(10);
 /// A burst waits while a peer has less room than this for answers.
 const ROOM_MIN: usize = 64;
 
@@ -90,6 +92,8 @@ pub struct ParamService {
     lists: Vec<List>,
     next_burst: WallTime,
     faults: FaultParameters,
+    /// The last read-only parameter that was to be set, and when.
+    refused: Option<(ParameterName, WallTime)>,
 }
 
 impl Service for ParamService {
@@ -168,7 +172,17 @@ impl ParamService {
             _ => set_value(&old, set, now, shared),
         };
         if let Err((error, reason)) = done {
-            shared.texts.warn(now, reason);
+            // A slider that is dragged sends many values.
+            let is_fixed = error == MavParamError::MAV_PARAM_ERROR_READ_ONLY;
+            let is_repeated = self.refused.is_some_and(|(name, since)| {
+                name == old.name && now.since(since) < REFUSED_AGAIN_AFTER
+            });
+            if !is_fixed {
+                shared.texts.warn(now, reason);
+            } else if !is_repeated {
+                shared.texts.inform(now, reason);
+            }
+            self.refused = is_fixed.then_some((old.name, now));
             shared.peers.answer(from.peer, value_message(&old, &shared.model.effectors.list));
             let index = i16::try_from(old.index).unwrap_or(-1);
             shared.peers.answer(from.peer, error_message(from, set.id, index, error));
@@ -270,6 +284,7 @@ fn change(
     now: WallTime,
     shared: &mut Shared,
 ) -> Result<(), (MavParamError, String)> {
+    let (old, second_names) = meant(old, shared);
     let name = old.name;
     // Values that are equal on the wire are equal, so a default that a station sends back stays exact.
     let same = convert::float(value).to_bits() == convert::float(old.value).to_bits();
@@ -286,13 +301,21 @@ fn change(
             shared.texts.warn(now, format!("{name} set {warning}"));
         }
         shared.store.note_change(&before, &shared.parameters);
+        let radius_m = shared.parameters.navigation.loiter_radius_m;
+        if before.navigation.loiter_radius_m != radius_m
+            && let Some(note) = shared.aircraft.widened(radius_m, None, &shared.parameters)
+        {
+            shared.texts.warn(now, note);
+        }
     }
     let value = if same { old.value } else { value };
     if !is_fixed && let Err(error) = shared.store.keeper.keep(&name, value, &shared.defaults) {
         shared.texts.warn(now, format!("{name} set, but not saved: {error}"));
     }
-    if let Some(row) = row(old.index, shared) {
-        announce(&row, shared);
+    for index in core::iter::once(old.index).chain(second_names) {
+        if let Some(row) = row(index, shared) {
+            announce(&row, shared);
+        }
     }
     Ok(())
 }

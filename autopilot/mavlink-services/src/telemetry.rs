@@ -28,6 +28,7 @@ pub use crate::telemetry::rates::{PeerRates, request};
 pub use crate::telemetry::status::mission_current;
 
 mod controls;
+mod known;
 mod motion;
 mod rates;
 mod registry;

@@ -11,7 +11,7 @@ use autopilot::command::Command;
 use autopilot::event::EventKind;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
-use autopilot::vehicle::{Mode, Place, VehicleEvent};
+use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
 use host_io::file;
 use icd::{ControlPeriod, SimTime};
@@ -125,9 +125,9 @@ pub fn demo(setup: &FlightSetup) -> Plan {
     let actions = vec![
         waypoint(3.0, 0.0, 0.05),
         waypoint(3.0, 4.0, 0.15),
-        Action::ChangeSpeed { airspeed_m_s: airspeed_m_s * 10.0 / 11.0 },
+        Action::ChangeSpeed { airspeed: Airspeed::True(airspeed_m_s * 10.0 / 11.0) },
         Action::LoiterTurns { circle: circle(0.0, 7.0, 0.1, true), turns: 1.0 },
-        Action::ChangeSpeed { airspeed_m_s },
+        Action::ChangeSpeed { airspeed: Airspeed::True(airspeed_m_s) },
         waypoint(-4.5, 5.0, 0.0),
         waypoint(-4.5, 0.0, 0.0),
         waypoint(-1.0, 0.0, 0.05),

@@ -46,6 +46,37 @@ pub fn pressure(altitude_m: f64) -> f64 {
     density(altitude_m) * GAS_CONSTANT * temperature(altitude_m)
 }
 
+/// Ratio of the specific heats of air.
+const HEAT_RATIO: f64 = 1.4;
+
+/// Speed of sound at an altitude, m/s.
+fn speed_of_sound(altitude_m: f64) -> f64 {
+    libm::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature(altitude_m))
+}
+
+/// The airspeed at one altitude that has the impact pressure of an airspeed at another one, m/s.
+///
+/// Isentropic flow: `q_c = p ((1 + 0.2 M²)^3.5 - 1)`. Above Mach 1 a shock in front of the tube reduces the pressure, which is
+/// neglected here, as it is in the pitot tube of the simulation.
+fn same_impact(airspeed_m_s: f64, from_m: f64, to_m: f64) -> f64 {
+    let mach = airspeed_m_s / speed_of_sound(from_m);
+    let impact = libm::pow(1.0 + 0.2 * mach * mach, 3.5) - 1.0;
+    let ratio = 1.0 + impact * pressure(from_m) / pressure(to_m);
+    speed_of_sound(to_m) * libm::sqrt(5.0 * (libm::pow(ratio, 1.0 / 3.5) - 1.0))
+}
+
+/// Calibrated airspeed of a true one at an altitude, m/s: the airspeed at sea level with the same impact pressure.
+#[must_use]
+pub fn calibrated_airspeed(true_m_s: f64, altitude_m: f64) -> f64 {
+    same_impact(true_m_s, altitude_m, 0.0)
+}
+
+/// True airspeed of a calibrated one at an altitude, m/s.
+#[must_use]
+pub fn true_airspeed(calibrated_m_s: f64, altitude_m: f64) -> f64 {
+    same_impact(calibrated_m_s, 0.0, altitude_m)
+}
+
 /// Altitude with this static pressure (Pa), m: the inverse of [`pressure`].
 #[must_use]
 pub fn pressure_altitude(pressure_pa: f64) -> f64 {
@@ -60,7 +91,26 @@ pub fn pressure_altitude(pressure_pa: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{density, pressure, pressure_altitude, temperature};
+    use super::{
+        calibrated_airspeed, density, pressure, pressure_altitude, temperature, true_airspeed,
+    };
+
+    #[test]
+    fn calibrated_and_true_airspeed_agree_with_a_table_and_are_inverse() {
+        // Knots of calibrated airspeed, feet and knots of true airspeed, by the same definition: E. Lowry's table of 2002, one knot.
+        const KNOT: f64 = 1_852.0 / 3_600.0;
+        for (calibrated_kt, altitude_ft, true_kt) in
+            [(250.0, 10_000.0, 288.0), (300.0, 20_000.0, 401.0), (280.0, 30_000.0, 436.0)]
+        {
+            let (calibrated, altitude_m) = (calibrated_kt * KNOT, altitude_ft * 0.3048);
+            let found = true_airspeed(calibrated, altitude_m);
+            assert!((found / KNOT - true_kt).abs() < 1.5, "{calibrated_kt}: {} kt", found / KNOT);
+            assert!((calibrated_airspeed(found, altitude_m) - calibrated).abs() < 1.0e-9);
+        }
+        let jet = calibrated_airspeed(264.0, 5_000.0);
+        assert!((jet - 212.0).abs() < 0.01, "{jet} m/s");
+        assert!((calibrated_airspeed(264.0, 0.0) - 264.0).abs() < 1.0e-9, "sea level");
+    }
 
     #[test]
     fn the_pressure_altitude_is_the_inverse_of_the_pressure() {

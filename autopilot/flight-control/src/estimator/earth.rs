@@ -78,7 +78,7 @@ impl Earth {
             EarthShape::Flat => {
                 let mut start = here;
                 for _ in 0..START_STEPS {
-                    let [north_m, east_m] = metres(start.latitude);
+                    let [north_m, east_m] = metres_per_radian(start.latitude);
                     start.latitude = here.latitude - fix.position.0.x / north_m;
                     start.longitude = here.longitude - fix.position.0.y / east_m;
                 }
@@ -105,7 +105,7 @@ impl Earth {
     #[must_use]
     pub fn place(&self, position: &Vector3<f64>) -> Place {
         if self.shape == EarthShape::Flat {
-            let [north_m, east_m] = metres(self.start.latitude);
+            let [north_m, east_m] = metres_per_radian(self.start.latitude);
             let at = Coordinates {
                 latitude: self.start.latitude + position.x / north_m,
                 longitude: self.start.longitude + position.y / east_m,
@@ -124,7 +124,7 @@ impl Earth {
         let at = geodetic(&centred);
         let start_from_ned = self.centred_from_start.transpose() * axes(&at);
         let rotation = Rotation3::from_matrix_unchecked(start_from_ned.transpose());
-        let [north_m, east_m] = metres(at.latitude);
+        let [north_m, east_m] = metres_per_radian(at.latitude);
         let cosine = libm::cos(at.latitude).max(COSINE_MIN);
         Place {
             position: *position,
@@ -169,7 +169,8 @@ impl Place {
 }
 
 /// Metres per rad of latitude and of longitude at altitude zero.
-fn metres(latitude: f64) -> [f64; 2] {
+#[must_use]
+pub fn metres_per_radian(latitude: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(latitude);
     let w2 = 1.0 - E2 * sin * sin;
     let normal = SEMI_MAJOR_M / libm::sqrt(w2);

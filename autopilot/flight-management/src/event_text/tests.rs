@@ -91,8 +91,8 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
     let exhausted = |by| E::AuthorityExhausted { axis, by };
     vec![
         (E::CompensatorActive { axis, at_limit }, Banner, "Compensator active: pitch"),
-        (exhausted(Limit::NozzlePitch), Banner, "No authority left: pitch, nozzle pitch at limit"),
-        (exhausted(Limit::Thrust), Banner, "No authority left: pitch, too little thrust"),
+        (exhausted(Limit::NozzlePitch), Orange, "No authority left: pitch, nozzle pitch at limit"),
+        (exhausted(Limit::Thrust), Orange, "No authority left: pitch, too little thrust"),
         (E::GroundContact, Banner, "Ground contact: the flight is over"),
         (E::Vehicle(V::Terminated), Banner, "Flight terminated: engine off, surfaces hard over"),
         (
@@ -144,6 +144,9 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
             "Isolated: rudder moves by itself, 97 %",
         ),
         (E::IsolationWithdrawn, Plain, "Isolation: no effector is named now"),
+        (E::SensorLost(SensorKind::Gnss), Orange, "GNSS lost"),
+        (E::SensorLost(SensorKind::Pitot), Orange, "Airspeed lost"),
+        (E::SensorBack(SensorKind::EngineMonitor), Plain, "Engine monitor is back"),
         (E::PlantLost, Orange, "Plant link lost: simulation time stands still"),
         (E::Vehicle(V::LinkLost(LinkLossAction::Hold)), Orange, "Ground station lost: Hold"),
         (E::EventsLost(7), Orange, "7 events were lost: the faults are listed anew"),

@@ -4,10 +4,10 @@
 //! missing or zero, warns of missing parameters or an unfinished setup. They are read-only. Each version's list, taken from its
 //! source text, is `tests/clients/qgroundcontrol_parameters.csv`. Every parameter with an effect is in [`super::table()`].
 
-use super::Kind;
+use super::{Kind, Parameter, Parameters, table};
 
 /// Group of the parameters, as ground stations show it.
-pub const COMPATIBILITY_GROUP: &str = "Ground station compatibility";
+pub const COMPATIBILITY_GROUP: &str = "Compatibility";
 
 /// One such parameter.
 #[derive(Debug, Clone, Copy)]
@@ -18,22 +18,39 @@ pub struct CompatibilityParameter {
     pub kind: Kind,
     /// Title, in a few words: QGroundControl prints it as the label of some of its setup pages.
     pub title: &'static str,
-    /// The only value.
+    /// The only value, where it stands for nothing here.
     pub value: f64,
+    /// The parameter here that it is another name of; else empty.
+    pub stands_for: &'static str,
     /// PX4's name of the value, if it is one of a list; else empty.
     pub label: &'static str,
     /// Clients that request it, and the meaning of the value.
     pub reason: &'static str,
 }
 
-/// Rows by page: type, name, value, label of the value (empty for a number), title.
+impl CompatibilityParameter {
+    /// The parameter that it is another name of.
+    #[must_use]
+    pub fn meant(&self) -> Option<&'static Parameter> {
+        table().iter().find(|row| row.name == self.stands_for)
+    }
+
+    /// Its value in a set of parameters.
+    #[must_use]
+    pub fn value_in(&self, parameters: &Parameters) -> f64 {
+        self.meant().map_or(self.value, |row| row.value(parameters))
+    }
+}
+
+/// Rows by page: type, name, value, label of the value (empty for a number), title, then the parameter that it stands for.
 macro_rules! rows {
-    ($($reason:literal: $($kind:ident $name:literal $value:literal $label:literal $title:literal),+;)*) => {
+    ($($reason:literal: $($kind:ident $name:literal $value:literal $label:literal $title:literal $($own:literal)?),+;)*) => {
         &[$($(CompatibilityParameter {
             name: $name,
             kind: Kind::$kind,
             title: $title,
             value: $value,
+            stands_for: [$($own,)? ""][0],
             label: $label,
             reason: $reason,
         }),+),*]
@@ -122,18 +139,19 @@ pub const COMPATIBILITY: &[CompatibilityParameter] = rows! {
         Real "COM_DISARM_LAND" -1.0 "" "Time from landing to disarming";
     "QGroundControl, safety page: the flight log runs from the first to the last moment":
         Int "SDLOG_MODE" 2.0 "from boot until shutdown" "Logging mode";
-    "QGroundControl, tuning page: PX4's default of a gain; the gains of these laws are in their own groups":
+    "QGroundControl, tuning page: a second name of this gain of the PID, in its unit":
+        Real "FW_RR_P" 0.0 "" "Roll rate P gain" "ROL_KP",
+        Real "FW_PR_P" 0.0 "" "Pitch rate P gain" "ALT_KQ",
+        Real "FW_YR_P" 0.0 "" "Yaw rate P gain" "YAW_KR";
+    "QGroundControl, tuning page: PX4's default of a gain that these laws do not have":
         Real "FW_R_TC" 0.4 "" "Roll time constant",
         Real "FW_P_TC" 0.4 "" "Pitch time constant",
-        Real "FW_RR_P" 0.05 "" "Roll rate P gain",
         Real "FW_RR_I" 0.1 "" "Roll rate I gain",
         Real "FW_RR_D" 0.0 "" "Roll rate D gain",
         Real "FW_RR_FF" 0.5 "" "Roll rate feed-forward",
-        Real "FW_PR_P" 0.08 "" "Pitch rate P gain",
         Real "FW_PR_I" 0.1 "" "Pitch rate I gain",
         Real "FW_PR_D" 0.0 "" "Pitch rate D gain",
         Real "FW_PR_FF" 0.5 "" "Pitch rate feed-forward",
-        Real "FW_YR_P" 0.05 "" "Yaw rate P gain",
         Real "FW_YR_I" 0.1 "" "Yaw rate I gain",
         Real "FW_YR_D" 0.0 "" "Yaw rate D gain",
         Real "FW_YR_FF" 0.3 "" "Yaw rate feed-forward",
@@ -162,6 +180,25 @@ mod tests {
             assert!(table().iter().all(|real| real.name != row.name), "{}", row.name);
             let same = COMPATIBILITY.iter().filter(|other| other.name == row.name).count();
             assert_eq!(same, 1, "{}", row.name);
+            assert_eq!(row.meant().is_some(), !row.stands_for.is_empty(), "{}", row.name);
+        }
+    }
+
+    #[test]
+    fn the_gains_of_the_tuning_page_are_those_of_the_law() {
+        let mut parameters = Parameters::default();
+        for (name, meant) in [("FW_RR_P", "ROL_KP"), ("FW_PR_P", "ALT_KQ"), ("FW_YR_P", "YAW_KR")] {
+            let value = |parameters: &Parameters| {
+                let row = table().iter().find(|row| row.name == meant).unwrap();
+                assert_eq!(
+                    compatibility(name).unwrap().value_in(parameters),
+                    row.value(parameters)
+                );
+                row.value(parameters)
+            };
+            let changed = 1.25 * value(&parameters);
+            parameters.set(name, changed).unwrap();
+            assert_eq!(value(&parameters), changed, "{name}");
         }
     }
 }

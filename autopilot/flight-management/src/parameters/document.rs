@@ -37,10 +37,11 @@ are refused.
 ";
 
 const COMPATIBILITY_OPENING: &str = "
-## Ground station compatibility
+## Compatibility
 
 The values are there for the station and have no effect: the heartbeat says PX4, so QGroundControl (4.3 to 5.0, by its source
-text) and MAVSDK look for these parameters of PX4 and warn where one is missing or zero. They are read-only.
+text) and MAVSDK look for these parameters of PX4 and warn where one is missing or zero. They are read-only, but for those that are a second
+name of a parameter above.
 
 | name | type | value | who asks for it, and what the value says |
 |---|---|---|---|
@@ -73,7 +74,11 @@ pub fn document(effectors: &EffectorList) -> String {
     for row in COMPATIBILITY {
         let kind = type_name(row.kind);
         let label = if row.label.is_empty() { String::new() } else { format!(" {}", row.label) };
-        page += &format!("| `{}` | {kind} | {}{label} | {} |\n", row.name, row.value, row.reason);
+        let value = match row.meant() {
+            Some(meant) => format!("that of `{}`", meant.name),
+            None => row.value.to_string(),
+        };
+        page += &format!("| `{}` | {kind} | {value}{label} | {} |\n", row.name, row.reason);
     }
     page
 }
@@ -120,7 +125,7 @@ mod tests {
         let faults = fault_parameters(&list).map(|row| row.name.to_string());
         let others = COMPATIBILITY.iter().map(|row| row.name.to_owned());
         for name in own.chain(faults).chain(others) {
-            assert_eq!(page.matches(&format!("| `{name}` |")).count(), 1, "{name}");
+            assert_eq!(page.matches(&format!("\n| `{name}` |")).count(), 1, "{name}");
         }
     }
 }

@@ -198,7 +198,7 @@ mod tests {
             ("OBS_W0 = \"40\"", "OBS_W0 = \"40\" is not a number"),
             ("NOPE = 1", "there is no parameter NOPE"),
             ("SYS_AUTOSTART = 1", "SYS_AUTOSTART is read-only"),
-            ("FW_AIRSPD_MIN = 400", "FW_AIRSPD_MIN = 400 m/s is above FW_AIRSPD_MAX = 320 m/s"),
+            ("FW_AIRSPD_MIN = 400", "FW_AIRSPD_MIN = 400 m/s is above FW_AIRSPD_MAX = 280 m/s"),
             ("OBS_W0 = 40\nOBS_W0 = 41", "line 2 (OBS_W0 = 41): duplicate key"),
             ("OBS_W0 = 40\nOBS_", "line 2 (OBS_): "),
         ] {

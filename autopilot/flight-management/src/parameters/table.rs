@@ -48,14 +48,14 @@ fn law(name: &str) -> &'static str {
         Some("YAW") => "Yaw damper",
         Some("SPD") => "Speed law",
         Some("NDI") => "Dynamic inversion",
-        Some("LQR") => "Linear quadratic regulator",
+        Some("LQR") => "Linear regulator",
         Some("OBS") => "Observer",
         Some("LES") => "Linear observer",
-        Some("INC") => "Incremental compensator",
+        Some("INC") => "Incremental law",
         Some("ACT") => "Activation",
         Some("ISO") => "Isolation",
         Some("EST") => "Estimator",
-        Some("RLF") => "Relief beyond the paper",
+        Some("RLF") => "Relief",
         _ => "Other gains",
     }
 }
@@ -161,9 +161,9 @@ const REFERENCES: &[Parameter] = numbers! { Real, "References";
     "REF_ALT_MAX", "m", 0.0 to 20_000.0, limits.altitude_max_m,
         "Highest altitude reference, above the ellipsoid";
     "FW_AIRSPD_MIN", "m/s", 5.0 to 500.0, limits.airspeed_min_m_s,
-        "Lowest true airspeed reference";
+        "Lowest calibrated airspeed reference";
     "FW_AIRSPD_MAX", "m/s", 5.0 to 500.0, limits.airspeed_max_m_s,
-        "Highest true airspeed reference";
+        "Highest calibrated airspeed reference";
     "REF_ROLL_MAX", "deg", 1.0 to 80.0, limits.roll_max_deg,
         "Largest roll reference";
 };
@@ -176,7 +176,7 @@ const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
     "FW_PN_R_SLEW_MAX", "deg/s", 1.0 to 500.0, navigation.roll_slew_deg_s,
         "Fastest change of the roll reference that the guidance makes";
     "NAV_BANK_MAX", "deg", 1.0 to 80.0, navigation.bank_max_deg,
-        "Largest bank angle of the guidance; REF_ROLL_MAX limits it too";
+        "Largest bank angle of the guidance, at most REF_ROLL_MAX";
     "NAV_LOITER_RAD", "m", 10.0 to 100_000.0, navigation.loiter_radius_m,
         "Radius of circles that have none of their own";
     "NAV_ACC_RAD", "m", 1.0 to 20_000.0, navigation.acceptance_m,
@@ -184,7 +184,7 @@ const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
     "NAV_CLIMB_MAX", "m/s", 0.1 to 100.0, navigation.climb_max_m_s,
         "Largest climb rate of stick and offboard references";
     "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, navigation.return_altitude_m,
-        "Altitude of the return, above the ellipsoid (PX4 counts it from home)";
+        "Altitude of the return, above the ellipsoid, from REF_ALT_MIN to REF_ALT_MAX";
 };
 
 const LINK_LOSS: &[Parameter] = choices! { "Link loss";

@@ -34,6 +34,29 @@ fn a_lower_limit_above_its_upper_limit_is_refused() {
 }
 
 #[test]
+fn a_value_that_a_limit_would_change_is_refused_with_the_range() {
+    let mut parameters = Parameters::default();
+    for (name, value, text) in [
+        ("RTL_RETURN_ALT", 60.0, "RTL_RETURN_ALT = 60 is outside 500 to 12000 m"),
+        ("RTL_RETURN_ALT", 12_001.0, "RTL_RETURN_ALT = 12001 is outside 500 to 12000 m"),
+        ("REF_ALT_MIN", 6_000.0, "RTL_RETURN_ALT = 5000 is outside 6000 to 12000 m"),
+        ("NAV_BANK_MAX", 60.0, "NAV_BANK_MAX = 60 is outside 1 to 45 deg"),
+        ("REF_ROLL_MAX", 30.0, "NAV_BANK_MAX = 45 is outside 1 to 30 deg"),
+    ] {
+        assert_eq!(parameters.set(name, value).unwrap_err().to_string(), text);
+    }
+    parameters.set_all([("REF_ALT_MIN", 6_000.0), ("RTL_RETURN_ALT", 7_000.0)]).unwrap();
+}
+
+#[test]
+fn no_name_of_a_group_is_longer_than_the_list_of_a_station() {
+    // QGroundControl 5.0 cuts longer ones.
+    for name in table().iter().map(|row| row.group).chain([COMPATIBILITY_GROUP]) {
+        assert!(name.len() <= 20, "{name}");
+    }
+}
+
+#[test]
 fn a_set_outside_lemma_1_is_accepted_with_a_warning() {
     let mut parameters = Parameters::default();
     assert!(parameters.set("OBS_KB", 1.5).unwrap().is_some());

@@ -36,7 +36,8 @@ fn run(
 ) -> Vec<EventKind> {
     let mut published = Vec::new();
     for tick in 0..ticks {
-        transitions.step(&signal(tick), PERIOD, |kind| published.push(kind));
+        let alive = [true; SensorKind::ALL.len()];
+        transitions.step(&signal(tick), &alive, PERIOD, |kind| published.push(kind));
     }
     published
 }
@@ -215,4 +216,26 @@ fn a_verdict_is_reported_once_again_when_it_changes_and_its_end_after_a_second()
     assert_eq!(run(&mut transitions, 500, other), [EventKind::Isolated(biased)]);
     assert_eq!(run(&mut transitions, 499, |_| calm()), []);
     assert_eq!(run(&mut transitions, 500, |_| calm()), [EventKind::IsolationWithdrawn]);
+}
+
+#[test]
+fn the_loss_and_the_return_of_each_sensor_are_reported_once_and_one_that_never_was_is_not() {
+    for sensor in SensorKind::ALL {
+        let mut transitions = Transitions::default();
+        let log = calm();
+        let mut published = Vec::new();
+        let mut fly = |milliseconds: u32, lost: bool| {
+            let alive = SensorKind::ALL.map(|other| other != sensor || !lost);
+            for _ in 0..milliseconds / 2 {
+                transitions.step(&log, &alive, PERIOD, |kind| published.push(kind));
+            }
+            core::mem::take(&mut published)
+        };
+        assert_eq!(fly(5_000, true), [], "{sensor:?}: not fitted");
+        assert_eq!(fly(1_000, false), []);
+        assert_eq!(fly(400, true), [], "{sensor:?}: a gap");
+        assert_eq!(fly(1_000, false), []);
+        assert_eq!(fly(5_000, true), [EventKind::SensorLost(sensor)]);
+        assert_eq!(fly(5_000, false), [EventKind::SensorBack(sensor)]);
+    }
 }

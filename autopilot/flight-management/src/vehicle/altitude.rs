@@ -32,7 +32,7 @@ impl Pilot {
         let climb_m_s = sticks.climb * rules.navigation.climb_max_m_s;
         demand.altitude_m = self.climb.step(demand.altitude_m, climb_m_s, situation, rules);
         if let Some(throttle) = sticks.throttle {
-            demand.airspeed_m_s = rules.airspeed_of_throttle(throttle);
+            demand.airspeed_m_s = rules.airspeed_of_throttle(throttle, demand.altitude_m);
         }
     }
 }

@@ -103,8 +103,8 @@ impl Vehicle {
     /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
-        rules.limits.check(reference)?;
         let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        rules.limits.check(reference, demand.altitude_m)?;
         match (reference, self.mode) {
             (Reference::Altitude(_), Mode::Return | Mode::Altitude) => {
                 return Err(VehicleRefusal::AltitudeIsTaken(self.mode));
@@ -140,7 +140,11 @@ impl Vehicle {
         publish: Publish,
     ) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
-        rules.check_some(request.place, request.altitude_m, request.airspeed_m_s)?;
+        rules.check_some(request.place, request.altitude_m)?;
+        if let (Some(airspeed_m_s), Some(demand)) = (request.airspeed_m_s, &self.demand) {
+            let altitude_m = request.altitude_m.unwrap_or(demand.altitude_m);
+            rules.limits.check(Reference::Airspeed(airspeed_m_s), altitude_m)?;
+        }
         request.radius_m.map_or(Ok(()), |radius_m| radius(radius_m).check())?;
         if self.mode != Mode::Hold && !request.change_mode {
             return Err(VehicleRefusal::NotHold);

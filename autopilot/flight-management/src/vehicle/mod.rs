@@ -36,7 +36,9 @@ use offboard::Offboard;
 use plan::Plan;
 use position::Position;
 pub use report::{Mode, Navigation, VehicleEvent};
-pub use request::{LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks, VehicleRefusal};
+pub use request::{
+    Airspeed, LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks, VehicleRefusal,
+};
 pub use rules::Rules;
 use schedule::ReferenceSchedule;
 use situation::{Situation, WindEstimate};

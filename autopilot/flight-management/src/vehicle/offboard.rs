@@ -11,7 +11,7 @@ use super::VehicleRefusal;
 use super::altitude::ClimbReference;
 use super::circle::{Flown, Orbit};
 use super::geodesy::{LocalAxes, Site};
-use super::request::{Reference, Setpoint};
+use super::request::{Airspeed, Reference, Setpoint};
 use super::rules::{Checked, Rules};
 use super::situation::Situation;
 
@@ -53,12 +53,12 @@ impl Offboard {
     ) -> Result<(), VehicleRefusal> {
         match setpoint {
             Setpoint::Roll(roll_rad) => {
-                rules.limits.check(Reference::Roll(roll_rad))?;
+                rules.limits.check(Reference::Roll(roll_rad), demand.altitude_m)?;
                 demand.roll_rad = roll_rad;
                 self.guidance = Guidance::Roll;
             }
             Setpoint::Position { place, altitude_m } => {
-                rules.check_some(Some(place), altitude_m, None)?;
+                rules.check_some(Some(place), altitude_m)?;
                 demand.altitude_m = altitude_m.unwrap_or(demand.altitude_m);
                 self.circle(Site::at(place));
             }
@@ -81,7 +81,8 @@ impl Offboard {
             Setpoint::Velocity { course_rad, speed_m_s, climb_m_s } => {
                 check_velocity(course_rad, speed_m_s, climb_m_s)?;
                 if let Some(speed_m_s) = speed_m_s {
-                    demand.airspeed_m_s = rules.nearest_airspeed_m_s(speed_m_s);
+                    let airspeed = Airspeed::True(speed_m_s);
+                    demand.airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
                 }
                 let course_rad = course_rad.or(match self.guidance {
                     Guidance::Velocity { course_rad, .. } => course_rad,

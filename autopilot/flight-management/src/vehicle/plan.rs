@@ -1,6 +1,6 @@
 //! A plan: the items that Mission flies. It is checked as a whole before it replaces another.
 
-use super::request::Place;
+use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
 use crate::vehicle::rules::{self, Checked, RADIUS_MAX_M, Rules};
 use serde::{Deserialize, Serialize};
@@ -76,8 +76,8 @@ pub enum Action {
     LoiterToAltitude(Circle),
     /// New airspeed reference (DO_CHANGE_SPEED).
     ChangeSpeed {
-        /// True airspeed, m/s.
-        airspeed_m_s: f64,
+        /// It.
+        airspeed: Airspeed,
     },
     /// Climb or descend on the present course until the altitude is reached (NAV_CONTINUE_AND_CHANGE_ALT).
     ChangeAltitude {
@@ -196,10 +196,8 @@ impl Item {
                 circle.check(rules)?;
                 ranged(rules::up_to("time", "s", seconds, SECONDS_MAX))
             }
-            Action::ChangeSpeed { airspeed_m_s } => {
-                rules.check_some(None, None, Some(airspeed_m_s))
-            }
-            Action::ChangeAltitude { altitude_m } => rules.check_some(None, Some(altitude_m), None),
+            Action::ChangeSpeed { airspeed } => rules.limits.check_airspeed(airspeed),
+            Action::ChangeAltitude { altitude_m } => rules.check_some(None, Some(altitude_m)),
             Action::Jump { .. } | Action::Return => Ok(()),
         }
     }
@@ -207,7 +205,7 @@ impl Item {
 
 impl Point {
     fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
-        rules.check_some(self.place, self.altitude_m, None)
+        rules.check_some(self.place, self.altitude_m)
     }
 }
 

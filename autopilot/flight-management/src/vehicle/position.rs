@@ -135,7 +135,7 @@ impl Position {
         let Some(throttle) = sticks.throttle else { return };
         if self.throttle.is_none_or(|before| (throttle - before).abs() > THROTTLE_MOVED) {
             self.throttle = Some(throttle);
-            demand.airspeed_m_s = rules.airspeed_of_throttle(throttle);
+            demand.airspeed_m_s = rules.airspeed_of_throttle(throttle, demand.altitude_m);
         }
     }
 }

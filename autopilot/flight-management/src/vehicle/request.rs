@@ -2,6 +2,7 @@
 
 use super::Mode;
 use flight_control::NavigationState;
+use flight_control::design_model::atmosphere;
 use icd::Ned;
 use serde::{Deserialize, Serialize};
 
@@ -19,6 +20,26 @@ impl Place {
     #[must_use]
     pub const fn of(state: &NavigationState) -> Self {
         Self { latitude_rad: state.latitude_rad, longitude_rad: state.longitude_rad }
+    }
+}
+
+/// An airspeed as an operator gives it, m/s. The laws fly true airspeed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Airspeed {
+    /// Through the air.
+    True(f64),
+    /// That with the same impact pressure at sea level.
+    Calibrated(f64),
+}
+
+impl Airspeed {
+    /// True airspeed at an altitude, m/s.
+    #[must_use]
+    pub fn true_m_s(self, altitude_m: f64) -> f64 {
+        match self {
+            Self::True(airspeed_m_s) => airspeed_m_s,
+            Self::Calibrated(airspeed_m_s) => atmosphere::true_airspeed(airspeed_m_s, altitude_m),
+        }
     }
 }
 
@@ -190,7 +211,7 @@ pub enum VehicleRefusal {
     #[error("no aircraft is connected")]
     NoFlight,
     /// The aircraft is on the ground.
-    #[error("the flight is over")]
+    #[error("the flight is over: a reboot begins a new one")]
     FlightOver,
     /// Terminated: only a new flight helps.
     #[error("the flight was terminated")]

@@ -4,7 +4,7 @@ use flight_control::{Gains, GuidanceGains};
 
 use super::VehicleRefusal;
 use super::limits::{NavigationParameters, ReferenceLimits};
-use super::request::{Place, Reference};
+use super::request::{Airspeed, Place, Reference};
 
 /// Largest radius of a circle, m.
 pub const RADIUS_MAX_M: f64 = 200_000.0;
@@ -155,14 +155,14 @@ impl Rules {
         self.limits.roll_max_deg.to_radians()
     }
 
-    /// Airspeed of a throttle stick, m/s: its range, 0 to 1, is that of the limits.
+    /// Airspeed of a throttle stick at an altitude, m/s: its range, 0 to 1, is that of the limits.
     #[must_use]
-    pub fn airspeed_of_throttle(&self, throttle: f64) -> f64 {
-        let (low, high) = (self.limits.airspeed_min_m_s, self.limits.airspeed_max_m_s);
+    pub fn airspeed_of_throttle(&self, throttle: f64, altitude_m: f64) -> f64 {
+        let [low, high] = self.limits.airspeeds_m_s(altitude_m);
         low + throttle * (high - low)
     }
 
-    /// Checks an optional number.
+    /// Checks an optional place and altitude.
     ///
     /// # Errors
     /// [`VehicleRefusal::OutOfRange`].
@@ -170,11 +170,9 @@ impl Rules {
         &self,
         place: Option<Place>,
         altitude_m: Option<f64>,
-        airspeed_m_s: Option<f64>,
     ) -> Result<(), VehicleRefusal> {
         place.map_or(Ok(()), check_place)?;
-        altitude_m.map_or(Ok(()), |value| self.limits.check(Reference::Altitude(value)))?;
-        airspeed_m_s.map_or(Ok(()), |value| self.limits.check(Reference::Airspeed(value)))
+        altitude_m.map_or(Ok(()), |value| self.limits.check(Reference::Altitude(value), value))
     }
 
     /// The nearest allowed altitude, m.
@@ -183,9 +181,10 @@ impl Rules {
         altitude_m.min(self.limits.altitude_max_m).max(self.limits.altitude_min_m)
     }
 
-    /// The nearest allowed airspeed, m/s.
+    /// The nearest true airspeed that is allowed at an altitude, m/s.
     #[must_use]
-    pub fn nearest_airspeed_m_s(&self, airspeed_m_s: f64) -> f64 {
-        airspeed_m_s.min(self.limits.airspeed_max_m_s).max(self.limits.airspeed_min_m_s)
+    pub fn nearest_airspeed_m_s(&self, airspeed: Airspeed, altitude_m: f64) -> f64 {
+        let [low, high] = self.limits.airspeeds_m_s(altitude_m);
+        airspeed.true_m_s(altitude_m).min(high).max(low)
     }
 }

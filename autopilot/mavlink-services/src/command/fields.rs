@@ -1,9 +1,11 @@
 //! Parameters of commands: finite numbers in range, or a reason.
 
+use ::mavlink::dialects::common::MavResult;
+
 use crate::Shared;
 use crate::codec::{CommandError, CommandMessage};
 use crate::convert;
-use flight_management::vehicle::{Place, Reference};
+use flight_management::vehicle::{Airspeed, Place, Reference, VehicleRefusal};
 
 /// MAV_FRAME of altitudes above mean sea level (the ellipsoid here).
 const FRAMES_SEA_LEVEL: [u8; 2] = [0, 5];
@@ -160,7 +162,10 @@ fn check_frame(frame: u8) -> Result<(), CommandError> {
     if FRAMES_SEA_LEVEL.contains(&frame) || FRAMES_ABOVE_HOME.contains(&frame) {
         return Ok(());
     }
-    Err(CommandError::denied(format!("Refused: frame {frame} is not 0, 3, 5 or 6")))
+    Err(CommandError {
+        result: MavResult::MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME,
+        reason: Some(format!("Refused: frame {frame} is not 0, 3, 5 or 6")),
+    })
 }
 
 /// An altitude of some frame as altitude above the ellipsoid, m, within the limits.
@@ -173,19 +178,33 @@ pub fn above_ellipsoid(altitude_m: f64, frame: u8, shared: &Shared) -> Result<f6
     Ok(altitude_m)
 }
 
-/// A true airspeed within the limits, m/s.
+/// True airspeed of a calibrated one within the limits, m/s, at the altitude reference.
 ///
 /// # Errors
 /// Outside the limits.
-pub fn airspeed(airspeed_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
-    within(Reference::Airspeed(airspeed_m_s), shared)?;
-    Ok(airspeed_m_s)
+pub fn airspeed(calibrated_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
+    let airspeed = Airspeed::Calibrated(calibrated_m_s);
+    shared.parameters.limits.check_airspeed(airspeed).map_err(denied)?;
+    Ok(airspeed.true_m_s(shared.aircraft.altitude_reference_m()))
+}
+
+/// A speed over the ground, m/s, which is flown as true airspeed, within the limits.
+///
+/// # Errors
+/// Outside the limits.
+pub fn ground_speed(speed_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
+    within(Reference::Airspeed(speed_m_s), shared)?;
+    Ok(speed_m_s)
 }
 
 /// The vehicle checks again; a check here gives the text at once.
 pub fn within(reference: Reference, shared: &Shared) -> Result<(), CommandError> {
-    let checked = shared.parameters.limits.check(reference);
-    checked.map_err(|refusal| CommandError::denied(format!("Refused: {refusal}")))
+    let altitude_m = shared.aircraft.altitude_reference_m();
+    shared.parameters.limits.check(reference, altitude_m).map_err(denied)
+}
+
+fn denied(refusal: VehicleRefusal) -> CommandError {
+    CommandError::denied(format!("Refused: {refusal}"))
 }
 
 /// Radius of a circle, m, and whether the direction is clockwise; 0 and NaN leave both unchanged.

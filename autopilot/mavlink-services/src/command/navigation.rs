@@ -2,12 +2,13 @@
 
 use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{
-    Location, airspeed, byte, flag, location, location_or_here, number, place, signed_radius, word,
+    Location, byte, flag, ground_speed, location, location_or_here, number, place, signed_radius,
+    word,
 };
 use crate::command::{Caller, Decision};
 use crate::{Shared, telemetry};
 use flight_management::command::VehicleCommand;
-use flight_management::vehicle::{Mode, Place, Reposition, Rules};
+use flight_management::vehicle::{Mode, Place, Reposition};
 
 /// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
 const CHANGE_MODE: u8 = 1;
@@ -23,27 +24,22 @@ pub fn reposition(command: &CommandMessage, caller: &mut Caller) -> Result<Decis
             "Reposition refused: it needs Hold, or bit 0 of p2 to change to it",
         ));
     }
-    let radius_m = number("radius p3", radius)?.filter(|radius| *radius != 0.0);
-    if radius_m.is_some_and(|radius| radius < 0.0) {
-        return Err(CommandError::denied(
-            "Reposition refused: the radius p3 is negative; p4 = 1 turns left",
-        ));
-    }
-    // Some ground stations send a yaw angle here: only the exact numbers are a direction.
-    let clockwise = match number("direction p4", direction)? {
-        Some(0.0) => Some(true),
-        Some(1.0) => Some(false),
+    let (radius_m, turns_right) = signed_radius("radius p3", radius)?;
+    // Some ground stations send a yaw angle here: only the exact numbers are a direction. MAVSDK turns left by a negative radius.
+    let clockwise = match (number("direction p4", direction)?, turns_right) {
+        (_, Some(false)) | (Some(1.0), _) => Some(false),
+        (Some(0.0), _) | (None, Some(true)) => Some(true),
         _ => None,
     };
     let centre = location(command, caller.shared)?;
-    let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
+    let airspeed_m_s = kept_or_ground_speed(speed, caller.shared)?;
     Ok(circle_at(centre, (radius_m, clockwise), airspeed_m_s, change_mode, caller.shared))
 }
 
-/// A speed; negative values and NaN leave it unchanged.
-fn kept_or_airspeed(speed: f32, shared: &Shared) -> Result<Option<f64>, CommandError> {
+/// A speed over the ground; negative values and NaN leave it unchanged.
+fn kept_or_ground_speed(speed: f32, shared: &Shared) -> Result<Option<f64>, CommandError> {
     let speed = number("speed", speed)?.filter(|speed| *speed >= 0.0);
-    speed.map(|speed| airspeed(speed, shared)).transpose()
+    speed.map(|speed| ground_speed(speed, shared)).transpose()
 }
 
 /// DO_ORBIT: p1 radius, positive clockwise, p2 speed, p3 nose direction (always along the circle),
@@ -55,7 +51,7 @@ pub fn orbit(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, 
         return Err(CommandError::denied("Orbit refused: only without an end (p4 = 0)"));
     }
     let centre = location(command, caller.shared)?;
-    let airspeed_m_s = kept_or_airspeed(speed, caller.shared)?;
+    let airspeed_m_s = kept_or_ground_speed(speed, caller.shared)?;
     Ok(circle_at(centre, turn, airspeed_m_s, true, caller.shared))
 }
 
@@ -92,18 +88,8 @@ fn circle_at(
     shared: &Shared,
 ) -> Decision {
     let target = Reposition { place, altitude_m, radius_m, clockwise, airspeed_m_s, change_mode };
-    let rules = Rules::new(
-        shared.parameters.limits,
-        shared.parameters.navigation,
-        &shared.parameters.gains,
-    );
-    let now_m_s = shared.aircraft.snapshot().map(|state| state.demand.airspeed_m_s);
-    let least_m = target.airspeed_m_s.or(now_m_s).map(|speed| rules.smallest_circle_m(speed));
-    let widened =
-        target.radius_m.zip(least_m).filter(|(requested_m, least_m)| requested_m < least_m);
-    let note = widened.map(|(requested_m, least_m)| {
-        format!("Radius {requested_m:.0} m is flown as {least_m:.0} m")
-    });
+    let widened = |radius_m| shared.aircraft.widened(radius_m, airspeed_m_s, &shared.parameters);
+    let note = radius_m.and_then(widened);
     Decision::pass_on(VehicleCommand::Reposition(target)).with_note(note)
 }
 

@@ -1,7 +1,9 @@
 //! Altitude, speed and course references.
 
 use crate::codec::{CommandError, CommandMessage};
-use crate::command::fields::{above_ellipsoid, airspeed, byte, number, unused_rate, within};
+use crate::command::fields::{
+    above_ellipsoid, airspeed, byte, ground_speed, number, unused_rate, within,
+};
 use crate::command::{Caller, Decision};
 use crate::{Shared, convert};
 use flight_management::command::VehicleCommand;
@@ -19,7 +21,7 @@ const NO_CHANGE: f32 = -1.0;
 const DEFAULT: f32 = -2.0;
 
 /// The note on a ground speed.
-const GROUND_SPEED_NOTE: &str = "A ground speed is flown as airspeed: wind is not corrected";
+const GROUND_SPEED_NOTE: &str = "A ground speed is flown as true airspeed: wind is not corrected";
 
 /// DO_CHANGE_ALTITUDE: p1 altitude, p2 frame.
 pub fn change_altitude(
@@ -54,7 +56,7 @@ pub fn change_speed(
     caller: &mut Caller,
 ) -> Result<Decision, CommandError> {
     let [kind, speed, throttle, relative, ..] = command.params;
-    let note = speed_note(kind)?;
+    let kind = speed_kind(kind)?;
     // MAVProxy sends 0 for "no throttle given", QGroundControl -1, MAVSDK NaN.
     if throttle > 0.0 || throttle.is_infinite() {
         return Err(CommandError::denied("Speed refused: there is no throttle reference (p3)"));
@@ -68,7 +70,7 @@ pub fn change_speed(
     if speed.is_nan() || speed == NO_CHANGE {
         return Ok(Decision::accept());
     }
-    refer_airspeed(speed, note, caller.shared)
+    refer_airspeed(speed, kind, None, caller.shared)
 }
 
 /// GUIDED_CHANGE_SPEED: p1 type, p2 speed, p3 rate.
@@ -77,18 +79,15 @@ pub fn guided_speed(
     caller: &mut Caller,
 ) -> Result<Decision, CommandError> {
     let [kind, speed, rate, ..] = command.params;
-    let mut note = speed_note(kind)?;
-    if unused_rate("the rate p3", rate)? {
-        let rate_note = "The rate is not used: the engine sets the acceleration";
-        note = Some(note.map_or(rate_note.into(), |note| format!("{note}. {rate_note}")));
-    }
-    refer_airspeed(speed, note, caller.shared)
+    let kind = speed_kind(kind)?;
+    let has_rate = unused_rate("the rate p3", rate)?;
+    let note = "The rate is not used: the engine sets the acceleration";
+    refer_airspeed(speed, kind, has_rate.then_some(note), caller.shared)
 }
 
-fn speed_note(kind: f32) -> Result<Option<String>, CommandError> {
+fn speed_kind(kind: f32) -> Result<u8, CommandError> {
     match byte("type of speed p1", kind)? {
-        AIRSPEED => Ok(None),
-        GROUND_SPEED => Ok(Some(GROUND_SPEED_NOTE.into())),
+        kind @ (AIRSPEED | GROUND_SPEED) => Ok(kind),
         other => Err(CommandError::denied(format!(
             "Speed refused: type p1 = {other} is not 0 airspeed or 1 ground speed"
         ))),
@@ -97,10 +96,17 @@ fn speed_note(kind: f32) -> Result<Option<String>, CommandError> {
 
 fn refer_airspeed(
     speed: f32,
-    note: Option<String>,
+    kind: u8,
+    note: Option<&str>,
     shared: &Shared,
 ) -> Result<Decision, CommandError> {
-    let airspeed_m_s = airspeed(convert::decimal(speed), shared)?;
+    let speed = convert::decimal(speed);
+    let (airspeed_m_s, ground) = match kind {
+        GROUND_SPEED => (ground_speed(speed, shared)?, Some(GROUND_SPEED_NOTE)),
+        _ => (airspeed(speed, shared)?, None),
+    };
+    let notes: Vec<&str> = ground.into_iter().chain(note).collect();
+    let note = (!notes.is_empty()).then(|| notes.join(". "));
     Ok(Decision::pass_on(VehicleCommand::Refer(Reference::Airspeed(airspeed_m_s))).with_note(note))
 }
 

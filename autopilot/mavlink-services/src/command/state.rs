@@ -5,10 +5,10 @@ use ::mavlink::dialects::common::MavResult;
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::{CommandError, CommandMessage};
 use crate::command::fields::{byte, flag};
-use crate::command::{Caller, Decision};
+use crate::command::{Caller, Decision, check_not_over};
 use crate::modes;
 use flight_management::command::VehicleCommand;
-use flight_management::vehicle::Mode;
+use flight_management::vehicle::{Mode, VehicleRefusal};
 
 /// p2 of COMPONENT_ARM_DISARM that forces it: a forced disarm in the air ends the flight.
 const FORCE: f32 = 21_196.0;
@@ -18,6 +18,7 @@ const RESTART: &str = "reboot the vehicle";
 
 /// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
 pub fn set_mode(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
+    check_not_over(caller.shared)?;
     let [base, main, sub, ..] = command.params;
     let has_custom_flag = byte("base mode p1", base)? & 1 != 0;
     let main = byte("main mode p2", main)?;
@@ -72,7 +73,7 @@ fn not_ready(aircraft: &Aircraft) -> Option<String> {
     match aircraft.phase() {
         Phase::Flying if aircraft.is_terminated() => Some(format!("flight terminated, {RESTART}")),
         Phase::Flying => None,
-        Phase::OnGround => Some(format!("flight over, {RESTART}")),
+        Phase::OnGround => Some(VehicleRefusal::FlightOver.to_string()),
         Phase::NoFlight => Some("no aircraft is connected".into()),
         Phase::Lost => Some("the plant link is lost".into()),
     }
@@ -114,6 +115,7 @@ pub fn terminate(command: &CommandMessage, _: &mut Caller) -> Result<Decision, C
 
 /// NAV_TAKEOFF: a flight begins in the air.
 pub fn take_off(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
+    check_not_over(caller.shared)?;
     let reason = match not_ready(&caller.shared.aircraft) {
         None => "the aircraft is in the air already".to_owned(),
         Some(reason) => reason,

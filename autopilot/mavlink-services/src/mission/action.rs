@@ -9,7 +9,7 @@ use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use flight_management::vehicle::rules::Rules;
-use flight_management::vehicle::{Reference, Reposition};
+use flight_management::vehicle::{Airspeed, Reference, Reposition};
 
 /// NAV_WAYPOINT; also the command of guided items.
 pub const WAYPOINT: u16 = 16;
@@ -133,7 +133,8 @@ fn circle(
     rules: &Rules,
 ) -> Result<Circle, Rejected> {
     let radius_m = number(param, "radius", radius)?.filter(|radius| *radius != 0.0);
-    let least_m = rules.smallest_circle_m(rules.limits.airspeed_min_m_s);
+    let [slowest_m_s, _] = rules.limits.airspeeds_m_s(rules.limits.altitude_min_m);
+    let least_m = rules.smallest_circle_m(slowest_m_s);
     if radius_m.is_some_and(|radius| radius.abs() < least_m) {
         let reason = format!("radius {radius} m cannot be flown, it is below {least_m:.0} m");
         return Err(Rejected::param(param, reason));
@@ -170,21 +171,26 @@ fn change_speed(
     rules: &Rules,
     note: &mut impl FnMut(Note),
 ) -> Result<Action, Rejected> {
-    match number(Param::P1, "type of speed", kind)?.unwrap_or(AIRSPEED) {
-        AIRSPEED => {}
-        GROUND_SPEED => note(Note::GroundSpeed),
-        _ => return Err(Rejected::param(Param::P1, format!("type of speed {kind} is not 0 or 1"))),
-    }
+    let airspeed: fn(f64) -> Airspeed = match number(Param::P1, "type of speed", kind)? {
+        None | Some(AIRSPEED) => Airspeed::Calibrated,
+        Some(GROUND_SPEED) => {
+            note(Note::GroundSpeed);
+            Airspeed::True
+        }
+        Some(_) => {
+            return Err(Rejected::param(Param::P1, format!("type of speed {kind} is not 0 or 1")));
+        }
+    };
     if throttle > 0.0 {
         return Err(Rejected::param(Param::P3, "there is no throttle reference (p3)"));
     }
     none(Param::P4, relative, "only an absolute speed (p4 = 0)")?;
-    let Some(airspeed_m_s) = number(Param::P2, "speed", speed)? else {
+    let Some(airspeed) = number(Param::P2, "speed", speed)?.map(airspeed) else {
         return Err(Rejected::param(Param::P2, "it needs a speed"));
     };
-    let checked = rules.limits.check(Reference::Airspeed(airspeed_m_s));
+    let checked = rules.limits.check_airspeed(airspeed);
     checked.map_err(|refusal| Rejected::param(Param::P2, refusal.to_string()))?;
-    Ok(Action::ChangeSpeed { airspeed_m_s })
+    Ok(Action::ChangeSpeed { airspeed })
 }
 
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no

@@ -6,10 +6,10 @@ use crate::codec::MissionItem;
 use crate::mission::action;
 use crate::mission::fields::{Note, Notes, Param, Rejected, is_absolute};
 use crate::mission::wire::Stored;
-use flight_management::vehicle::Place;
 use flight_management::vehicle::geodesy::{Horizon, Site};
 use flight_management::vehicle::plan::{Action, Circle, ITEMS_MAX, Item, Plan};
 use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Airspeed, Place};
 
 /// Longest leg, m. A longer one ends on another continent: latitude and longitude exchanged, or a plan
 /// for another aircraft.
@@ -25,8 +25,8 @@ pub struct Draft {
     home: Option<MissionItem<i32>>,
     /// The last point so far.
     place: Option<Place>,
-    /// Airspeed reference so far, m/s.
-    airspeed_m_s: Option<f64>,
+    /// Airspeed reference so far.
+    airspeed: Option<Airspeed>,
     notes: Notes,
 }
 
@@ -42,14 +42,14 @@ pub struct Finished {
 }
 
 impl Draft {
-    /// Waits for this many items. `place` and `airspeed_m_s` are the present ones of the aircraft.
+    /// Waits for this many items. `place` and `airspeed` are the present ones of the aircraft.
     ///
     /// # Errors
     /// More items than a plan may have.
     pub fn new(
         count: u16,
         place: Option<Place>,
-        airspeed_m_s: Option<f64>,
+        airspeed: Option<Airspeed>,
     ) -> Result<Self, Rejected> {
         if usize::from(count) > ITEMS_MAX {
             return Err(Rejected {
@@ -59,7 +59,7 @@ impl Draft {
         }
         let (wire, items) = (Vec::new(), Vec::new());
         let notes = Notes::default();
-        Ok(Self { count, wire, items, home: None, place, airspeed_m_s, notes })
+        Ok(Self { count, wire, items, home: None, place, airspeed, notes })
     }
 
     /// Number of items to come in all.
@@ -145,7 +145,7 @@ impl Draft {
                 self.go_to(circle.centre.place)?;
                 self.circle(circle, rules);
             }
-            Action::ChangeSpeed { airspeed_m_s } => self.airspeed_m_s = Some(*airspeed_m_s),
+            Action::ChangeSpeed { airspeed } => self.airspeed = Some(*airspeed),
             Action::Jump { to, .. } if *to >= self.count => {
                 let last = self.count.saturating_sub(1);
                 let reason = format!("jump to item {to} is outside 0 to {last}");
@@ -176,9 +176,11 @@ impl Draft {
 
     /// A circle that is too small at the airspeed it will have is widened.
     fn circle(&mut self, circle: &Circle, rules: &Rules) {
-        let (Some(radius_m), Some(airspeed_m_s)) = (circle.radius_m, self.airspeed_m_s) else {
+        let (Some(radius_m), Some(airspeed)) = (circle.radius_m, self.airspeed) else {
             return;
         };
+        let altitude_m = circle.centre.altitude_m.unwrap_or(rules.limits.altitude_min_m);
+        let airspeed_m_s = airspeed.true_m_s(altitude_m);
         let needed_m = rules.smallest_circle_m(airspeed_m_s);
         if radius_m < needed_m {
             self.notes.add(Note::Widened { airspeed_m_s, radius_m: needed_m }, self.next());

@@ -114,7 +114,8 @@ pub fn altitude(
 ) -> Result<Option<f64>, Rejected> {
     check_frame(item)?;
     let altitude_m = number(Param::Z, "altitude", item.z)?;
-    let checked = altitude_m.map_or(Ok(()), |value| limits.check(Reference::Altitude(value)));
+    let checked =
+        altitude_m.map_or(Ok(()), |value| limits.check(Reference::Altitude(value), value));
     checked.map_err(|refusal| Rejected::param(Param::Z, refusal.to_string()))?;
     Ok(altitude_m)
 }
@@ -246,7 +247,7 @@ pub enum Note {
     Takeoff,
     /// A circle too small for this airspeed, m/s; it needs this radius, m.
     Widened {
-        /// Airspeed reference when the circle begins, m/s.
+        /// True airspeed when the circle begins, m/s.
         airspeed_m_s: f64,
         /// Smallest radius, m.
         radius_m: f64,
@@ -259,7 +260,7 @@ impl Note {
             Self::Home => "taken as home and not flown".into(),
             Self::HoldTime => "hold time is not flown, a wing cannot stand still".into(),
             Self::Acceptance => "acceptance radius is below NAV_ACC_RAD and not used".into(),
-            Self::GroundSpeed => "ground speed is flown as airspeed".into(),
+            Self::GroundSpeed => "ground speed is flown as true airspeed".into(),
             Self::Takeoff => "takeoff is flown as a waypoint".into(),
             Self::Widened { airspeed_m_s, radius_m } => {
                 format!("at {airspeed_m_s:.0} m/s the circle needs {radius_m:.0} m and is widened")

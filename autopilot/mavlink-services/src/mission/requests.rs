@@ -17,7 +17,7 @@ use crate::wall_time::WallTime;
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::vehicle::plan::Plan;
 use flight_management::vehicle::rules::Rules;
-use flight_management::vehicle::{Mode, Place};
+use flight_management::vehicle::{Airspeed, Mode, Place};
 
 /// Reason for refusing an upload to one of the lists that are always empty.
 const NOT_THERE: &str = "there are no fence and no rally points";
@@ -49,7 +49,8 @@ impl MissionService {
         self.abandon(reply.from);
         let state = reply.shared.aircraft.snapshot();
         let place = state.map(|state| Place::of(state.motion()));
-        match Draft::new(count, place, state.map(|state| state.demand.airspeed_m_s)) {
+        match Draft::new(count, place, state.map(|state| Airspeed::True(state.demand.airspeed_m_s)))
+        {
             Ok(draft) => {
                 let mut upload = Upload::new(reply.from, draft);
                 reply.shared.peers.answer(reply.from.peer, upload.request_next(reply.now));

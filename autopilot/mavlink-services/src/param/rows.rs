@@ -9,8 +9,8 @@ use crate::codec::{Encoded, ParamSet};
 use crate::convert;
 use crate::peers::From;
 use flight_management::parameters::{
-    COMPATIBILITY, FaultParameter, Kind, ParameterName, Parameters, fault_of, fault_parameters,
-    table, targets,
+    COMPATIBILITY, CompatibilityParameter, FaultParameter, Kind, ParameterName, Parameters,
+    compatibility, fault_of, fault_parameters, table, targets,
 };
 use icd::EffectorList;
 use icd::fault::Target;
@@ -65,7 +65,8 @@ pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -
     if let Some(row) = COMPATIBILITY.get(place) {
         let source = Source::Compatibility;
         let name = name_of(row.name);
-        return Some(Row { index, name, kind: row.kind, value: row.value, source });
+        let value = row.value_in(parameters);
+        return Some(Row { index, name, kind: row.kind, value, source });
     }
     let effectors = shared.effectors();
     let target = targets(effectors).nth(place.checked_sub(COMPATIBILITY.len())?)?;
@@ -87,6 +88,17 @@ pub(super) fn find(id: &[u8; 16], shared: &Shared) -> Option<Row> {
     let faults = fault_parameters(shared.effectors()).map(|row| row.name);
     let mut all = own.chain(others).chain(faults);
     row(all.position(|candidate| candidate.as_bytes() == name)?, shared)
+}
+
+/// The row that a second name means, and the rows that are a second name of it.
+pub(super) fn meant(named: &Row, shared: &Shared) -> (Row, Vec<usize>) {
+    let own = compatibility(&named.name).and_then(CompatibilityParameter::meant);
+    let place = own.and_then(|own| table().iter().position(|row| row.name == own.name));
+    let meant = place.and_then(|index| row(index, shared)).unwrap_or(*named);
+    let names = COMPATIBILITY.iter().enumerate();
+    let names = names.filter(|(_, other)| !other.stands_for.is_empty());
+    let names = names.filter(|(_, other)| *other.stands_for == *meant.name);
+    (meant, names.map(|(place, _)| table().len() + place).collect())
 }
 
 /// The fault parameter of a target.
@@ -145,7 +157,7 @@ pub(super) fn number(set: &ParamSet) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::failure;
-    use flight_management::parameters::{compatibility, is_fault};
+    use flight_management::parameters::is_fault;
     use icd::tvc_jet;
 
     #[test]

@@ -13,6 +13,7 @@ use icd::{Attitude, Effector, EffectorKind, EulerAngles, PerEffector};
 use crate::codec::Encoded;
 use crate::convert;
 use crate::telemetry::View;
+use crate::telemetry::known::{calibrated_m_s, known};
 use flight_management::event::Snapshot;
 
 /// Command of an effector: -1 to 1 of its travel, 0 to 1 of the engine's range.
@@ -95,7 +96,7 @@ pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
 
 /// NAMED_VALUE_FLOAT: estimate, action and remaining authority of the compensator, SI units and radians, and the two air angles.
 pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
-    let (log, motion) = (&state.log, state.motion());
+    let (log, motion) = (&state.log, known(state));
     let verdict = log.isolation.verdict;
     [
         ("z2_p", log.z2.x),
@@ -228,7 +229,7 @@ pub fn vectors(state: &Snapshot) -> Vec<Encoded> {
 /// ATTITUDE_TARGET: the roll reference that the law tracks. The laws have no pitch or heading reference, so
 /// those two angles are the present ones.
 pub fn attitude_target(view: &View, state: &Snapshot) -> Encoded {
-    let present = state.motion().attitude;
+    let present = known(state).attitude;
     let attitude =
         Attitude::from_euler(EulerAngles { phi: state.log.roll_reference_rad, ..present });
     let thrust = thrust_fraction(state.log.main.thrust_n, &view.shared.model);
@@ -290,7 +291,10 @@ pub fn position_target_global_int(state: &Snapshot) -> Encoded {
 /// NAV_CONTROLLER_OUTPUT. Errors are reference minus measured value. There is no pitch reference: NaN.
 /// Without guidance the bearings are the present heading and the distance is zero.
 pub fn nav_controller_output(state: &Snapshot) -> Encoded {
-    let (navigation, motion) = (&state.navigation, state.motion());
+    let (navigation, motion) = (&state.navigation, known(state));
+    let calibrated = |true_m_s| calibrated_m_s(true_m_s, motion.altitude_m);
+    // Distances are from the place of the aircraft.
+    let measured = |metres: f64| if motion.latitude_rad.is_nan() { f64::NAN } else { metres };
     let heading = motion.attitude.psi;
     let course = navigation.course_rad.unwrap_or(heading);
     let bearing = navigation.target.map_or(course, |target| target.bearing_rad);
@@ -300,9 +304,11 @@ pub fn nav_controller_output(state: &Snapshot) -> Encoded {
         nav_pitch: f32::NAN,
         nav_bearing: convert::bearing_degrees(course),
         target_bearing: convert::bearing_degrees(bearing),
-        wp_dist: convert::whole_metres(distance),
+        wp_dist: convert::whole_metres(measured(distance)),
         alt_error: convert::float(state.demand.altitude_m - motion.altitude_m),
-        aspd_error: convert::float(state.demand.airspeed_m_s - motion.airspeed_m_s),
-        xtrack_error: convert::float(navigation.cross_track_m),
+        aspd_error: convert::float(
+            calibrated(state.demand.airspeed_m_s) - calibrated(motion.airspeed_m_s),
+        ),
+        xtrack_error: convert::float(measured(navigation.cross_track_m)),
     })
 }

@@ -1,8 +1,6 @@
-//! Messages about position and motion of the aircraft, and the navigation state in the form that a ground station expects from
-//! single instruments.
+//! Messages about position and motion of the aircraft, by the navigation state, and about single instruments, by their samples.
 //!
-//! The aircraft carries an ideal navigation unit and an air-data computer, not the instruments behind them. Pressures and
-//! temperature are those of the standard atmosphere at their altitude and airspeed; there is no magnetometer.
+//! What no living sensor gives is unknown: NaN, the code of the field, or no message where its definition has none.
 
 use ::mavlink::dialects::common::{
     ALTITUDE_DATA, ATTITUDE_DATA, ATTITUDE_QUATERNION_DATA, GLOBAL_POSITION_INT_DATA,
@@ -13,16 +11,17 @@ use ::mavlink::dialects::common::{
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
 use icd::Ned;
+use icd::sensors::SensorKind;
 
 use crate::codec::Encoded;
 use crate::convert;
 use crate::telemetry::View;
 use crate::telemetry::controls::throttle;
+use crate::telemetry::known::{calibrated_m_s, is_alive, known};
 use flight_management::event::Snapshot;
 
 pub fn attitude(state: &Snapshot) -> Encoded {
-    let euler = state.motion().attitude;
-    let rates = state.motion().rates;
+    let NavigationState { attitude: euler, rates, .. } = known(state);
     Encoded::new(&ATTITUDE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         roll: convert::float(euler.phi),
@@ -35,8 +34,8 @@ pub fn attitude(state: &Snapshot) -> Encoded {
 }
 
 pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
-    let [q1, q2, q3, q4] = state.motion().orientation.wxyz().map(convert::float);
-    let rates = state.motion().rates;
+    let NavigationState { orientation, rates, .. } = known(state);
+    let [q1, q2, q3, q4] = orientation.wxyz().map(convert::float);
     Encoded::new(&ATTITUDE_QUATERNION_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         q1,
@@ -50,11 +49,15 @@ pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
     })
 }
 
-pub fn global_position_int(state: &Snapshot) -> Encoded {
-    let motion = state.motion();
+/// GLOBAL_POSITION_INT; its definition has no "unknown" for place and velocity, so none is sent without them.
+pub fn global_position_int(state: &Snapshot) -> Option<Encoded> {
+    let motion = known(state);
     let velocity = motion.velocity.0;
+    if motion.latitude_rad.is_nan() || motion.altitude_m.is_nan() || velocity.x.is_nan() {
+        return None;
+    }
     let altitude = convert::millimetres(motion.altitude_m);
-    Encoded::new(&GLOBAL_POSITION_INT_DATA {
+    Some(Encoded::new(&GLOBAL_POSITION_INT_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         lat: convert::degrees_e7(motion.latitude_rad),
         lon: convert::degrees_e7(motion.longitude_rad),
@@ -65,11 +68,11 @@ pub fn global_position_int(state: &Snapshot) -> Encoded {
         vy: convert::centimetres_per_second(velocity.y),
         vz: convert::centimetres_per_second(velocity.z),
         hdg: convert::heading_centidegrees(motion.attitude.psi),
-    })
+    }))
 }
 
 pub fn local_position_ned(state: &Snapshot) -> Encoded {
-    let (position, velocity) = (state.motion().position.0, state.motion().velocity.0);
+    let NavigationState { position: Ned(position), velocity: Ned(velocity), .. } = known(state);
     Encoded::new(&LOCAL_POSITION_NED_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         x: convert::float(position.x),
@@ -81,64 +84,77 @@ pub fn local_position_ned(state: &Snapshot) -> Encoded {
     })
 }
 
-/// Satellites that GPS_RAW_INT reports. None is simulated: the navigation unit is ideal, and a station that shows a 3D fix
-/// with none, or with an unknown number (which QGroundControl shows as 0), would warn.
+/// Satellites that GPS_RAW_INT reports with a fix. None is simulated, and a station that shows a 3D fix with none, or with an
+/// unknown number (which QGroundControl shows as 0), would warn.
 const SATELLITES: u8 = 16;
-/// Dilution of precision that it reports, hundredths: a good one, since QGroundControl shows no number of satellites besides an
+/// Dilution of precision that it reports then, hundredths: a good one, since QGroundControl shows no number of satellites besides an
 /// unknown one.
 const DILUTION: u16 = 100;
 
-pub fn gps_raw_int(state: &Snapshot) -> Encoded {
-    let motion = state.motion();
-    let velocity = motion.velocity.0;
-    let altitude = convert::millimetres(motion.altitude_m);
-    Encoded::new(&GPS_RAW_INT_DATA {
+/// GPS_RAW_INT: what the receiver says. Its accuracy is that which the estimator assumes; the receiver of the ideal unit has no errors.
+pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
+    let nothing = GPS_RAW_INT_DATA {
         time_usec: state.time.as_micros(),
+        fix_type: GpsFixType::GPS_FIX_TYPE_NO_FIX,
+        eph: u16::MAX,
+        epv: u16::MAX,
+        vel: u16::MAX,
+        cog: u16::MAX,
+        satellites_visible: u8::MAX,
+        // The receiver gives no yaw; the navigation unit does.
+        yaw: 0,
+        ..GPS_RAW_INT_DATA::DEFAULT
+    };
+    if !is_alive(state, SensorKind::Gnss) {
+        return Encoded::new(&nothing);
+    }
+    let fix = state.sensors.gnss.value;
+    let velocity = fix.velocity.0;
+    let altitude = convert::millimetres(fix.altitude_m);
+    let gains = view.shared.parameters.gains.of_estimator();
+    let is_exact = state.motion().estimate.is_none();
+    let accuracy = |error: f64| convert::accuracy_mm(if is_exact { 0.0 } else { error });
+    let position_m = libm::hypot(gains.gnss_position_m, gains.gnss_drift_m);
+    Encoded::new(&GPS_RAW_INT_DATA {
         fix_type: GpsFixType::GPS_FIX_TYPE_3D_FIX,
-        lat: convert::degrees_e7(motion.latitude_rad),
-        lon: convert::degrees_e7(motion.longitude_rad),
+        lat: convert::degrees_e7(fix.latitude_rad),
+        lon: convert::degrees_e7(fix.longitude_rad),
         alt: altitude,
         alt_ellipsoid: altitude,
         eph: DILUTION,
         epv: DILUTION,
         satellites_visible: SATELLITES,
         vel: convert::centimetres_per_second_unsigned(libm::hypot(velocity.x, velocity.y)),
-        cog: convert::heading_centidegrees(course_rad(&motion.velocity)),
-        // The navigation unit is ideal: no uncertainty.
-        h_acc: 0,
-        v_acc: 0,
-        vel_acc: 0,
-        hdg_acc: 0,
-        // The receiver gives no yaw; the navigation unit does.
-        yaw: 0,
+        cog: convert::heading_centidegrees(libm::atan2(velocity.y, velocity.x)),
+        h_acc: accuracy(position_m),
+        v_acc: accuracy(position_m * gains.gnss_vertical),
+        vel_acc: accuracy(gains.gnss_velocity_m_s),
+        ..nothing
     })
 }
 
-/// Course over the ground, rad from north.
-fn course_rad(velocity: &Ned) -> f64 {
-    libm::atan2(velocity.0.y, velocity.0.x)
-}
-
 pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
-    let motion = state.motion();
+    let motion = known(state);
     let velocity = motion.velocity.0;
     Encoded::new(&VFR_HUD_DATA {
-        airspeed: convert::float(motion.airspeed_m_s),
+        airspeed: convert::float(calibrated_m_s(motion.airspeed_m_s, motion.altitude_m)),
         groundspeed: convert::float(libm::hypot(velocity.x, velocity.y)),
         alt: convert::float(motion.altitude_m),
-        climb: convert::float(motion.climb_rate_m_s()),
+        // Not its negative: at rest that would be minus zero.
+        climb: convert::float(0.0 - velocity.z),
         heading: convert::heading_degrees(motion.attitude.psi),
         throttle: convert::percent(throttle(state, &view.shared.model)),
     })
 }
 
 pub fn altitude(state: &Snapshot) -> Encoded {
-    let altitude = convert::float(state.motion().altitude_m);
+    let motion = known(state);
+    let altitude = convert::float(motion.altitude_m);
     Encoded::new(&ALTITUDE_DATA {
         time_usec: state.time.as_micros(),
         altitude_monotonic: altitude,
         altitude_amsl: altitude,
-        altitude_local: convert::float(-state.motion().position.0.z),
+        altitude_local: convert::float(-motion.position.0.z),
         altitude_relative: altitude,
         // The ground is at altitude zero everywhere.
         altitude_terrain: altitude,
@@ -167,7 +183,7 @@ pub fn home_position(view: &View) -> Option<Encoded> {
 
 /// ODOMETRY: position in the local axes, velocity in body axes.
 pub fn odometry(state: &Snapshot) -> Encoded {
-    let motion = state.motion();
+    let motion = known(state);
     let (position, rates) = (motion.position.0, motion.rates);
     let velocity = motion.orientation.to_body(motion.velocity).0;
     // A NaN in the first place marks the covariance as unknown.
@@ -195,68 +211,78 @@ pub fn odometry(state: &Snapshot) -> Encoded {
     })
 }
 
-/// Ratio of the specific heats of air.
-const GAMMA: f64 = 1.4;
-
-/// Air data, as a pitot-static tube would measure them.
-struct AirData {
-    /// Static pressure, Pa.
-    static_pa: f64,
-    /// Impact pressure, Pa.
-    impact_pa: f64,
-    /// Static temperature, K.
-    temperature_k: f64,
+/// Temperature of the standard atmosphere, K: there is no thermometer.
+fn temperature_k(state: &Snapshot) -> f64 {
+    let altitude_m = known(state).altitude_m;
+    if altitude_m.is_nan() { f64::NAN } else { atmosphere::temperature(altitude_m) }
 }
 
-impl AirData {
-    /// Isentropic flow up to Mach 1: `q_c = p ((1 + (γ - 1)/2 M²)^(γ/(γ - 1)) - 1)`. Beyond it a shock in front
-    /// of the tube reduces the pressure, which is neglected here.
-    fn of(motion: &NavigationState) -> Self {
-        let temperature_k = atmosphere::temperature(motion.altitude_m);
-        let static_pa = atmosphere::pressure(motion.altitude_m);
-        let mach =
-            motion.airspeed_m_s / libm::sqrt(GAMMA * atmosphere::GAS_CONSTANT * temperature_k);
-        let ratio = 1.0 + 0.5 * (GAMMA - 1.0) * mach * mach;
-        let impact_pa = static_pa * (libm::pow(ratio, GAMMA / (GAMMA - 1.0)) - 1.0);
-        Self { static_pa, impact_pa, temperature_k }
-    }
-}
-
-/// HIGHRES_IMU. The magnetic field is NaN and not among the updated fields.
+/// HIGHRES_IMU. What is unknown is NaN and not among the updated fields; so is the magnetic field.
 pub fn highres_imu(state: &Snapshot) -> Encoded {
-    let motion = state.motion();
-    let air = AirData::of(motion);
-    let (force, rates) = (motion.specific_force.0, motion.rates);
-    let magnetic = Updated::HIGHRES_IMU_UPDATED_XMAG
-        | Updated::HIGHRES_IMU_UPDATED_YMAG
-        | Updated::HIGHRES_IMU_UPDATED_ZMAG;
+    let mut updated = Updated::HIGHRES_IMU_UPDATED_TEMPERATURE;
+    let mut values = |sensor, values: [f64; 3], flags: Updated| {
+        let alive = is_alive(state, sensor);
+        updated.set(flags, alive);
+        values.map(|value| if alive { value } else { f64::NAN })
+    };
+    let samples = &state.sensors;
+    let [xacc, yacc, zacc] = values(
+        SensorKind::Accelerometer,
+        samples.accelerometer.value.0.into(),
+        Updated::HIGHRES_IMU_UPDATED_XACC
+            | Updated::HIGHRES_IMU_UPDATED_YACC
+            | Updated::HIGHRES_IMU_UPDATED_ZACC,
+    );
+    let [xgyro, ygyro, zgyro] = values(
+        SensorKind::Gyro,
+        samples.gyro.value.0.into(),
+        Updated::HIGHRES_IMU_UPDATED_XGYRO
+            | Updated::HIGHRES_IMU_UPDATED_YGYRO
+            | Updated::HIGHRES_IMU_UPDATED_ZGYRO,
+    );
+    let barometer = samples.barometer.value;
+    let [static_pa, pressure_altitude_m, _] = values(
+        SensorKind::Barometer,
+        [barometer.pressure_pa, barometer.altitude_m, 0.0],
+        Updated::HIGHRES_IMU_UPDATED_ABS_PRESSURE | Updated::HIGHRES_IMU_UPDATED_PRESSURE_ALT,
+    );
+    let [impact_pa, ..] = values(
+        SensorKind::Pitot,
+        [samples.pitot.value.impact_pa, 0.0, 0.0],
+        Updated::HIGHRES_IMU_UPDATED_DIFF_PRESSURE,
+    );
+    let kelvin = temperature_k(state);
+    updated.set(Updated::HIGHRES_IMU_UPDATED_TEMPERATURE, !kelvin.is_nan());
     Encoded::new(&HIGHRES_IMU_DATA {
         time_usec: state.time.as_micros(),
-        xacc: convert::float(force.x),
-        yacc: convert::float(force.y),
-        zacc: convert::float(force.z),
-        xgyro: convert::float(rates.x),
-        ygyro: convert::float(rates.y),
-        zgyro: convert::float(rates.z),
+        xacc: convert::float(xacc),
+        yacc: convert::float(yacc),
+        zacc: convert::float(zacc),
+        xgyro: convert::float(xgyro),
+        ygyro: convert::float(ygyro),
+        zgyro: convert::float(zgyro),
         xmag: f32::NAN,
         ymag: f32::NAN,
         zmag: f32::NAN,
-        abs_pressure: convert::hectopascals(air.static_pa),
-        diff_pressure: convert::hectopascals(air.impact_pa),
-        pressure_alt: convert::float(motion.altitude_m),
-        temperature: convert::celsius(air.temperature_k),
-        fields_updated: Updated::all().difference(magnetic),
+        abs_pressure: convert::hectopascals(static_pa),
+        diff_pressure: convert::hectopascals(impact_pa),
+        pressure_alt: convert::float(pressure_altitude_m),
+        temperature: convert::celsius(kelvin),
+        fields_updated: updated,
         id: 0,
     })
 }
 
 pub fn scaled_pressure(state: &Snapshot) -> Encoded {
-    let air = AirData::of(state.motion());
+    let pressure = |sensor, pascals: f64| {
+        convert::hectopascals(if is_alive(state, sensor) { pascals } else { f64::NAN })
+    };
+    let samples = &state.sensors;
     Encoded::new(&SCALED_PRESSURE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
-        press_abs: convert::hectopascals(air.static_pa),
-        press_diff: convert::hectopascals(air.impact_pa),
-        temperature: convert::centidegrees_celsius(air.temperature_k),
+        press_abs: pressure(SensorKind::Barometer, samples.barometer.value.pressure_pa),
+        press_diff: pressure(SensorKind::Pitot, samples.pitot.value.impact_pa),
+        temperature: convert::centidegrees_celsius(temperature_k(state)),
         // Zero: not available.
         temperature_press_diff: 0,
     })
@@ -264,7 +290,8 @@ pub fn scaled_pressure(state: &Snapshot) -> Encoded {
 
 /// WIND_COV: the wind at one tick. Its variability is not estimated: NaN.
 pub fn wind_cov(state: &Snapshot) -> Encoded {
-    let wind = state.motion().wind().0;
+    let motion = known(state);
+    let wind = motion.wind().0;
     Encoded::new(&WIND_COV_DATA {
         time_usec: state.time.as_micros(),
         wind_x: convert::float(wind.x),
@@ -272,7 +299,7 @@ pub fn wind_cov(state: &Snapshot) -> Encoded {
         wind_z: convert::float(wind.z),
         var_horiz: f32::NAN,
         var_vert: f32::NAN,
-        wind_alt: convert::float(state.motion().altitude_m),
+        wind_alt: convert::float(motion.altitude_m),
         // Zero: unknown.
         horiz_accuracy: 0.0,
         vert_accuracy: 0.0,

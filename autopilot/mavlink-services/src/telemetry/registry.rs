@@ -75,6 +75,8 @@ pub const ALL_GROUPS: u8 = 0;
 enum Build {
     /// Built from the state of the flight.
     State(fn(&Snapshot) -> Encoded),
+    /// The same, while what it says is known.
+    Measured(fn(&Snapshot) -> Option<Encoded>),
     /// Built from the state of the flight and other data.
     Flight(fn(&View, &Snapshot) -> Encoded),
     /// Several of the same id, built from the state of the flight.
@@ -101,6 +103,7 @@ impl Row {
         let state = view.shared.aircraft.snapshot();
         match self.build {
             Build::State(build) => state.map(build).into_iter().collect(),
+            Build::Measured(build) => state.and_then(build).into_iter().collect(),
             Build::Flight(build) => state.map(|state| build(view, state)).into_iter().collect(),
             Build::Group(build) => state.map(build).unwrap_or_default(),
             Build::Known(build) => build(view).into_iter().collect(),
@@ -182,7 +185,7 @@ pub static TABLE: [Row; ROWS] = {
         row::<wire::GLOBAL_POSITION_INT_DATA>(
             Rate::Position,
             Position,
-            State(motion::global_position_int),
+            Build::Measured(motion::global_position_int),
         ),
         row::<wire::LOCAL_POSITION_NED_DATA>(
             Rate::Position,
@@ -192,7 +195,7 @@ pub static TABLE: [Row; ROWS] = {
         row::<wire::ODOMETRY_DATA>(Rate::Position, Position, State(motion::odometry)),
         row::<wire::VFR_HUD_DATA>(Rate::Position, Extra2, Flight(motion::vfr_hud)),
         row::<wire::ALTITUDE_DATA>(EveryMs(200), Extra2, State(motion::altitude)),
-        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, State(motion::gps_raw_int)),
+        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, Flight(motion::gps_raw_int)),
         row::<wire::HOME_POSITION_DATA>(
             EveryMs(2000),
             ExtendedStatus,

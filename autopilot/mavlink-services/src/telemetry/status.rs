@@ -59,10 +59,11 @@ fn validity(aircraft: &Aircraft) -> Validity {
 /// SYS_STATUS. A sensor is healthy while its measurement is valid, and where the estimator flies, while that uses it; control while the
 /// aircraft flies and has not been terminated. The same condition makes it ready.
 pub fn sys_status(view: &View) -> Option<Encoded> {
-    let present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+    let enabled = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = &view.shared.aircraft;
-    // MAVProxy reports a breach unless the geofence, which does not exist, is healthy.
+    // A geofence that is switched off: MAVProxy reports a breach of one that is absent.
     let mut health = Sensor::MAV_SYS_STATUS_GEOFENCE;
+    let present = enabled | health;
     let valid = validity(aircraft);
     for (is_valid, sensor) in [
         (valid.rates, Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO),
@@ -86,7 +87,7 @@ pub fn sys_status(view: &View) -> Option<Encoded> {
     }
     Some(Encoded::new(&SYS_STATUS_DATA {
         onboard_control_sensors_present: present,
-        onboard_control_sensors_enabled: present,
+        onboard_control_sensors_enabled: enabled,
         onboard_control_sensors_health: health,
         load: 0,
         voltage_battery: SUPPLY_MV,
@@ -174,15 +175,19 @@ pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
     flags.set(Estimate::ESTIMATOR_ACCEL_ERROR, accelerometer.is_gone());
     // Before the alignment there is nothing to be accurate, and nobody measures the height above the ground.
     let known = |value: f32| if estimate.is_aligned { value } else { f32::NAN };
+    let alive = state.motion().alive(&state.sensors);
+    let ratio = |sensor: SensorKind, value: f32| {
+        if alive[sensor as usize] { known(value) } else { f32::NAN }
+    };
     Encoded::new(&ESTIMATOR_STATUS_DATA {
         time_usec: state.time.as_micros(),
         flags,
-        vel_ratio: known(estimate.velocity_ratio),
-        pos_horiz_ratio: known(estimate.horizontal_ratio),
-        pos_vert_ratio: known(estimate.vertical_ratio),
-        mag_ratio: known(estimate.magnetic_ratio),
+        vel_ratio: ratio(SensorKind::Gnss, estimate.velocity_ratio),
+        pos_horiz_ratio: ratio(SensorKind::Gnss, estimate.horizontal_ratio),
+        pos_vert_ratio: ratio(SensorKind::Barometer, estimate.vertical_ratio),
+        mag_ratio: ratio(SensorKind::Magnetometer, estimate.magnetic_ratio),
         hagl_ratio: f32::NAN,
-        tas_ratio: known(estimate.airspeed_ratio),
+        tas_ratio: ratio(SensorKind::Pitot, estimate.airspeed_ratio),
         pos_horiz_accuracy: known(estimate.horizontal_m),
         pos_vert_accuracy: known(estimate.vertical_m),
     })

@@ -63,6 +63,16 @@ fn each_change_of_content_is_sent_at_once() {
 }
 
 #[test]
+fn the_aircraft_is_armed_before_the_plant_calls_so_that_no_station_sees_the_end_of_a_mission() {
+    let mut world = World::waiting();
+    world.settle();
+    let heartbeats = heartbeats_at(&world, 14_550);
+    let heartbeat = heartbeats.last().unwrap();
+    assert_eq!(heartbeat.system_status, MavState::MAV_STATE_BOOT);
+    assert!(heartbeat.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
+}
+
+#[test]
 fn a_silent_plant_is_no_emergency_of_the_aircraft() {
     let mut world = World::flying();
     world.settle();

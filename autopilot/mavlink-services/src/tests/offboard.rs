@@ -76,7 +76,8 @@ fn the_roll_angle_of_the_setpoint_is_flown_from_the_mode_change_on() {
 fn a_roll_beyond_the_limit_is_limited() {
     for limit in 1..=80_u8 {
         let mut world = World::flying();
-        world.ground.shared.parameters.set("REF_ROLL_MAX", f64::from(limit)).unwrap();
+        let limits = ["REF_ROLL_MAX", "NAV_BANK_MAX"].map(|name| (name, f64::from(limit)));
+        world.ground.shared.parameters.set_all(limits).unwrap();
         world.autopilot.handle_intent(flight_management::command::Intent {
             number: 1_000_000,
             command: Command::Configuration(Configuration::Limits(

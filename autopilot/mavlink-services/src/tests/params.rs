@@ -105,7 +105,7 @@ fn a_parameter_is_read_by_index_and_by_name_also_by_one_of_sixteen_characters() 
     world.send(&read("", 0));
     assert_eq!(only_value(&mut world).param_id.to_str().unwrap(), table()[0].name);
     world.send(&read("FW_AIRSPD_MAX", -1));
-    assert_eq!(only_value(&mut world).param_value, 320.0);
+    assert_eq!(only_value(&mut world).param_value, 280.0);
     world.send(&read("SYS_HAS_NUM_ASPD", -1));
     assert_eq!(only_value(&mut world).param_id.to_str().unwrap(), "SYS_HAS_NUM_ASPD");
 }
@@ -162,7 +162,7 @@ fn a_refused_write_echoes_the_old_value_with_the_reason() {
         (set_real("OBS_W0", f32::INFINITY), "OBS_W0 = inf is outside"),
         (
             set_real("FW_AIRSPD_MIN", 400.0),
-            "FW_AIRSPD_MIN = 400 m/s is above FW_AIRSPD_MAX = 320 m/s",
+            "FW_AIRSPD_MIN = 400 m/s is above FW_AIRSPD_MAX = 280 m/s",
         ),
         (set_int("FTC_MODE", 7), "FTC_MODE = 7 is outside 0 to 2"),
         (set_int("SYS_AUTOSTART", 1), "read-only"),
@@ -187,6 +187,24 @@ fn a_refused_write_echoes_the_old_value_with_the_reason() {
             assert!((sent - old).abs() <= 1.0e-6 * old.abs(), "{name}: {sent} instead of {old}");
         }
     }
+}
+
+#[test]
+fn a_slider_of_the_tuning_page_moves_a_gain_of_the_law_or_says_once_that_it_cannot() {
+    let mut world = World::flying();
+    world.send(&set_real("FW_RR_P", 0.5));
+    assert_eq!(world.ground.parameters().gains.pid.roll.k_p, 0.5);
+    let values: Vec<PARAM_VALUE_DATA> = world.got.iter().filter_map(Got::read).collect();
+    for name in ["ROL_KP", "FW_RR_P"] {
+        let is_it = |value: &&PARAM_VALUE_DATA| value.param_id.to_str().unwrap() == name;
+        assert_eq!(values.iter().find(is_it).map(|value| value.param_value), Some(0.5), "{name}");
+    }
+    world.got.clear();
+    for step in 0..6_u8 {
+        world.send(&set_real("FW_RR_FF", f32::from(step)));
+    }
+    assert_eq!(world.texts().len(), 1, "{:?}", world.texts());
+    assert_eq!(errors(&world).len(), 6, "each is answered");
 }
 
 #[test]

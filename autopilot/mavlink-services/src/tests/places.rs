@@ -62,7 +62,16 @@ fn each_ground_stations_way_to_go_somewhere_works() {
         // QGroundControl, then MAVSDK with a yaw angle and with a radius, then MAVProxy.
         (0, [-1.0, 1.0, 0.0, NAN], goal),
         (0, [NAN, 1.0, NAN, 0.7], goal),
-        (0, [NAN, 1.0, 9_000.0, NAN], Reposition { radius_m: Some(9_000.0), ..goal }),
+        (
+            0,
+            [NAN, 1.0, 9_000.0, NAN],
+            Reposition { radius_m: Some(9_000.0), clockwise: Some(true), ..goal },
+        ),
+        (
+            0,
+            [NAN, 1.0, -10_000.0, NAN],
+            Reposition { radius_m: Some(10_000.0), clockwise: Some(false), ..goal },
+        ),
         (3, [-1.0, 1.0, 0.0, 0.0], Reposition { clockwise: Some(true), ..goal }),
         (5, [250.0, 1.0, 0.0, NAN], Reposition { airspeed_m_s: Some(250.0), ..goal }),
         (6, [NAN, 1.0, 0.0, 1.0], Reposition { clockwise: Some(false), ..goal }),
@@ -120,13 +129,16 @@ fn places_off_the_earth_other_frames_and_odd_values_are_denied_with_the_reason()
         (0, [20.0, 1.0, 0.0, NAN], DESERT, 6_000.0),
         (0, [-inf, 1.0, 0.0, NAN], DESERT, 6_000.0),
         (0, [-1.0, 0.5, 0.0, NAN], DESERT, 6_000.0),
-        (0, [-1.0, 1.0, -9_000.0, NAN], DESERT, 6_000.0),
         (0, [-1.0, 1.0, inf, NAN], DESERT, 6_000.0),
         (0, [-1.0, 1.0, 0.0, inf], DESERT, 6_000.0),
     ] {
         let mut world = World::flying();
         world.send_command_at(192, frame, params, xy, z);
-        assert_eq!(world.take_acks(), [ack(192, DENIED)], "{frame} {params:?} {xy:?} {z}");
+        let expected = match frame {
+            0 => DENIED,
+            _ => MavResult::MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME,
+        };
+        assert_eq!(world.take_acks(), [ack(192, expected)], "{frame} {params:?} {xy:?} {z}");
         assert!(world.has_text("efused"), "{frame} {params:?} {xy:?} {z}");
         assert!(world.take_commands().is_empty());
     }
@@ -283,7 +295,9 @@ fn a_home_that_is_no_place_is_denied() {
     world.send_command(179, [2.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     world.send_command(179, [0.0, 0.0, 0.0, 0.0, 34.0, 0.0, f32::INFINITY]);
     world.send_command_at(179, 9, [0.0; 4], DESERT, 0.0);
-    assert_eq!(world.take_acks(), [ack(179, DENIED); 5]);
+    let frame = ack(179, MavResult::MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME);
+    let denied = ack(179, DENIED);
+    assert_eq!(world.take_acks(), [denied, denied, denied, denied, frame]);
     assert!(world.take_commands().is_empty());
 }
 

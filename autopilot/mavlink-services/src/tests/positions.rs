@@ -181,7 +181,7 @@ fn values_beyond_the_limits_are_limited_and_reported() {
     assert!(matches!(setpoints[..], [Setpoint::Position { altitude_m: Some(12_000.0), .. }]));
     assert_eq!(texts, ["Setpoint limited: altitude 100000.0 m is flown as 12000.0 m"]);
     let (_, texts) = becomes(&local([0.0; 3], [100.0, 0.0, 0.0], VELOCITY, LOCAL));
-    assert_eq!(texts, ["Setpoint limited: speed 100.0 m/s is flown as 180.0 m/s"]);
+    assert_eq!(texts, ["Setpoint limited: speed 100.0 m/s is flown as 177.6 m/s"]);
     let dive = local([0.0; 3], [250.0, 0.0, 500.0], VELOCITY, LOCAL);
     assert_eq!(velocity_of(&dive).2, -30.0);
     assert_eq!(becomes(&dive).1, ["Setpoint limited: climb -500.0 m/s is flown as -30.0 m/s"]);

@@ -4,7 +4,7 @@ use super::world::*;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::command::Command;
 use flight_management::command::VehicleCommand;
-use flight_management::vehicle::Reference;
+use flight_management::vehicle::{Airspeed, Reference};
 
 const NAN: f32 = f32::NAN;
 const ACCEPTED: MavResult = MavResult::MAV_RESULT_ACCEPTED;
@@ -20,6 +20,13 @@ fn references(world: &mut World) -> Vec<Reference> {
         .collect()
 }
 
+const FRAME: MavResult = MavResult::MAV_RESULT_COMMAND_UNSUPPORTED_MAV_FRAME;
+
+/// A calibrated airspeed as the laws fly it at 5000 m.
+fn calibrated(airspeed_m_s: f64) -> Reference {
+    Reference::Airspeed(Airspeed::Calibrated(airspeed_m_s).true_m_s(5_000.0))
+}
+
 #[test]
 fn altitude_commands_take_the_frames_of_sea_level_and_home_and_no_other() {
     let mut world = World::flying();
@@ -28,9 +35,9 @@ fn altitude_commands_take_the_frames_of_sea_level_and_home_and_no_other() {
         (3, ACCEPTED),
         (5, ACCEPTED),
         (6, ACCEPTED),
-        (1, DENIED),
-        (10, DENIED),
-        (200, DENIED),
+        (1, FRAME),
+        (10, FRAME),
+        (200, FRAME),
     ] {
         world.send_command(186, [5_500.0, f32::from(frame), 0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(186, expected)], "186 frame {frame}");
@@ -68,7 +75,7 @@ fn each_ground_stations_way_to_change_speed_works() {
     ] {
         world.send_command(178, params);
         assert_eq!(world.take_acks(), [ack(178, ACCEPTED)]);
-        assert_eq!(references(&mut world), [Reference::Airspeed(speed)]);
+        assert_eq!(references(&mut world), [calibrated(speed)]);
     }
     for keep in [NAN, -1.0] {
         world.send_command(178, [0.0, keep, -1.0, 0.0, 0.0, 0.0, 0.0]);
@@ -102,13 +109,13 @@ fn a_relative_speed_is_denied_with_the_reason() {
 }
 
 #[test]
-fn a_ground_speed_is_flown_as_airspeed_with_a_note() {
+fn a_ground_speed_is_flown_as_true_airspeed_with_a_note() {
     for command in [178, 43_000] {
         let mut world = World::flying();
         world.send_command(command, [1.0, 250.0, -0.0, 0.0, 0.0, 0.0, 0.0]);
         assert_eq!(world.take_acks(), [ack(command, ACCEPTED)]);
         assert_eq!(references(&mut world), [Reference::Airspeed(250.0)]);
-        assert!(world.has_text("A ground speed is flown as airspeed"), "{:?}", world.texts());
+        assert!(world.has_text("A ground speed is flown as true airspeed"), "{:?}", world.texts());
     }
 }
 
@@ -116,10 +123,10 @@ fn a_ground_speed_is_flown_as_airspeed_with_a_note() {
 fn guided_speed_takes_airspeed_and_reports_an_unused_rate() {
     let mut world = World::flying();
     world.send_command_int(43_000, 0, [0.0, 240.0, 0.0, 0.0], 0.0);
-    assert_eq!(references(&mut world), [Reference::Airspeed(240.0)]);
+    assert_eq!(references(&mut world), [calibrated(240.0)]);
     assert_eq!(world.texts(), [""; 0]);
     world.send_command_int(43_000, 0, [0.0, 245.0, 2.0, 0.0], 0.0);
-    assert_eq!(references(&mut world), [Reference::Airspeed(245.0)]);
+    assert_eq!(references(&mut world), [calibrated(245.0)]);
     assert!(world.has_text("The rate is not used"), "{:?}", world.texts());
     assert_eq!(world.take_acks(), [ack(43_000, ACCEPTED); 2]);
     for bad in [[2.0, 240.0, 0.0], [0.0, NAN, 0.0], [0.0, 240.0, -1.0], [0.0, 20.0, 0.0]] {

@@ -74,7 +74,11 @@ fn disarming_on_the_ground_is_a_fact_by_force_or_not() {
     world.send_command(400, one(0.0, FORCE));
     world.send_command(400, one(1.0, FORCE));
     assert_eq!(world.take_acks(), [ack(400, ACCEPTED), ack(400, ACCEPTED), ack(400, LATER)]);
-    assert!(world.has_text("PreArm: flight over, reboot the vehicle"), "{:?}", world.texts());
+    assert!(
+        world.has_text("PreArm: the flight is over: a reboot begins a new one"),
+        "{:?}",
+        world.texts()
+    );
     assert_eq!(terminations(&mut world), 0);
 }
 
@@ -123,11 +127,7 @@ fn takeoff_and_landing_are_refused_with_the_reason() {
     let mut world = on_the_ground();
     world.send_command(22, [NAN; 7]);
     assert_eq!(world.take_acks(), [ack(22, LATER)]);
-    assert!(
-        world.has_text("Takeoff refused: flight over, reboot the vehicle"),
-        "{:?}",
-        world.texts()
-    );
+    assert!(world.has_text("The flight is over: a reboot begins a new one"), "{:?}", world.texts());
 }
 
 #[test]
@@ -138,7 +138,7 @@ fn prearm_checks_are_rejected_in_the_air_and_report_the_reason_elsewhere() {
     let mut world = on_the_ground();
     world.send_command(401, [0.0; 7]);
     assert_eq!(world.take_acks(), [ack(401, ACCEPTED)]);
-    assert!(world.has_text("PreArm: flight over"), "{:?}", world.texts());
+    assert!(world.has_text("PreArm: the flight is over"), "{:?}", world.texts());
 }
 
 #[test]

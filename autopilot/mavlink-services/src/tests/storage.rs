@@ -63,7 +63,7 @@ fn parameters_set_on_the_command_line_are_not_saved() {
     world.ground.keep_parameters(Parameters::default());
     world.send(&set_real("OBS_W0", 40.0));
     let file = saved(&mut world).unwrap();
-    assert_eq!(file.limits.airspeed_max_m_s, 320.0);
+    assert_eq!(file.limits.airspeed_max_m_s, 280.0);
     assert_eq!(file.gains.neso.bandwidth, 40.0);
     // Flies with the command line's limit; the file without it could not be used.
     world.send(&set_real("FW_AIRSPD_MIN", 350.0));

@@ -99,7 +99,10 @@ pub fn level_flight() -> Sensors {
     level.gnss.value.latitude_rad = 34.9_f64.to_radians();
     level.gnss.value.longitude_rad = -117.9_f64.to_radians();
     level.barometer.value.altitude_m = 5_000.0;
+    level.barometer.value.pressure_pa = 54_020.0;
+    level.gnss.value.altitude_m = 5_000.0;
     level.pitot.value.airspeed_m_s = 264.0;
+    level.pitot.value.impact_pa = 30_350.0;
     level.engine_n.value = 27_000.0;
     level
 }

@@ -136,7 +136,7 @@ fn values(flight: &FlightStatus, width: usize) -> Vec<Line> {
     let references = &flight.references;
     let rows = [
         ("altitude", flight.altitude_m, references.altitude_m, 0, "m"),
-        ("airspeed", flight.airspeed_m_s, references.airspeed_m_s, 1, "m/s"),
+        ("true speed", flight.airspeed_m_s, references.airspeed_m_s, 1, "m/s"),
         ("roll", flight.roll_deg, references.roll_deg, 1, "deg"),
     ];
     let rows = rows.map(|(name, value, reference, digits, unit)| {

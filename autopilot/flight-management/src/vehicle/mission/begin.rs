@@ -43,8 +43,8 @@ impl Mission {
             }
             Action::LoiterTime { circle, seconds } => (circle, Until::Held(seconds)),
             Action::LoiterToAltitude(circle) => (circle, Until::Altitude),
-            Action::ChangeSpeed { airspeed_m_s } => {
-                demand.airspeed_m_s = tick.rules.nearest_airspeed_m_s(airspeed_m_s);
+            Action::ChangeSpeed { airspeed } => {
+                demand.airspeed_m_s = tick.rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
                 return Err(Otherwise::AtOnce);
             }
             Action::ChangeAltitude { altitude_m } => {

@@ -13,7 +13,7 @@ fn jump(to: u16, times: Option<u16>) -> Item {
 }
 
 fn speed(airspeed_m_s: f64) -> Item {
-    item(Action::ChangeSpeed { airspeed_m_s })
+    item(Action::ChangeSpeed { airspeed: Airspeed::True(airspeed_m_s) })
 }
 
 /// Flies on and returns the most item events of one tick.

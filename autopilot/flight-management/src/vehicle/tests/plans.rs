@@ -18,7 +18,7 @@ fn target(plane: &Plane) -> Target {
 fn items_are_flown_in_their_order_and_after_the_last_the_aircraft_circles_around_its_point() {
     let mut plane = Plane::begin(vec![
         waypoint(30.0, 0.0, 5_500.0),
-        item(Action::ChangeSpeed { airspeed_m_s: 240.0 }),
+        item(Action::ChangeSpeed { airspeed: Airspeed::True(240.0) }),
         waypoint(30.0, 30.0, 6_000.0),
     ]);
     plane.fly_until(400.0, COMPLETE);
@@ -79,7 +79,7 @@ fn a_jump_is_done_as_often_as_its_count() {
 #[test]
 fn jumps_without_an_end_and_without_anything_to_fly_are_refused() {
     let mut plane = Plane::flying();
-    let speed = item(Action::ChangeSpeed { airspeed_m_s: 240.0 });
+    let speed = item(Action::ChangeSpeed { airspeed: Airspeed::True(240.0) });
     for items in [
         vec![jump(0, None)],
         vec![speed, jump(0, None)],
@@ -232,7 +232,7 @@ fn a_plan_that_cannot_be_flown_is_refused_with_its_item_and_the_old_plan_stays()
         Action::Waypoint { point: point(0.0, 0.0, f64::NAN), acceptance_m: None },
         Action::Waypoint { point: nowhere, acceptance_m: None },
         Action::Waypoint { point: point(0.0, 0.0, 5_000.0), acceptance_m: Some(-1.0) },
-        Action::ChangeSpeed { airspeed_m_s: 100.0 },
+        Action::ChangeSpeed { airspeed: Airspeed::Calibrated(100.0) },
         Action::ChangeAltitude { altitude_m: f64::INFINITY },
         Action::LoiterTurns { circle: around, turns: f64::NAN },
         Action::LoiterTime { circle: around, seconds: -1.0 },

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
 use icd::EffectorList;
+use icd::sensors::SensorKind;
 
 use crate::Shared;
 use crate::aircraft::{Aircraft, Phase};
@@ -51,6 +52,12 @@ fn flight(text: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     let velocity = motion.velocity.0;
     let course = libm::atan2(velocity.y, velocity.x).to_degrees().rem_euclid(360.0);
     let _ = writeln!(text, "Time: {}, mode {}", state.time, aircraft.mode());
+    let alive = state.motion().alive(&state.sensors);
+    let dead = SensorKind::ALL.into_iter().zip(alive).filter(|(_, alive)| !alive);
+    let dead: Vec<&str> = dead.map(|(sensor, _)| sensor.name()).collect();
+    if !dead.is_empty() {
+        let _ = writeln!(text, "Without valid samples: {}", dead.join(", "));
+    }
     let _ = writeln!(
         text,
         "Position: {} deg, {} deg, altitude {} m",
@@ -60,7 +67,7 @@ fn flight(text: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     );
     let _ = writeln!(
         text,
-        "Motion: airspeed {} m/s, climb {} m/s, course {} deg",
+        "Motion: true airspeed {} m/s, climb {} m/s, course {} deg",
         fixed(1, motion.airspeed_m_s),
         fixed(1, motion.climb_rate_m_s()),
         fixed(1, course)
@@ -74,7 +81,7 @@ fn flight(text: &mut String, state: &Snapshot, aircraft: &Aircraft) {
     );
     let _ = writeln!(
         text,
-        "References: altitude {} m, airspeed {} m/s, roll {} deg",
+        "References: altitude {} m, true airspeed {} m/s, roll {} deg",
         fixed(1, demand.altitude_m),
         fixed(1, demand.airspeed_m_s),
         fixed(1, demand.roll_rad.to_degrees())

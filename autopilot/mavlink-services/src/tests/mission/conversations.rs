@@ -9,6 +9,7 @@ use ::mavlink::dialects::common::{
 };
 use flight_management::command::Command;
 use flight_management::command::VehicleCommand;
+use flight_management::vehicle::Airspeed;
 use flight_management::vehicle::plan::Action;
 
 fn plan_of(world: &mut World) -> Vec<Action> {
@@ -104,7 +105,7 @@ fn a_plan_of_mavsdk_with_speeds_delays_and_return_is_taken() {
     let Action::Waypoint { point, acceptance_m: None } = actions[0] else {
         panic!("{:?}", actions[0])
     };
-    assert_eq!(actions[1], Action::ChangeSpeed { airspeed_m_s: 250.0 });
+    assert_eq!(actions[1], Action::ChangeSpeed { airspeed: Airspeed::True(250.0) });
     let Action::LoiterTime { circle, seconds: 30.0 } = actions[2] else {
         panic!("{:?}", actions[2])
     };
@@ -113,7 +114,7 @@ fn a_plan_of_mavsdk_with_speeds_delays_and_return_is_taken() {
     client.world.run_ms(10);
     assert!(client.world.has_text("Mission item 0: hold time is not flown"));
     assert!(client.world.has_text("Mission item 0: acceptance radius is below NAV_ACC_RAD"));
-    assert!(client.world.has_text("Mission item 1: ground speed is flown as airspeed"));
+    assert!(client.world.has_text("Mission item 1: ground speed is flown as true airspeed"));
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::tests::world::*;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame};
 use flight_management::command::Command;
 use flight_management::command::VehicleCommand;
+use flight_management::vehicle::Airspeed;
 use flight_management::vehicle::plan::{Action, Circle, Point};
 use proptest::prelude::*;
 
@@ -87,8 +88,8 @@ fn latitude_and_longitude_zero_of_a_circle_are_where_the_aircraft_is() {
 #[test]
 fn speeds_altitudes_and_jumps_keep_their_numbers() {
     assert_eq!(
-        command(MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 280.0, 0.0, f32::NAN]),
-        Action::ChangeSpeed { airspeed_m_s: 280.0 }
+        command(MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 230.0, 0.0, f32::NAN]),
+        Action::ChangeSpeed { airspeed: Airspeed::Calibrated(230.0) }
     );
     assert_eq!(
         command(MavCmd::MAV_CMD_NAV_CONTINUE_AND_CHANGE_ALT, [1.0, 0.0, 0.0, 0.0]),
@@ -116,13 +117,13 @@ fn a_takeoff_is_flown_as_a_waypoint_with_a_note() {
 #[test]
 fn a_circle_too_small_for_the_speed_by_then_is_accepted_with_a_note() {
     let mut client = Client::new(MAVSDK);
-    let mut fast = item(0, MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 300.0, -1.0, 0.0]);
+    let mut fast = item(0, MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 250.0, -1.0, 0.0]);
     fast.frame = MavFrame::MAV_FRAME_MISSION;
     let circle = item(1, MavCmd::MAV_CMD_NAV_LOITER_UNLIM, [0.0, 0.0, 5_000.0, 0.0]);
     assert_eq!(client.upload(&[fast, circle]).unwrap().0, ACCEPTED);
     client.world.run_ms(4);
     assert!(
-        client.world.has_text("Mission item 1: at 300 m/s the circle needs"),
+        client.world.has_text("Mission item 1: at 309 m/s the circle needs"),
         "{:?}",
         client.world.texts()
     );

@@ -135,7 +135,7 @@ fn refused() -> Vec<(MISSION_ITEM_INT_DATA, R, &'static str)> {
         (
             of(MavCmd::MAV_CMD_DO_CHANGE_SPEED, [0.0, 30.0, -1.0, 0.0]),
             R::MAV_MISSION_INVALID_PARAM2,
-            "item 1: airspeed 30.0 m/s is outside 180.0 to 320.0 m/s",
+            "item 1: calibrated airspeed 30.0 m/s is outside 140.0 to 280.0 m/s",
         ),
         (
             of(MavCmd::MAV_CMD_DO_CHANGE_SPEED, [2.0, 250.0, -1.0, 0.0]),

@@ -76,7 +76,7 @@ fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_it
     first.upload(&some_items()).unwrap();
     let saved = file(&mut first);
     let mut parameters = Parameters::default();
-    parameters.set("REF_ALT_MIN", 11_000.0).unwrap();
+    parameters.set_all([("REF_ALT_MIN", 11_000.0), ("RTL_RETURN_ALT", 11_000.0)]).unwrap();
     let mut second = Client::new(QGC);
     second.world = World::flying_with(&parameters);
     second.world.ground.keep_plan(saved);

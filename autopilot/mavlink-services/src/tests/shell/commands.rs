@@ -120,7 +120,7 @@ fn references_are_commanded_and_the_aircraft_reports_what_is_wrong() {
     assert_eq!(text, "Reference altitude: 5200 m\n");
     assert_eq!(output(&mut world, "reference airspeed 270"), "Reference airspeed: 270 m/s\n");
     assert_eq!(output(&mut world, "reference course 90deg"), "Reference course: 90 deg\n");
-    assert!(output(&mut world, "status").contains("altitude 5200.0 m, airspeed 270.0 m/s"));
+    assert!(output(&mut world, "status").contains("altitude 5200.0 m, true airspeed 270.0 m/s"));
     for (line, reason) in [
         ("reference altitude 99999", "ERROR: altitude"),
         ("reference airspeed x", "ERROR: airspeed \"x\" is no number in m/s"),
