@@ -10,6 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use flight_control::CompensatorMode;
+use flight_control::estimator::covariance::WIND;
 use flight_control::estimator_status::SourceHealth;
 use icd::SimTime;
 use icd::fault::{
@@ -23,6 +24,7 @@ use crate::closed_loop::{Operator, Tick, run as fly_loop, settings};
 use crate::configuration::AircraftArgs;
 use crate::estimator::Case;
 use crate::estimator::flights::Sides;
+use crate::false_alarms::flights::entry;
 use crate::false_alarms::{StudyError, cannot_write, write};
 use crate::runner;
 
@@ -196,6 +198,113 @@ impl Operator for Judge {
     }
 }
 
+/// Length of a flight with a loss for good, s.
+const LOSS_FLIGHT_S: f64 = ONSET_S + 600.0;
+/// The estimate is judged so long after such a loss, s.
+const LOSS_SETTLED_S: f64 = 10.0;
+
+/// What a flight came to whose sensor failed for good, from ten seconds after the loss on.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Lost {
+    /// When the aircraft was lost, s.
+    pub lost_at_s: Option<f64>,
+    /// Mean squares: error of the airspeed, and what the estimator says of it, m²/s².
+    pub airspeed: [f64; 2],
+    /// Largest errors: airspeed, m/s; deviation from the altitude reference, m; attitude, deg.
+    pub largest: [f64; 3],
+    /// Normalised square of the error of the wind, its mean; three for a consistent estimator.
+    pub wind_nees: f64,
+    /// Part of the time with the compensator active.
+    pub active: f64,
+    /// What the estimator reported of the sensor.
+    pub reported: SourceHealth,
+    seconds: f64,
+}
+
+/// Flies straight, or in turns, with a fault of a sensor that stays.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn fly_without(
+    sides: &Sides,
+    grade: GradeName,
+    turbulence_m_s: f64,
+    turns: bool,
+    fault: Option<(SensorKind, FaultKind)>,
+    seed: u64,
+) -> Result<Lost, StudyError> {
+    let case = Case { name: grade.key(), grade, vanes: true };
+    let mut setup = sides.setup(&case, turbulence_m_s, seed)?;
+    setup.parameters.gains.selection.compensator = CompensatorMode::Armed;
+    setup.duration = SimTime::from_seconds(LOSS_FLIGHT_S).unwrap_or(SimTime::ZERO);
+    let start = &setup.plant.start;
+    let (altitude_m, airspeed_m_s) = (start.altitude_m, start.airspeed_m_s);
+    let mut programme = entry(0.0, 0.0, altitude_m, airspeed_m_s);
+    for part in 0..if turns { 10_u32 } else { 0 } {
+        let (at_s, side) = (ONSET_S + 60.0 * f64::from(part), [1.0, -1.0][part as usize % 2]);
+        programme += &entry(at_s, 30.0 * side, altitude_m, airspeed_m_s);
+        programme += &entry(at_s + 30.0, 0.0, altitude_m, airspeed_m_s);
+    }
+    setup.references = autopilot::config::references("the study", &programme)?;
+    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
+    let timing = Timing::from_onset(Onset::At(onset));
+    let scheduled =
+        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
+    setup.plant.faults = scheduled.into_iter().collect();
+    let sensor = fault.map(|(sensor, _)| sensor);
+    let mut judge = LossJudge { lost: Lost::default(), sensor, altitude_m };
+    fly_loop(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+    let mut lost = judge.lost;
+    let seconds = lost.seconds.max(1.0);
+    lost.airspeed = lost.airspeed.map(|sum| sum / seconds);
+    (lost.wind_nees, lost.active) = (lost.wind_nees / seconds, lost.active / seconds);
+    Ok(lost)
+}
+
+struct LossJudge {
+    lost: Lost,
+    sensor: Option<SensorKind>,
+    altitude_m: f64,
+}
+
+impl Operator for LossJudge {
+    type Stop = ();
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let truth = tick.plant.truth();
+        let (now_s, state, lost) = (truth.time.as_seconds(), &tick.log.state, &mut self.lost);
+        if tick.plant.dynamics().airframe().limits.are_exceeded(&truth.into()) {
+            lost.lost_at_s = Some(now_s);
+            return ControlFlow::Break(());
+        }
+        let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
+        let (Some(estimator), Some(status)) = (tick.estimator, &state.estimate) else {
+            return ControlFlow::Continue(());
+        };
+        if !is_due || now_s < ONSET_S + LOSS_SETTLED_S {
+            return ControlFlow::Continue(());
+        }
+        let airspeed = truth.airspeed_m_s - state.airspeed_m_s;
+        let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
+        let errors = [airspeed, truth.altitude_m - self.altitude_m, turned.angle().to_degrees()];
+        for (largest, error) in lost.largest.iter_mut().zip(errors) {
+            *largest = largest.max(error.abs());
+        }
+        let stated = f64::from(status.airspeed_m_s);
+        lost.airspeed[0] += airspeed * airspeed;
+        lost.airspeed[1] += stated * stated;
+        let wind = truth.wind.0 - estimator.estimate().wind;
+        let inverse = estimator.covariance().block(WIND).try_inverse().unwrap_or_default();
+        lost.wind_nees += wind.dot(&(inverse * wind));
+        lost.active += f64::from(u8::from(tick.log.compensator_active));
+        lost.seconds += 1.0;
+        if let Some(sensor) = self.sensor {
+            lost.reported = status.sources[sensor as usize];
+        }
+        ControlFlow::Continue(())
+    }
+}
+
 /// One row: the sensor with its fault, or no fault, and what became of it.
 pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 
@@ -217,14 +326,91 @@ pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
     faults.iter().copied().zip(flown).map(|(fault, flown)| Ok((fault, flown?))).collect()
 }
 
-/// Flies everything, writes and prints the table.
+/// Turbulence of the flights with a loss for good, m/s rms.
+const LOSS_TURBULENCE_M_S: [f64; 3] = [0.0, 1.5, 3.0];
+/// Flights of each of them, with one seed after the other.
+const LOSS_FLIGHTS: u64 = 4;
+
+/// A sensor that is off, or none; turbulence, m/s; turns; and the flights.
+pub type LossRow = (Option<SensorKind>, f64, bool, Vec<Lost>);
+
+/// Flies each sensor's loss for 600 s, straight, and that of the pitot tube in turns too.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown.
+pub fn losses(
+    options: &Options,
+    sensors: &[Option<SensorKind>],
+    flights: u64,
+) -> Result<Vec<LossRow>, StudyError> {
+    options.aircraft.check()?;
+    let sides = Sides::of(&options.aircraft)?;
+    let turns = |sensor: Option<SensorKind>| match sensor {
+        Some(SensorKind::Pitot) => &[false, true][..],
+        _ => &[false],
+    };
+    let rows: Vec<_> = sensors
+        .iter()
+        .flat_map(|sensor| turns(*sensor).iter().map(move |turns| (*sensor, *turns)))
+        .flat_map(|(sensor, turns)| LOSS_TURBULENCE_M_S.map(|rms| (sensor, rms, turns)))
+        .collect();
+    let items: Vec<_> = rows
+        .iter()
+        .flat_map(|row| (0..flights).map(move |flight| (*row, options.seed.wrapping_add(flight))))
+        .collect();
+    let flown = runner::map("losses", &items, |((sensor, rms, turns), seed)| {
+        let fault = sensor.map(|sensor| (sensor, FaultKind::Off));
+        fly_without(&sides, options.grade, *rms, *turns, fault, *seed)
+    });
+    let flown: Vec<Lost> = flown.into_iter().collect::<Result<_, _>>()?;
+    let each = usize::try_from(flights).unwrap_or(1).max(1);
+    let of_row = rows.into_iter().zip(flown.chunks(each));
+    Ok(of_row.map(|((sensor, rms, turns), flown)| (sensor, rms, turns, flown.to_vec())).collect())
+}
+
+fn loss_table(options: &Options, rows: &[LossRow]) -> String {
+    let mut text = format!(
+        "\n{} sensors. The sensor is off from {ONSET_S} s to the end at {LOSS_FLIGHT_S} s; {LOSS_FLIGHTS} flights for each row, seeds from {} on. Judged from \
+         {LOSS_SETTLED_S} s after the loss on; a consistent estimate of the wind has a mean NEES of 3.\n\n\
+         | sensor off | turbulence, m/s | flight | lost | airspeed error, rms | by the estimator, rms | largest | altitude, largest | attitude, largest | wind, NEES |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        options.grade.key(),
+        options.seed,
+    );
+    for (sensor, rms, turns, flights) in rows {
+        let mean = |of: &dyn Fn(&Lost) -> f64| {
+            flights.iter().map(of).sum::<f64>() / flights.len().max(1) as f64
+        };
+        let largest =
+            |place: usize| flights.iter().map(|flown| flown.largest[place]).fold(0.0, f64::max);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {rms} | {} | {} | {:.2} m/s | {:.2} m/s | {:.1} m/s | {:.1} m | {:.2} deg | {:.2} |",
+            sensor.map_or("-", |sensor| sensor.name()),
+            if *turns { "turns" } else { "straight" },
+            flights.iter().filter(|flown| flown.lost_at_s.is_some()).count(),
+            mean(&|flown| flown.airspeed[0]).sqrt(),
+            mean(&|flown| flown.airspeed[1]).sqrt(),
+            largest(0),
+            largest(1),
+            largest(2),
+            mean(&|flown| flown.wind_nees),
+        );
+    }
+    text
+}
+
+/// Flies everything, writes and prints the tables.
 ///
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let out = options.out.as_path();
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
-    let text = table(options, &study(options)?);
+    let mut text = table(options, &study(options)?);
+    let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
+    text += &loss_table(options, &losses(options, &sensors, LOSS_FLIGHTS)?);
     write(&out.join("sensor-faults.md"), text.as_bytes())?;
     print_line!("{text}\nwrote {}", out.display());
     Ok(())

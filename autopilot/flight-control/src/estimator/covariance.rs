@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of error states.
-pub const STATES: usize = 24;
+pub const STATES: usize = 28;
 /// Attitude error, rad, start axes: the true rotation is the estimated one turned by it.
 pub const ATTITUDE: usize = 0;
 /// Velocity over the ground, m/s, start axes.
@@ -14,7 +14,7 @@ pub const POSITION: usize = 6;
 pub const GYRO_BIAS: usize = 9;
 /// Bias of the accelerometers, m/s², body axes.
 pub const FORCE_BIAS: usize = 12;
-/// Wind, m/s, NED.
+/// Wind with its gusts, m/s, NED.
 pub const WIND: usize = 15;
 /// Bias of the magnetometer, nT, body axes.
 pub const MAGNETIC_BIAS: usize = 18;
@@ -22,6 +22,12 @@ pub const MAGNETIC_BIAS: usize = 18;
 pub const BAROMETER: usize = 21;
 /// Biases of the vanes of angle of attack and sideslip, rad.
 pub const VANES: usize = 22;
+/// Horizontal wind without gusts, m/s, north and east.
+pub const STEADY_WIND: usize = 24;
+/// Bias of the impact pressure, Pa.
+pub const PITOT_BIAS: usize = 26;
+/// Error of its scale.
+pub const PITOT_SCALE: usize = 27;
 
 /// One number of each error state.
 pub type States = [f64; STATES];
@@ -38,8 +44,8 @@ pub struct Transition {
     pub turned: Matrix3<f64>,
     /// ∫ C f dt, m/s.
     pub force: Vector3<f64>,
-    /// Factor of the vertical wind.
-    pub updraught: f64,
+    /// Factor of the gusts.
+    pub gust: f64,
 }
 
 impl Transition {
@@ -48,7 +54,7 @@ impl Transition {
         seconds: 0.0,
         turned: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         force: Vector3::new(0.0, 0.0, 0.0),
-        updraught: 1.0,
+        gust: 1.0,
     };
 
     /// Multiplies a vector of error states.
@@ -65,7 +71,11 @@ impl Transition {
             x[VELOCITY + axis] -= slowed[axis];
             x[ATTITUDE + axis] -= turned[axis];
         }
-        x[WIND + 2] *= self.updraught;
+        for axis in 0..2 {
+            let steady = x[STEADY_WIND + axis];
+            x[WIND + axis] = steady + self.gust * (x[WIND + axis] - steady);
+        }
+        x[WIND + 2] *= self.gust;
     }
 }
 
@@ -234,6 +244,47 @@ impl Covariance {
         correction
     }
 
+    /// Takes the measurement for all states but the wind along the flow (a unit vector, NED) and the errors of the pitot tube: these
+    /// keep their variances and are only considered (S. Schmidt, Application of state-space methods to navigation problems, 1966).
+    pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
+        let mut correction = self.take(comparison);
+        let gain = |state: usize| comparison.product[state] / comparison.variance;
+        let mut left = [0.0; STATES];
+        let along: f64 = (0..3).map(|axis| flow[axis] * gain(WIND + axis)).sum();
+        let level = flow.x * flow.x + flow.y * flow.y;
+        let steady: f64 = (0..2).map(|axis| flow[axis] * gain(STEADY_WIND + axis)).sum();
+        for axis in 0..3 {
+            left[WIND + axis] = flow[axis] * along;
+        }
+        for axis in 0..2 {
+            left[STEADY_WIND + axis] = flow[axis] * steady / level.max(0.1);
+            left[PITOT_BIAS + axis] = gain(PITOT_BIAS + axis);
+        }
+        // With the gain K - l, P becomes what it is for the optimal K, and l s lᵀ more.
+        for (index, row) in self.p.iter_mut().enumerate() {
+            for (covariance, part) in row.iter_mut().zip(&left) {
+                *covariance += left[index] * comparison.variance * part;
+            }
+            correction[index] -= left[index] * comparison.innovation;
+        }
+        correction
+    }
+
+    /// Turns the errors of the attitude with a correction of it, so that they stay as they are in body axes.
+    ///
+    /// There a bias of the accelerometers looks like the same tilt before and after. In start axes it would look like another one, and
+    /// the two seem to tell bias and tilt apart, which nothing does in straight flight.
+    pub fn turn_attitude(&mut self, turned: &Matrix3<f64>) {
+        for _ in 0..2 {
+            for x in &mut self.p {
+                let attitude = Vector3::new(x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2]);
+                x[ATTITUDE..ATTITUDE + 3].copy_from_slice((turned * attitude).as_slice());
+            }
+            self.transpose();
+        }
+        self.keep_symmetric();
+    }
+
     /// Forgets a state: this variance, and no correlation with any other.
     pub fn forget(&mut self, state: usize, variance: f64) {
         for other in 0..STATES {
@@ -241,6 +292,17 @@ impl Covariance {
             self.p[other][state] = 0.0;
         }
         self.p[state][state] = variance;
+    }
+
+    /// Makes a state another one plus something independent with this variance.
+    pub fn derive(&mut self, state: usize, from: usize, variance: f64) {
+        self.p[state] = self.p[from];
+        for other in 0..STATES {
+            self.p[other][state] = self.p[state][other];
+        }
+        self.p[state][state] = self.p[from][from] + variance;
+        self.p[state][from] = self.p[from][from];
+        self.p[from][state] = self.p[from][from];
     }
 
     /// Raises the variance of a state to this one at least.
@@ -276,7 +338,7 @@ mod tests {
             seconds: 0.01,
             turned: Matrix3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9) * 0.01,
             force: Vector3::new(0.1, -0.2, -0.09),
-            updraught: 0.99,
+            gust: 0.99,
         }
     }
 

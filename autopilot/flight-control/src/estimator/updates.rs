@@ -4,12 +4,14 @@ use icd::geomagnetism::field_ned_nt;
 use icd::{Body, FlowAngles, GnssFix, Sample, Sensors, SimTime};
 use nalgebra::Vector3;
 
-use super::air::{self, Flow};
+use super::air::{self, Airspeed, Flow};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, POSITION, Row, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION, Row, VANES,
+    VELOCITY, WIND,
 };
 use super::history::Since;
-use super::{Estimator, Ground};
+use super::noise::MANOEUVRE_S;
+use super::{Estimator, Ground, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
 /// Largest speed that is believed, m/s.
@@ -59,13 +61,14 @@ impl MagneticField {
 }
 
 /// What the aircraft does at this tick, for all comparisons of it.
-struct Present {
+pub(super) struct Present {
     /// Body to start axes.
-    matrix: nalgebra::Matrix3<f64>,
-    /// Velocity through the air, start axes.
-    relative: Vector3<f64>,
-    /// The same in body axes.
+    pub(super) matrix: nalgebra::Matrix3<f64>,
+    /// Velocity through the air, body axes.
     through_air: Vector3<f64>,
+    /// The same without gusts, start and body axes.
+    relative: Vector3<f64>,
+    pub(super) steady: Vector3<f64>,
     /// Its change, m/s², body axes.
     slope: Vector3<f64>,
     rate: Vector3<f64>,
@@ -90,6 +93,19 @@ impl Estimator {
             self.correct(&correction);
         }
         passes
+    }
+
+    /// Takes a comparison of a flow angle that passes the gate.
+    ///
+    /// An angle tells nothing of the speed along the flow. In straight flight its gradients would seem to, with their small swings,
+    /// from errors of the vanes that last: without a pitot tube the wind along the flight ran away.
+    fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
+        let Some(Ground { place, .. }) = &self.ground else { return };
+        if comparison.deviations() <= self.gains.gate {
+            let flow = place.start_from_ned.tr_mul(&present.relative).normalize();
+            let correction = self.covariance.take_across(comparison, &flow);
+            self.correct(&correction);
+        }
     }
 
     fn ratio(&self, comparison: &Comparison) -> f64 {
@@ -227,31 +243,36 @@ impl Estimator {
         }
     }
 
-    fn present(&self) -> Option<Present> {
+    pub(super) fn present(&self) -> Option<Present> {
         let ground = self.ground.as_ref()?;
         let inertial = self.inertial();
         let matrix = self.estimate.matrix();
-        let wind = ground.place.start_from_ned * self.estimate.wind;
-        let relative = self.estimate.velocity - wind;
-        let through_air = matrix.tr_mul(&relative);
+        let through_air = self.through_air(ground);
+        let steady_wind = ground.place.start_from_ned * self.estimate.steady_wind;
+        let relative = self.estimate.velocity - steady_wind;
+        let steady = matrix.tr_mul(&relative);
         let gravity = matrix.tr_mul(&ground.place.gravity);
         let slope = inertial.force + gravity - inertial.rate.cross(&through_air);
-        Some(Present { matrix, relative, through_air, slope, rate: inertial.rate })
+        Some(Present { matrix, through_air, relative, steady, slope, rate: inertial.rate })
     }
 
     /// Row of a quantity of the flow: its gradient in body axes leads to velocity, wind and attitude.
     ///
     /// δ(Cᵀ (v - w)) = Cᵀ (δv - δw + (v - w) × θ).
-    fn flow_row(&self, present: &Present, flow: &Flow) -> Row {
-        let along = present.matrix * flow.gradient;
-        let wind = match &self.ground {
-            Some(ground) => -ground.place.start_from_ned.tr_mul(&along),
-            None => Vector3::zeros(),
-        };
-        Row::empty()
+    pub(super) fn flow_row(
+        &self,
+        present: &Present,
+        of: fn(&Vector3<f64>) -> Option<Flow>,
+    ) -> Option<Row> {
+        // In steady wind: with gusts it would swing with the errors of the vanes, and correlate with them.
+        let along = present.matrix * of(&present.steady)?.gradient;
+        let Ground { place, .. } = self.ground.as_ref()?;
+        let wind = -place.start_from_ned.tr_mul(&along);
+        let row = Row::empty()
             .with_vector(VELOCITY, &along)
             .with_vector(WIND, &wind)
-            .with_vector(ATTITUDE, &along.cross(&present.relative))
+            .with_vector(ATTITUDE, &along.cross(&present.relative));
+        Some(row)
     }
 
     /// Pitot tube: true airspeed where it is, from its impact pressure.
@@ -266,24 +287,35 @@ impl Estimator {
         let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
         let [.., altitude] = ground.place.coordinates(&self.estimate.position);
         let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
-        let Some(measured) = air::airspeed(impact, pressure_altitude) else { return };
+        let corrected =
+            (impact - self.estimate.pitot_bias) / (1.0 + self.estimate.pitot_scale).max(0.1);
+        let Some(measured) = air::airspeed(corrected, pressure_altitude) else { return };
         let there = present.at(&self.air.pitot_m, age);
         let Some(flow) = air::speed(&there) else { return };
-        let row = self.flow_row(&present, &flow);
-        let (white, scale) = (self.gains.pitot_noise_pa, self.gains.pitot_scale * impact);
-        let slope = measured.per_pascal;
-        let noise = (white * white + scale * scale) * slope * slope;
+        // The pressure that there should be: the measured one has noise, which is also in the innovation, and bias and scale would
+        // drift by their product.
+        let Some(steady) = air::speed(&present.steady) else { return };
+        let expected = air::impact(steady.value, pressure_altitude);
+        let Some(Airspeed { per_pascal: slope, .. }) = air::airspeed(expected, pressure_altitude)
+        else {
+            return;
+        };
+        let Some(row) = self.flow_row(&present, air::speed) else { return };
+        let row = row.with(PITOT_BIAS, slope).with(PITOT_SCALE, slope * expected);
+        let agrees = self.pitot_agrees(now, &present, measured.airspeed_m_s, slope, expected);
+        let noise = self.gains.pitot_noise_pa * slope;
         let innovation = measured.airspeed_m_s - flow.value;
-        let comparison = self.covariance.compare(&row, innovation, noise);
+        let comparison = self.covariance.compare(&row, innovation, noise * noise);
         let ratio = self.ratio(&comparison);
-        if self.take(&comparison) {
+        if self.sources.pitot.is_doubted() {
+            self.sources.pitot.reject(now, ratio, self.gains.reopen_s);
+            self.sources.pitot.doubt(!agrees);
+        } else if !agrees {
+            self.doubt_pitot();
+        } else if self.take(&comparison) {
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
-            for axis in 0..2 {
-                let variance = self.covariance.variance(WIND + axis) + innovation * innovation;
-                self.covariance.raise(WIND + axis, variance);
-            }
-            self.sources.pitot.believe(ratio);
+            self.doubt_pitot();
         }
     }
 
@@ -303,11 +335,12 @@ impl Estimator {
         for (vane, of) in [air::angle_of_attack, air::sideslip].into_iter().enumerate() {
             let Some(present) = self.present() else { return };
             let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
-            let row = self.flow_row(&present, &flow).with(VANES + vane, 1.0);
+            let Some(row) = self.flow_row(&present, of) else { return };
+            let row = row.with(VANES + vane, 1.0);
             let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
-            self.take(&comparison);
+            self.take_angle(&comparison, &present);
             innovations[vane] = innovation;
         }
         if worst <= 1.0 {
@@ -325,12 +358,17 @@ impl Estimator {
     fn measure_field(&mut self, now: SimTime, sample: &Sample<Body>) {
         let is_good = sample.valid && is_field(&sample.value);
         let values = sample.value.0;
+        let between = self.sources.magnetometer.silence_s(now).min(MANOEUVRE_S);
         if !self.sources.magnetometer.is_new(now, sample.time, is_good, values.as_ref()) {
             return;
         }
         let Some(age) = age(sample.time, now) else { return };
         self.find_field();
-        let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt;
+        // Errors of scale and direction change with the attitude and last as long as it does. As white noise of the samples they would
+        // be averaged to nothing in a straight flight, and every little swing would seem to tell the biases from the attitude.
+        let lasting = self.gains.magnetic_scale * self.field.strength();
+        let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt
+            + lasting * lasting * 2.0 * MANOEUVRE_S / between.max(UPDATE_EVERY_US as f64 * 1.0e-6);
         let mut worst: f64 = 0.0;
         let mut innovations = [0.0; 3];
         for axis in 0..3 {
@@ -393,10 +431,10 @@ impl Estimator {
             let (Some(expected), Some(flow)) = (expected, of(&present.through_air)) else {
                 continue;
             };
-            let row = self.flow_row(&present, &flow);
+            let Some(row) = self.flow_row(&present, of) else { continue };
             let noise = spread.to_radians() * spread.to_radians();
             let comparison = self.covariance.compare(&row, expected - flow.value, noise);
-            self.take(&comparison);
+            self.take_angle(&comparison, &present);
         }
     }
 }
