@@ -415,6 +415,7 @@ impl Estimator {
             horizontal_m: root(position(0) + position(1) + 2.0 * drift * drift),
             vertical_m: root(vertical),
             wind_m_s: root(covariance.sum_of_three(WIND)),
+            flow_rad: self.flow_variances().map(root),
             gyro_bias_rad_s: root(covariance.sum_of_three(GYRO_BIAS)),
             force_bias_m_s2: root(covariance.sum_of_three(FORCE_BIAS)),
             magnetic_bias_nt: root(covariance.sum_of_three(MAGNETIC_BIAS)),

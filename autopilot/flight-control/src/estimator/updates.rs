@@ -254,6 +254,16 @@ impl Estimator {
             .with_vector(ATTITUDE, &along.cross(&present.relative))
     }
 
+    /// Variances of angle of attack and sideslip, rad².
+    pub(super) fn flow_variances(&self) -> [f64; 2] {
+        [air::angle_of_attack, air::sideslip].map(|of| {
+            let Some(present) = self.present() else { return 0.0 };
+            let Some(flow) = of(&present.through_air) else { return 0.0 };
+            let row = self.flow_row(&present, &flow);
+            self.covariance.compare(&row, 0.0, 0.0).variance
+        })
+    }
+
     /// Pitot tube: true airspeed where it is, from its impact pressure.
     fn measure_pitot(&mut self, now: SimTime, sensors: &Sensors) {
         let sample = &sensors.pitot;
