@@ -229,7 +229,8 @@ mod tests {
         let off = activation.step(&z2, &gains.levels(), &gains, CompensatorMode::Off);
         assert_eq!((off.active, off.fade), (true, 0.0));
         activation.reset();
-        let on = activation.step(&Vector3::zeros(), &gains.levels(), &gains, CompensatorMode::AlwaysOn);
+        let on =
+            activation.step(&Vector3::zeros(), &gains.levels(), &gains, CompensatorMode::AlwaysOn);
         assert_eq!((on.active, on.fade), (false, 1.0));
     }
 }

@@ -1,4 +1,4 @@
-//! The navigation state from sensors with errors: an error-state Kalman filter with 24 states.
+//! The navigation state from sensors with errors: an error-state Kalman filter with 28 states.
 //!
 //! ```text
 //!  gyro, accelerometer ─> strapdown ─> estimate ──────────────────────────────> NavigationState
@@ -8,9 +8,9 @@
 //!  magnetometer; without vanes: model          every 10 ms
 //! ```
 //!
-//! The states are errors of attitude, velocity and position, biases of gyros and accelerometers, wind, bias of the
-//! magnetometer, offset of the barometer, and biases of the two vanes ([`covariance`] has their order). The inertial navigation
-//! runs in every control step, in axes that are fixed to the Earth at the start point ([`earth`]); the covariance and the
+//! The states are errors of attitude, velocity and position, biases of gyros and accelerometers, wind with its gusts and
+//! without, bias of the magnetometer, offset of the barometer, biases of the two vanes, bias and scale of the pitot tube
+//! ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the start point ([`earth`]); the covariance and the
 //! measurements follow every 10 ms. A measurement is compared at its own time: a late GNSS fix through the integrals of
 //! [`history`], air data and magnetic field through the rates. Each number is a measurement of its own, so nothing is inverted.
 //!
@@ -30,6 +30,7 @@ use covariance::{
     Transition, VANES, VELOCITY, WIND,
 };
 use earth::{Earth, Place};
+use gusts::Gusts;
 use history::{History, Integrals};
 use source::Source;
 use strapdown::{Estimate, Field, Inertial};
@@ -40,6 +41,7 @@ mod alignment;
 pub mod covariance;
 pub mod earth;
 pub mod gains;
+mod gusts;
 pub mod history;
 mod noise;
 mod source;
@@ -94,6 +96,7 @@ pub struct Estimator {
     started: Option<SimTime>,
     fix_before: Option<Sample<icd::GnssFix>>,
     field: MagneticField,
+    gusts: Gusts,
     model_due: SimTime,
     vertical_ratio: f64,
     velocity_ratio: f64,
@@ -173,6 +176,7 @@ impl Estimator {
             started: None,
             fix_before: None,
             field: MagneticField::default(),
+            gusts: Gusts::new(gains.gust_m_s),
             model_due: SimTime::ZERO,
             vertical_ratio: 0.0,
             velocity_ratio: 0.0,
@@ -307,13 +311,23 @@ impl Estimator {
     /// The covariance, the place, and all measurements that are new.
     fn update(&mut self, time: SimTime, sensors: &Sensors) {
         self.follow_force();
+        self.transition.gust = libm::exp(-self.transition.seconds / self.gust_s());
         let noise = self.process_noise(time);
-        self.transition.updraught = libm::exp(-self.transition.seconds / self.gains.updraught_s);
-        self.estimate.wind.z *= self.transition.updraught;
+        let Estimate { wind, steady_wind, .. } = &mut self.estimate;
+        *wind = *steady_wind + (*wind - *steady_wind) * self.transition.gust;
         self.covariance.predict(&self.transition, &noise);
         self.transition = Transition::NONE;
         self.find_place();
+        let before = (self.estimate.matrix(), self.relative());
         self.measure(time, sensors);
+        if let (Some(relative), Some(after), Some(ground)) =
+            (before.1, self.relative(), &self.ground)
+        {
+            let turned = self.estimate.matrix() * before.0.transpose();
+            let relative = [0, 1].map(|place| [relative[place], after[place]]);
+            self.covariance.turn_wind(&turned, &relative, &ground.place.start_from_ned);
+        }
+        self.follow_gusts(time);
         if !self.covariance.is_sound() {
             self.begin_again();
         }
@@ -324,6 +338,13 @@ impl Estimator {
         if let Some(ground) = ground {
             ground.place = ground.earth.place(&estimate.position);
         }
+    }
+
+    /// Velocity through the air and through the steady wind, m/s, start axes.
+    fn relative(&self) -> Option<[Vector3<f64>; 2]> {
+        let Ground { place, .. } = self.ground.as_ref()?;
+        let Estimate { velocity, wind, steady_wind, .. } = &self.estimate;
+        Some([wind, steady_wind].map(|wind| velocity - place.start_from_ned * wind))
     }
 
     /// Velocity of the aircraft through the air, m/s, body axes.
@@ -415,7 +436,8 @@ impl Estimator {
             horizontal_m: root(position(0) + position(1) + 2.0 * drift * drift),
             vertical_m: root(vertical),
             wind_m_s: root(covariance.sum_of_three(WIND)),
-            flow_rad: self.flow_variances().map(root),
+            airspeed_m_s: root(self.flow_variance(air::speed)),
+            flow_rad: [air::angle_of_attack, air::sideslip].map(|of| root(self.flow_variance(of))),
             gyro_bias_rad_s: root(covariance.sum_of_three(GYRO_BIAS)),
             force_bias_m_s2: root(covariance.sum_of_three(FORCE_BIAS)),
             magnetic_bias_nt: root(covariance.sum_of_three(MAGNETIC_BIAS)),

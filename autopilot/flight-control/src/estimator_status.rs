@@ -73,6 +73,9 @@ pub struct EstimatorStatus {
     pub vertical_m: f32,
     /// Standard deviation of the wind: root of the sum of its three variances, m/s.
     pub wind_m_s: f32,
+    /// Standard deviation of the airspeed, m/s.
+    #[serde(default)]
+    pub airspeed_m_s: f32,
     /// Standard deviations of angle of attack and sideslip, rad.
     #[serde(default)]
     pub flow_rad: [f32; 2],

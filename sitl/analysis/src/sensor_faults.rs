@@ -10,6 +10,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use flight_control::CompensatorMode;
+use flight_control::estimator::covariance::WIND;
 use flight_control::estimator_status::SourceHealth;
 use icd::SimTime;
 use icd::fault::{
@@ -23,6 +24,7 @@ use crate::closed_loop::{Operator, Tick, run as fly_loop, settings};
 use crate::configuration::AircraftArgs;
 use crate::estimator::Case;
 use crate::estimator::flights::Sides;
+use crate::false_alarms::flights::entry;
 use crate::false_alarms::{StudyError, cannot_write, write};
 use crate::runner;
 
@@ -191,6 +193,113 @@ impl Operator for Judge {
             if health.is_gone() || flown.reported == SourceHealth::Unused {
                 flown.reported = health;
             }
+        }
+        ControlFlow::Continue(())
+    }
+}
+
+/// Length of a flight with a loss for good, s.
+const LOSS_FLIGHT_S: f64 = ONSET_S + 600.0;
+/// The estimate is judged so long after such a loss, s.
+const LOSS_SETTLED_S: f64 = 10.0;
+
+/// What a flight came to whose sensor failed for good, from ten seconds after the loss on.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Lost {
+    /// When the aircraft was lost, s.
+    pub lost_at_s: Option<f64>,
+    /// Mean squares: error of the airspeed, and what the estimator says of it, m²/s².
+    pub airspeed: [f64; 2],
+    /// Largest errors: airspeed, m/s; deviation from the altitude reference, m; attitude, deg.
+    pub largest: [f64; 3],
+    /// Normalised square of the error of the wind, its mean; three for a consistent estimator.
+    pub wind_nees: f64,
+    /// Part of the time with the compensator active.
+    pub active: f64,
+    /// What the estimator reported of the sensor.
+    pub reported: SourceHealth,
+    seconds: f64,
+}
+
+/// Flies straight, or in turns, with a fault of a sensor that stays.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn fly_without(
+    sides: &Sides,
+    grade: GradeName,
+    turbulence_m_s: f64,
+    turns: bool,
+    fault: Option<(SensorKind, FaultKind)>,
+    seed: u64,
+) -> Result<Lost, StudyError> {
+    let case = Case { name: grade.key(), grade, vanes: true };
+    let mut setup = sides.setup(&case, turbulence_m_s, seed)?;
+    setup.parameters.gains.selection.compensator = CompensatorMode::Armed;
+    setup.duration = SimTime::from_seconds(LOSS_FLIGHT_S).unwrap_or(SimTime::ZERO);
+    let start = &setup.plant.start;
+    let (altitude_m, airspeed_m_s) = (start.altitude_m, start.airspeed_m_s);
+    let mut programme = entry(0.0, 0.0, altitude_m, airspeed_m_s);
+    for part in 0..if turns { 10_u32 } else { 0 } {
+        let (at_s, side) = (ONSET_S + 60.0 * f64::from(part), [1.0, -1.0][part as usize % 2]);
+        programme += &entry(at_s, 30.0 * side, altitude_m, airspeed_m_s);
+        programme += &entry(at_s + 30.0, 0.0, altitude_m, airspeed_m_s);
+    }
+    setup.references = autopilot::config::references("the study", &programme)?;
+    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
+    let timing = Timing::from_onset(Onset::At(onset));
+    let scheduled =
+        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
+    setup.plant.faults = scheduled.into_iter().collect();
+    let sensor = fault.map(|(sensor, _)| sensor);
+    let mut judge = LossJudge { lost: Lost::default(), sensor, altitude_m };
+    fly_loop(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+    let mut lost = judge.lost;
+    let seconds = lost.seconds.max(1.0);
+    lost.airspeed = lost.airspeed.map(|sum| sum / seconds);
+    (lost.wind_nees, lost.active) = (lost.wind_nees / seconds, lost.active / seconds);
+    Ok(lost)
+}
+
+struct LossJudge {
+    lost: Lost,
+    sensor: Option<SensorKind>,
+    altitude_m: f64,
+}
+
+impl Operator for LossJudge {
+    type Stop = ();
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let truth = tick.plant.truth();
+        let (now_s, state, lost) = (truth.time.as_seconds(), &tick.log.state, &mut self.lost);
+        if tick.plant.dynamics().airframe().limits.are_exceeded(&truth.into()) {
+            lost.lost_at_s = Some(now_s);
+            return ControlFlow::Break(());
+        }
+        let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
+        let (Some(estimator), Some(status)) = (tick.estimator, &state.estimate) else {
+            return ControlFlow::Continue(());
+        };
+        if !is_due || now_s < ONSET_S + LOSS_SETTLED_S {
+            return ControlFlow::Continue(());
+        }
+        let airspeed = truth.airspeed_m_s - state.airspeed_m_s;
+        let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
+        let errors = [airspeed, truth.altitude_m - self.altitude_m, turned.angle().to_degrees()];
+        for (largest, error) in lost.largest.iter_mut().zip(errors) {
+            *largest = largest.max(error.abs());
+        }
+        let stated = f64::from(status.airspeed_m_s);
+        lost.airspeed[0] += airspeed * airspeed;
+        lost.airspeed[1] += stated * stated;
+        let wind = truth.wind.0 - estimator.estimate().wind;
+        let inverse = estimator.covariance().block(WIND).try_inverse().unwrap_or_default();
+        lost.wind_nees += wind.dot(&(inverse * wind));
+        lost.active += f64::from(u8::from(tick.log.compensator_active));
+        lost.seconds += 1.0;
+        if let Some(sensor) = self.sensor {
+            lost.reported = status.sources[sensor as usize];
         }
         ControlFlow::Continue(())
     }

@@ -202,7 +202,7 @@ fn the_page_has_the_roll_angles_with_small_rudder_jams() {
         let start = format!("[plant.start]\nairspeed_m_s = {speed:?}\n");
         let flight = reference(0.0, "roll_deg", 15.0) + &format!("airspeed_m_s = {speed:?}\n");
         let flights = JAMS_DEG.map(|deg| {
-            (format!("rudder {deg}, {speed} m/s"), [&start, &flight, &jam("rudder", deg)].concat())
+            (format!("rudder {deg}, {speed} m/s"), start.clone() + &flight + &jam("rudder", deg))
         });
         let mut row = format!("| {speed} m/s |");
         for [relief] in fly_all(&flights, [Law::Relief], 40.0) {

@@ -56,7 +56,8 @@ impl DesignModel {
         let compressibility = (compressibility(state) / self.reference.compressibility).max(1.0);
         let moments = at.q_s_b / self.reference.q_s_b * compressibility;
         let growth = 1.0 + GROWTH_SLOPE * (moments - GROWTH_FREE).max(0.0);
-        let [alpha, beta] = state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
+        let [alpha, beta] =
+            state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
         let a = &self.aircraft.airframe;
         let moment = Vector3::new(
             at.q_s_b * a.c_roll_beta * beta,

@@ -47,6 +47,15 @@ pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
     Some(Airspeed { airspeed_m_s, per_pascal })
 }
 
+/// Impact pressure (Pa) of a true airspeed at a pressure altitude (m): the inverse of [`airspeed`].
+#[must_use]
+pub fn impact(airspeed_m_s: f64, pressure_altitude_m: f64) -> f64 {
+    let kelvin = atmosphere::temperature(pressure_altitude_m);
+    let sound_2 = HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
+    let part = 1.0 + 0.2 * airspeed_m_s * airspeed_m_s / sound_2;
+    atmosphere::pressure(pressure_altitude_m) * (libm::pow(part, 3.5) - 1.0)
+}
+
 /// A quantity of the flow and its gradient with the velocity through the air, body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flow {
@@ -156,6 +165,7 @@ mod tests {
         let beyond = airspeed(impact + 10.0, 5_000.0).unwrap();
         let slope = (beyond.airspeed_m_s - found.airspeed_m_s) / 10.0;
         assert!((slope / found.per_pascal - 1.0).abs() < 1.0e-3, "{slope}");
+        assert!((super::impact(found.airspeed_m_s, 5_000.0) - impact).abs() < 1.0e-6 * impact);
         assert_eq!(airspeed(-50.0, 5_000.0), None);
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of error states.
-pub const STATES: usize = 24;
+pub const STATES: usize = 28;
 /// Attitude error, rad, start axes: the true rotation is the estimated one turned by it.
 pub const ATTITUDE: usize = 0;
 /// Velocity over the ground, m/s, start axes.
@@ -14,7 +14,7 @@ pub const POSITION: usize = 6;
 pub const GYRO_BIAS: usize = 9;
 /// Bias of the accelerometers, m/s², body axes.
 pub const FORCE_BIAS: usize = 12;
-/// Wind, m/s, NED.
+/// Wind with its gusts, m/s, NED.
 pub const WIND: usize = 15;
 /// Bias of the magnetometer, nT, body axes.
 pub const MAGNETIC_BIAS: usize = 18;
@@ -22,6 +22,12 @@ pub const MAGNETIC_BIAS: usize = 18;
 pub const BAROMETER: usize = 21;
 /// Biases of the vanes of angle of attack and sideslip, rad.
 pub const VANES: usize = 22;
+/// Horizontal wind without gusts, m/s, north and east.
+pub const STEADY_WIND: usize = 24;
+/// Bias of the impact pressure, Pa.
+pub const PITOT_BIAS: usize = 26;
+/// Error of its scale.
+pub const PITOT_SCALE: usize = 27;
 
 /// One number of each error state.
 pub type States = [f64; STATES];
@@ -38,8 +44,8 @@ pub struct Transition {
     pub turned: Matrix3<f64>,
     /// ∫ C f dt, m/s.
     pub force: Vector3<f64>,
-    /// Factor of the vertical wind.
-    pub updraught: f64,
+    /// Factor of the gusts.
+    pub gust: f64,
 }
 
 impl Transition {
@@ -48,7 +54,7 @@ impl Transition {
         seconds: 0.0,
         turned: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         force: Vector3::new(0.0, 0.0, 0.0),
-        updraught: 1.0,
+        gust: 1.0,
     };
 
     /// Multiplies a vector of error states.
@@ -65,7 +71,11 @@ impl Transition {
             x[VELOCITY + axis] -= slowed[axis];
             x[ATTITUDE + axis] -= turned[axis];
         }
-        x[WIND + 2] *= self.updraught;
+        for axis in 0..2 {
+            let steady = x[STEADY_WIND + axis];
+            x[WIND + axis] = steady + self.gust * (x[WIND + axis] - steady);
+        }
+        x[WIND + 2] *= self.gust;
     }
 }
 
@@ -234,6 +244,34 @@ impl Covariance {
         correction
     }
 
+    /// The errors of the wind after a correction of the attitude by `turned`, so that those of the flow in body axes stay as they are.
+    ///
+    /// δb = Cᵀ (δv - δw + r × θ), with the velocity through the air r: with the corrected r and C another δw goes with the same δb.
+    /// `relative` has r before and after, for the wind with gusts and for the steady one, start axes.
+    pub fn turn_wind(
+        &mut self,
+        turned: &Matrix3<f64>,
+        relative: &[[Vector3<f64>; 2]; 2],
+        start_from_ned: &Matrix3<f64>,
+    ) {
+        let apply = |x: &mut States| {
+            let at = |x: &States, from: usize| Vector3::new(x[from], x[from + 1], x[from + 2]);
+            let (attitude, velocity) = (at(x, ATTITUDE), at(x, VELOCITY));
+            let steady = Vector3::new(x[STEADY_WIND], x[STEADY_WIND + 1], 0.0);
+            let after = |wind: Vector3<f64>, [r, after]: &[Vector3<f64>; 2]| {
+                let flow = velocity - start_from_ned * wind + r.cross(&attitude);
+                start_from_ned.tr_mul(&(velocity + after.cross(&attitude) - turned * flow))
+            };
+            let (wind, steady) = (after(at(x, WIND), &relative[0]), after(steady, &relative[1]));
+            x[WIND..WIND + 3].copy_from_slice(wind.as_slice());
+            x[STEADY_WIND..STEADY_WIND + 2].copy_from_slice(&steady.as_slice()[..2]);
+        };
+        self.p.iter_mut().for_each(apply);
+        self.transpose();
+        self.p.iter_mut().for_each(apply);
+        self.keep_symmetric();
+    }
+
     /// Forgets a state: this variance, and no correlation with any other.
     pub fn forget(&mut self, state: usize, variance: f64) {
         for other in 0..STATES {
@@ -241,6 +279,17 @@ impl Covariance {
             self.p[other][state] = 0.0;
         }
         self.p[state][state] = variance;
+    }
+
+    /// Makes a state another one plus something independent with this variance.
+    pub fn derive(&mut self, state: usize, from: usize, variance: f64) {
+        self.p[state] = self.p[from];
+        for other in 0..STATES {
+            self.p[other][state] = self.p[state][other];
+        }
+        self.p[state][state] = self.p[from][from] + variance;
+        self.p[state][from] = self.p[from][from];
+        self.p[from][state] = self.p[from][from];
     }
 
     /// Raises the variance of a state to this one at least.
@@ -276,7 +325,7 @@ mod tests {
             seconds: 0.01,
             turned: Matrix3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9) * 0.01,
             force: Vector3::new(0.1, -0.2, -0.09),
-            updraught: 0.99,
+            gust: 0.99,
         }
     }
 

@@ -71,9 +71,13 @@ pub struct EstimatorGains {
     pub barometer_offset_m: f64,
     /// Its random walk, m/√s.
     pub barometer_walk_m: f64,
-    /// Error of the impact pressure, Pa.
+    /// White noise of the impact pressure, Pa.
     pub pitot_noise_pa: f64,
-    /// Error of the impact pressure that is a part of it.
+    /// Its constant error at the start, Pa.
+    pub pitot_bias_pa: f64,
+    /// The random walk of that error, Pa/√s.
+    pub pitot_walk_pa: f64,
+    /// Error of its scale.
     pub pitot_scale: f64,
     /// White noise of the vanes, deg.
     pub vane_noise_deg: f64,
@@ -91,15 +95,15 @@ pub struct EstimatorGains {
     pub magnetic_scale: f64,
     /// Horizontal wind at the start, m/s.
     pub wind_m_s: f64,
-    /// Random walk of the horizontal wind, turbulence included, m/s/√s.
+    /// Random walk of the horizontal wind without gusts, m/s/√s.
     pub wind_walk_m_s: f64,
-    /// Vertical wind, m/s.
-    pub updraught_m_s: f64,
-    /// Its correlation time, s.
-    pub updraught_s: f64,
+    /// Gusts at the start, m/s rms along an axis; later on they are estimated.
+    pub gust_m_s: f64,
+    /// Their length, m.
+    pub gust_length_m: f64,
     /// Error of roll and pitch after the initial alignment, deg.
     pub tilt_deg: f64,
-    /// Error of the heading after the initial alignment, deg.
+    /// Least error of the heading after the initial alignment, deg; by the magnetic field and the track it may be larger.
     pub heading_deg: f64,
     /// Error of the angle of attack by the design model, deg; used without vanes.
     pub model_alpha_deg: f64,
@@ -135,8 +139,10 @@ impl EstimatorGains {
         barometer_noise_m: 0.45,
         barometer_offset_m: 10.0,
         barometer_walk_m: 0.05,
-        pitot_noise_pa: 50.0,
-        pitot_scale: 0.006,
+        pitot_noise_pa: 15.0,
+        pitot_bias_pa: 16.0,
+        pitot_walk_pa: 0.3,
+        pitot_scale: 0.002,
         vane_noise_deg: 0.1,
         vane_bias_deg: 0.16,
         vane_walk_deg: 0.002,
@@ -145,9 +151,9 @@ impl EstimatorGains {
         magnetic_walk_nt: 1.2,
         magnetic_scale: 0.0015,
         wind_m_s: 15.0,
-        wind_walk_m_s: 1.5,
-        updraught_m_s: 1.5,
-        updraught_s: 2.0,
+        wind_walk_m_s: 0.02,
+        gust_m_s: 1.5,
+        gust_length_m: 533.4,
         tilt_deg: 3.0,
         heading_deg: 5.0,
         model_alpha_deg: 1.0,
@@ -171,8 +177,10 @@ impl EstimatorGains {
         gnss_velocity_m_s: 0.1,
         barometer_noise_m: 0.45,
         barometer_walk_m: 0.16,
-        pitot_noise_pa: 320.0,
-        pitot_scale: 0.06,
+        pitot_noise_pa: 30.0,
+        pitot_bias_pa: 54.0,
+        pitot_walk_pa: 1.6,
+        pitot_scale: 0.01,
         vane_noise_deg: 0.3,
         vane_bias_deg: 0.54,
         vane_walk_deg: 0.03,

@@ -4,8 +4,8 @@ use icd::SimTime;
 use nalgebra::Vector3;
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES, States, VANES,
-    VELOCITY, WIND,
+    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, POSITION, STATES,
+    STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
 use super::{Estimator, INERTIAL_SILENCE_S};
 
@@ -51,9 +51,8 @@ impl Estimator {
         let wrong = gains.force_scale * self.extra_force();
         let other = 2.0 * wrong * wrong / MANOEUVRE_S * seconds;
         set(FORCE_BIAS, [walk(gains.force_walk_m_s2) + other; 3]);
-        let horizontal = walk(gains.wind_walk_m_s);
-        let updraught = 2.0 * gains.updraught_m_s * gains.updraught_m_s / gains.updraught_s;
-        set(WIND, [horizontal, horizontal, updraught * seconds]);
+        let factor = self.transition.gust;
+        set(WIND, [self.gusts.square() * (1.0 - factor * factor); 3]);
         // Errors of scale and direction look like another bias after a turn by a radian.
         let part = gains.magnetic_scale * self.field.strength();
         let turning = part * part * inertial.rate.norm() * seconds;
@@ -61,6 +60,9 @@ impl Estimator {
         noise[BAROMETER] = walk(gains.barometer_walk_m);
         noise[VANES] = walk(gains.vane_walk_deg.to_radians());
         noise[VANES + 1] = noise[VANES];
+        noise[STEADY_WIND] = walk(gains.wind_walk_m_s);
+        noise[STEADY_WIND + 1] = noise[STEADY_WIND];
+        noise[PITOT_BIAS] = walk(gains.pitot_walk_pa);
         noise
     }
 

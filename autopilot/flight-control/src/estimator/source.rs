@@ -26,6 +26,8 @@ pub struct Source {
     /// Since when every sample has been rejected.
     rejected_since: Option<SimTime>,
     late: bool,
+    /// Its samples are wrong in the mean.
+    doubted: bool,
     /// Samples that were rejected.
     pub rejections: u32,
     /// Innovation of the last one, of its gate.
@@ -44,6 +46,7 @@ impl Source {
             same: 0,
             rejected_since: None,
             late: false,
+            doubted: false,
             rejections: 0,
             ratio: 0.0,
         }
@@ -96,6 +99,17 @@ impl Source {
         self.late = true;
     }
 
+    /// Says whether its samples are wrong in the mean; then none is believed.
+    pub fn doubt(&mut self, doubted: bool) {
+        self.doubted = doubted;
+    }
+
+    /// Whether they are.
+    #[must_use]
+    pub fn is_doubted(&self) -> bool {
+        self.doubted
+    }
+
     /// Seconds since the last new sample; infinite before the first.
     #[must_use]
     pub fn silence_s(&self, now: SimTime) -> f64 {
@@ -113,7 +127,9 @@ impl Source {
             SourceHealth::Stuck
         } else if self.late {
             SourceHealth::Late
-        } else if self.rejected_since.is_some_and(|since| micros(since, now) >= LOST_US / 2) {
+        } else if self.doubted
+            || self.rejected_since.is_some_and(|since| micros(since, now) >= LOST_US / 2)
+        {
             SourceHealth::Rejected
         } else {
             SourceHealth::Used

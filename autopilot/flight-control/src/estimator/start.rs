@@ -6,11 +6,12 @@ use nalgebra::Vector3;
 
 use super::alignment::{Direction, align};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
-    States, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
+    POSITION, STATES, STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
 use super::earth::Earth;
 use super::gains::EstimatorGains;
+use super::gusts::Gusts;
 use super::history::{History, Integrals};
 use super::strapdown::Estimate;
 use super::{Estimator, Ground, air, updates};
@@ -22,8 +23,6 @@ const BETWEEN_FIXES_S: f64 = 0.15;
 const BETWEEN_FIXES_MAX_S: f64 = 2.0;
 /// Slower than this the track has no direction, m/s.
 const TRACK_MIN_M_S: f64 = 5.0;
-/// The heading by the track has this over that by the magnetometer.
-const TRACK_FACTOR: f64 = 2.0;
 /// A first fix may be older than the estimator could look back, s; an older one is waited out.
 const FIX_AGE_MAX_S: f64 = 1.0;
 
@@ -38,11 +37,15 @@ pub(super) fn priors(gains: &EstimatorGains) -> States {
     set(POSITION, [position, position, position * gains.gnss_vertical]);
     set(GYRO_BIAS, [gains.gyro_bias_deg.to_radians(); 3]);
     set(FORCE_BIAS, [gains.force_bias_m_s2; 3]);
-    set(WIND, [gains.wind_m_s, gains.wind_m_s, gains.updraught_m_s]);
+    set(WIND, [gains.wind_m_s, gains.wind_m_s, gains.gust_m_s]);
     set(MAGNETIC_BIAS, [gains.magnetic_bias_nt; 3]);
     priors[BAROMETER] = gains.barometer_offset_m;
     priors[VANES] = gains.vane_bias_deg.to_radians();
     priors[VANES + 1] = priors[VANES];
+    priors[STEADY_WIND] = gains.wind_m_s;
+    priors[STEADY_WIND + 1] = gains.wind_m_s;
+    priors[PITOT_BIAS] = gains.pitot_bias_pa;
+    priors[PITOT_SCALE] = gains.pitot_scale;
     priors
 }
 
@@ -102,14 +105,26 @@ impl Estimator {
         let over_ground = place.start_from_ned * velocity.0;
         let coriolis = earth.rotation.cross(&over_ground) * 2.0;
         let expected = Ned(acceleration + place.ned(&(coriolis - place.gravity)).0);
+        // The acceleration between the fix and now, and between two fixes.
+        let moved = acceleration.norm() * 0.5;
+        let turning = (moved * 0.1).min(0.5);
         let magnetic = sensors.magnetometer_nt;
         let by_magnetometer = (magnetic.valid && updates::is_field(&magnetic.value)).then(|| {
             let ned = field_ned_nt(latitude_rad, longitude_rad, altitude_m, decimal_year);
-            (Direction { body: magnetic.value, ned }, 1.0)
+            (Direction { body: magnetic.value, ned }, self.magnetic_heading_rad(&ned, turning))
         });
-        let by_track = (velocity.0.norm() > TRACK_MIN_M_S)
-            .then(|| (Direction { body: measured_flow(sensors), ned: velocity }, TRACK_FACTOR));
-        let Some((direction, factor)) = by_magnetometer.or(by_track) else { return };
+        // Along the flow, less the wind across it.
+        let speed = libm::hypot(velocity.0.x, velocity.0.y);
+        let by_track = (speed > TRACK_MIN_M_S).then(|| {
+            let direction = Direction { body: measured_flow(sensors), ned: velocity };
+            (direction, libm::atan(self.gains.wind_m_s / speed))
+        });
+        let better = |one: (Direction, f64), other: (Direction, f64)| match one.1 <= other.1 {
+            true => one,
+            false => other,
+        };
+        let best = [by_magnetometer, by_track].into_iter().flatten().reduce(better);
+        let Some((direction, heading)) = best else { return };
         let Some(attitude) = align(&Body(self.force), &expected, &direction) else { return };
 
         let start_from_ned = nalgebra::Rotation3::from_matrix_unchecked(place.start_from_ned);
@@ -122,17 +137,16 @@ impl Estimator {
             ..Estimate::zero()
         };
         let mut priors = priors(&self.gains);
-        priors[ATTITUDE + 2] *= factor;
-        // The acceleration between the fix and now, and between two fixes.
-        let moved = acceleration.norm() * 0.5;
+        priors[ATTITUDE + 2] = priors[ATTITUDE + 2].max(heading);
         for axis in 0..3 {
             priors[VELOCITY + axis] += moved * age;
             priors[POSITION + axis] += moved * age * age;
         }
-        let turning = (moved * 0.1).min(0.5);
         priors[ATTITUDE] += turning;
         priors[ATTITUDE + 1] += turning;
         self.covariance = Covariance::new(&priors);
+        self.gusts = Gusts::new(self.gains.gust_m_s);
+        self.forget_gusts();
         (self.transition, self.integrals) = (super::Transition::NONE, Integrals::at(now));
         self.history = History::empty();
         self.history.remember(&self.integrals);
@@ -140,6 +154,20 @@ impl Estimator {
         self.ground = Some(Ground { earth, place });
         self.alignments = self.alignments.saturating_add(1);
         self.find_place();
+    }
+
+    /// Error of a heading by the magnetometer in this field (nT), rad: its own errors across the field's horizontal part, and the tilt
+    /// that turns a part of the vertical one into it.
+    fn magnetic_heading_rad(&self, field: &Ned, turning_rad: f64) -> f64 {
+        let gains = &self.gains;
+        let horizontal = libm::hypot(field.0.x, field.0.y).max(1.0);
+        let scale = gains.magnetic_scale * field.0.norm();
+        let own = gains.magnetic_noise_nt * gains.magnetic_noise_nt
+            + gains.magnetic_bias_nt * gains.magnetic_bias_nt
+            + scale * scale;
+        let tilt = gains.force_bias_m_s2 / self.force.norm().max(1.0) + turning_rad;
+        let tilted = tilt * field.0.z;
+        libm::sqrt(own + tilted * tilted) / horizontal
     }
 
     /// Before the alignment: what single samples say, with wings level and the flight path along the ground. Nothing of it is valid

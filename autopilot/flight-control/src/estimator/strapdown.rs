@@ -5,8 +5,8 @@ use icd::frames::rotation_matrix;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, States, Transition, VANES,
-    VELOCITY, WIND,
+    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
+    STEADY_WIND, States, Transition, VANES, VELOCITY, WIND,
 };
 use super::history::Integrals;
 
@@ -23,14 +23,20 @@ pub struct Estimate {
     pub gyro_bias: Vector3<f64>,
     /// Bias of the accelerometers, m/s².
     pub force_bias: Vector3<f64>,
-    /// Wind, m/s, local NED.
+    /// Wind with its gusts, m/s, local NED.
     pub wind: Vector3<f64>,
+    /// The same without gusts.
+    pub steady_wind: Vector3<f64>,
     /// Bias of the magnetometer, nT, body axes.
     pub magnetic_bias: Vector3<f64>,
     /// Pressure altitude minus geopotential altitude, m.
     pub barometer_offset: f64,
     /// Biases of the vanes of angle of attack and sideslip, rad.
     pub vane_bias: [f64; 2],
+    /// Bias of the impact pressure, Pa.
+    pub pitot_bias: f64,
+    /// Error of its scale.
+    pub pitot_scale: f64,
 }
 
 /// What the inertial sensors measure, corrected: angular rate relative to inertial space, rad/s, and specific force, m/s².
@@ -62,9 +68,12 @@ impl Estimate {
             gyro_bias: Vector3::zeros(),
             force_bias: Vector3::zeros(),
             wind: Vector3::zeros(),
+            steady_wind: Vector3::zeros(),
             magnetic_bias: Vector3::zeros(),
             barometer_offset: 0.0,
             vane_bias: [0.0; 2],
+            pitot_bias: 0.0,
+            pitot_scale: 0.0,
         }
     }
 
@@ -118,6 +127,10 @@ impl Estimate {
         self.barometer_offset += x[BAROMETER];
         self.vane_bias[0] += x[VANES];
         self.vane_bias[1] += x[VANES + 1];
+        self.steady_wind.x += x[STEADY_WIND];
+        self.steady_wind.y += x[STEADY_WIND + 1];
+        self.pitot_bias += x[PITOT_BIAS];
+        self.pitot_scale += x[PITOT_SCALE];
     }
 
     /// Whether every number is finite.
@@ -129,6 +142,7 @@ impl Estimate {
             &self.gyro_bias,
             &self.force_bias,
             &self.wind,
+            &self.steady_wind,
             &self.magnetic_bias,
         ];
         let mut numbers = vectors.iter().flat_map(|vector| vector.iter());
@@ -137,6 +151,8 @@ impl Estimate {
             && q.iter().all(|x| x.is_finite())
             && self.barometer_offset.is_finite()
             && self.vane_bias.iter().all(|x| x.is_finite())
+            && self.pitot_bias.is_finite()
+            && self.pitot_scale.is_finite()
     }
 }
 
@@ -170,6 +186,7 @@ fn normal(q: Quaternion<f64>) -> UnitQuaternion<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimator::covariance::STATES;
 
     #[test]
     fn a_steady_turn_comes_back_to_its_start() {
@@ -197,7 +214,7 @@ mod tests {
         let mut estimate = Estimate::zero();
         estimate.start_from_body =
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), core::f64::consts::FRAC_PI_2);
-        let mut x = [0.0; 24];
+        let mut x = [0.0; STATES];
         x[ATTITUDE] = 0.01;
         let before = estimate.matrix();
         estimate.correct(&x);

@@ -4,9 +4,10 @@ use icd::geomagnetism::field_ned_nt;
 use icd::{Body, FlowAngles, GnssFix, Sample, Sensors, SimTime};
 use nalgebra::Vector3;
 
-use super::air::{self, Flow};
+use super::air::{self, Airspeed, Flow};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, POSITION, Row, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION, Row, VANES,
+    VELOCITY, WIND,
 };
 use super::history::Since;
 use super::{Estimator, Ground};
@@ -59,13 +60,14 @@ impl MagneticField {
 }
 
 /// What the aircraft does at this tick, for all comparisons of it.
-struct Present {
+pub(super) struct Present {
     /// Body to start axes.
-    matrix: nalgebra::Matrix3<f64>,
-    /// Velocity through the air, start axes.
-    relative: Vector3<f64>,
-    /// The same in body axes.
+    pub(super) matrix: nalgebra::Matrix3<f64>,
+    /// Velocity through the air, body axes.
     through_air: Vector3<f64>,
+    /// The same without gusts, start and body axes.
+    relative: Vector3<f64>,
+    pub(super) steady: Vector3<f64>,
     /// Its change, m/s², body axes.
     slope: Vector3<f64>,
     rate: Vector3<f64>,
@@ -227,41 +229,38 @@ impl Estimator {
         }
     }
 
-    fn present(&self) -> Option<Present> {
+    pub(super) fn present(&self) -> Option<Present> {
         let ground = self.ground.as_ref()?;
         let inertial = self.inertial();
         let matrix = self.estimate.matrix();
-        let wind = ground.place.start_from_ned * self.estimate.wind;
-        let relative = self.estimate.velocity - wind;
-        let through_air = matrix.tr_mul(&relative);
+        let through_air = self.through_air(ground);
+        let steady_wind = ground.place.start_from_ned * self.estimate.steady_wind;
+        let relative = self.estimate.velocity - steady_wind;
+        let steady = matrix.tr_mul(&relative);
         let gravity = matrix.tr_mul(&ground.place.gravity);
         let slope = inertial.force + gravity - inertial.rate.cross(&through_air);
-        Some(Present { matrix, relative, through_air, slope, rate: inertial.rate })
+        Some(Present { matrix, through_air, relative, steady, slope, rate: inertial.rate })
     }
 
     /// Row of a quantity of the flow: its gradient in body axes leads to velocity, wind and attitude.
     ///
     /// δ(Cᵀ (v - w)) = Cᵀ (δv - δw + (v - w) × θ).
-    fn flow_row(&self, present: &Present, flow: &Flow) -> Row {
-        let along = present.matrix * flow.gradient;
-        let wind = match &self.ground {
-            Some(ground) => -ground.place.start_from_ned.tr_mul(&along),
-            None => Vector3::zeros(),
-        };
-        Row::empty()
+    pub(super) fn flow_row(
+        &self,
+        present: &Present,
+        of: fn(&Vector3<f64>) -> Option<Flow>,
+    ) -> Option<Row> {
+        // An angle tells nothing of the speed along the flow, so its gradient is across that flow. With gusts the direction would
+        // swing from sample to sample, with the errors of the vanes in it, and the gradients together would seem to tell it:
+        // without a pitot tube the wind along a straight flight ran away. Hence the gradient in steady wind.
+        let along = present.matrix * of(&present.steady)?.gradient;
+        let Ground { place, .. } = self.ground.as_ref()?;
+        let wind = -place.start_from_ned.tr_mul(&along);
+        let row = Row::empty()
             .with_vector(VELOCITY, &along)
             .with_vector(WIND, &wind)
-            .with_vector(ATTITUDE, &along.cross(&present.relative))
-    }
-
-    /// Variances of angle of attack and sideslip, rad².
-    pub(super) fn flow_variances(&self) -> [f64; 2] {
-        [air::angle_of_attack, air::sideslip].map(|of| {
-            let Some(present) = self.present() else { return 0.0 };
-            let Some(flow) = of(&present.through_air) else { return 0.0 };
-            let row = self.flow_row(&present, &flow);
-            self.covariance.compare(&row, 0.0, 0.0).variance
-        })
+            .with_vector(ATTITUDE, &along.cross(&present.relative));
+        Some(row)
     }
 
     /// Pitot tube: true airspeed where it is, from its impact pressure.
@@ -276,24 +275,35 @@ impl Estimator {
         let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
         let [.., altitude] = ground.place.coordinates(&self.estimate.position);
         let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
-        let Some(measured) = air::airspeed(impact, pressure_altitude) else { return };
+        let corrected =
+            (impact - self.estimate.pitot_bias) / (1.0 + self.estimate.pitot_scale).max(0.1);
+        let Some(measured) = air::airspeed(corrected, pressure_altitude) else { return };
         let there = present.at(&self.air.pitot_m, age);
         let Some(flow) = air::speed(&there) else { return };
-        let row = self.flow_row(&present, &flow);
-        let (white, scale) = (self.gains.pitot_noise_pa, self.gains.pitot_scale * impact);
-        let slope = measured.per_pascal;
-        let noise = (white * white + scale * scale) * slope * slope;
+        // The pressure that there should be: the measured one has noise, which is also in the innovation, and bias and scale would
+        // drift by their product.
+        let Some(steady) = air::speed(&present.steady) else { return };
+        let expected = air::impact(steady.value, pressure_altitude);
+        let Some(Airspeed { per_pascal: slope, .. }) = air::airspeed(expected, pressure_altitude)
+        else {
+            return;
+        };
+        let Some(row) = self.flow_row(&present, air::speed) else { return };
+        let row = row.with(PITOT_BIAS, slope).with(PITOT_SCALE, slope * expected);
+        let agrees = self.pitot_agrees(now, &present, measured.airspeed_m_s, slope, expected);
+        let noise = self.gains.pitot_noise_pa * slope;
         let innovation = measured.airspeed_m_s - flow.value;
-        let comparison = self.covariance.compare(&row, innovation, noise);
+        let comparison = self.covariance.compare(&row, innovation, noise * noise);
         let ratio = self.ratio(&comparison);
-        if self.take(&comparison) {
+        if self.sources.pitot.is_doubted() {
+            self.sources.pitot.reject(now, ratio, self.gains.reopen_s);
+            self.sources.pitot.doubt(!agrees);
+        } else if !agrees {
+            self.doubt_pitot();
+        } else if self.take(&comparison) {
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
-            for axis in 0..2 {
-                let variance = self.covariance.variance(WIND + axis) + innovation * innovation;
-                self.covariance.raise(WIND + axis, variance);
-            }
-            self.sources.pitot.believe(ratio);
+            self.doubt_pitot();
         }
     }
 
@@ -313,7 +323,8 @@ impl Estimator {
         for (vane, of) in [air::angle_of_attack, air::sideslip].into_iter().enumerate() {
             let Some(present) = self.present() else { return };
             let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
-            let row = self.flow_row(&present, &flow).with(VANES + vane, 1.0);
+            let Some(row) = self.flow_row(&present, of) else { return };
+            let row = row.with(VANES + vane, 1.0);
             let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
@@ -403,7 +414,7 @@ impl Estimator {
             let (Some(expected), Some(flow)) = (expected, of(&present.through_air)) else {
                 continue;
             };
-            let row = self.flow_row(&present, &flow);
+            let Some(row) = self.flow_row(&present, of) else { continue };
             let noise = spread.to_radians() * spread.to_radians();
             let comparison = self.covariance.compare(&row, expected - flow.value, noise);
             self.take(&comparison);

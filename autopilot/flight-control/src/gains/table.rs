@@ -196,8 +196,10 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_BAR_N", "m", 0.01, 100.0, barometer_noise_m, "White noise of the barometer";
     "EST_BAR_B", "m", 0.01, 1000.0, barometer_offset_m, "Offset of the pressure altitude at the start";
     "EST_BAR_BW", "m/sqrt(s)", 0.0, 10.0, barometer_walk_m, "Random walk of that offset";
-    "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "Error of the impact pressure";
-    "EST_PIT_SF", "-", 0.0, 0.5, pitot_scale, "The same as a part of the pressure, on top";
+    "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "White noise of the impact pressure";
+    "EST_PIT_B", "Pa", 0.1, 10000.0, pitot_bias_pa, "Constant error of the impact pressure at the start";
+    "EST_PIT_BW", "Pa/sqrt(s)", 0.0, 1000.0, pitot_walk_pa, "Random walk of that error";
+    "EST_PIT_SF", "-", 1.0e-5, 0.5, pitot_scale, "Error of its scale";
     "EST_VAN_N", "deg", 0.001, 20.0, vane_noise_deg, "White noise of the vanes";
     "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Constant error of each vane at the start";
     "EST_VAN_BW", "deg/sqrt(s)", 0.0, 1.0, vane_walk_deg, "Random walk of that error";
@@ -206,11 +208,11 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_MAG_BW", "nT/sqrt(s)", 0.0, 1000.0, magnetic_walk_nt, "Random walk of that error";
     "EST_MAG_SF", "-", 0.0, 0.5, magnetic_scale, "Errors of scale and direction of the magnetometer, of the field";
     "EST_WIND", "m/s", 0.1, 200.0, wind_m_s, "Horizontal wind at the start";
-    "EST_WIND_W", "m/s/sqrt(s)", 0.001, 50.0, wind_walk_m_s, "Random walk of the horizontal wind with its turbulence";
-    "EST_UPD", "m/s", 0.01, 50.0, updraught_m_s, "Vertical wind";
-    "EST_UPD_T", "s", 0.1, 1000.0, updraught_s, "Correlation time of the vertical wind";
+    "EST_WIND_W", "m/s/sqrt(s)", 0.001, 50.0, wind_walk_m_s, "Random walk of the horizontal wind without gusts";
+    "EST_GUST", "m/s", 0.01, 50.0, gust_m_s, "Gusts at the start, rms along an axis; later on they are estimated";
+    "EST_GUST_L", "m", 1.0, 100000.0, gust_length_m, "Length of the gusts";
     "EST_ALN_TILT", "deg", 0.1, 45.0, tilt_deg, "Error of roll and pitch after the first alignment";
-    "EST_ALN_HEAD", "deg", 0.1, 90.0, heading_deg, "Error of the heading after the first alignment";
+    "EST_ALN_HEAD", "deg", 0.1, 90.0, heading_deg, "Least error of the heading after the first alignment";
     "EST_MDL_A", "deg", 0.1, 45.0, model_alpha_deg, "Error of the angle of attack by the design model, used without vanes";
     "EST_MDL_B", "deg", 0.1, 45.0, model_beta_deg, "Error of the sideslip by the design model, used without vanes";
     "EST_GATE", "-", 1.0, 100.0, gate, "Innovations beyond this many standard deviations are rejected";

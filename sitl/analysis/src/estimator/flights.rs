@@ -29,8 +29,12 @@ pub const GROUPS: [(&str, &str, f64); 6] = [
 pub const FLIGHT_S: f64 = 180.0;
 /// The estimate is judged from this time on, s.
 pub const SETTLED_S: f64 = 20.0;
-/// Largest steady wind, m/s.
+/// Largest steady wind, m/s, and as a part of the airspeed.
 const WIND_MAX_M_S: f64 = 20.0;
+const WIND_MAX_PART: f64 = 0.4;
+/// Largest change of the altitude, m, and as a part of it.
+const CLIMB_MAX_M: f64 = 300.0;
+const CLIMB_MAX_PART: f64 = 0.3;
 
 /// Numbers of each group.
 pub type PerGroup<T> = [T; GROUPS.len()];
@@ -56,12 +60,13 @@ pub struct Flown {
 fn programme(start: &Start, seed: u64) -> String {
     let Start { altitude_m, airspeed_m_s, .. } = *start;
     let mut between = draws(seed, *b"--------two-step sitl--4");
+    let climb_m = CLIMB_MAX_M.min(CLIMB_MAX_PART * altitude_m);
     let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
     for part in 0..6 {
         let at_s = 5.0 + 30.0 * f64::from(part);
         let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
         let roll_deg = side * between(10.0, 40.0);
-        let altitude = altitude_m + between(-300.0, 300.0);
+        let altitude = altitude_m + between(-climb_m, climb_m);
         let airspeed = airspeed_m_s * (1.0 + between(-0.06, 0.06));
         text += &entry(at_s, roll_deg, altitude, airspeed);
         text += &entry(at_s + 15.0, 0.0, altitude, airspeed);
@@ -104,7 +109,8 @@ impl Sides {
     ) -> Result<FlightSetup, StudyError> {
         let mut plant = self.plant.clone();
         let mut between = draws(seed, *b"--------two-step sitl--5");
-        plant.wind.speed_m_s = between(0.0, WIND_MAX_M_S);
+        let wind_max = WIND_MAX_M_S.min(WIND_MAX_PART * self.model.trim.airspeed_m_s);
+        plant.wind.speed_m_s = between(0.0, wind_max);
         plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
         plant.wind.turbulence_m_s = turbulence_m_s;
         plant.seed = seed;
