@@ -48,7 +48,7 @@ impl ActivationGains {
         level_roll: 1.05,
         level_pitch: 0.30,
         level_yaw: 0.18,
-        deviations: 4.0,
+        deviations: 2.0,
         on_dwell_s: 0.02,
         hysteresis: 0.25,
         off_dwell_s: 5.0,

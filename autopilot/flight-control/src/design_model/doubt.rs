@@ -67,3 +67,55 @@ impl DesignModel {
         ModelDoubt { growth, spread: self.inverse_inertia * moment * compressibility }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator_status::EstimatorStatus;
+    use crate::gains::Gains;
+    use crate::testing;
+
+    fn levels(airspeed_m_s: f64, altitude_m: f64, flow_rad: Option<[f32; 2]>) -> Vector3<f64> {
+        let model = DesignModel::new(testing::aircraft_model());
+        let estimate = flow_rad.map(|flow_rad| EstimatorStatus { flow_rad, ..Default::default() });
+        let state = NavigationState { airspeed_m_s, altitude_m, estimate, ..*model.design_point() };
+        let at = model.condition(&state);
+        Gains::REFERENCE.activation.levels_with(&model.doubt(&state, &at))
+    }
+
+    #[test]
+    fn with_an_exact_state_the_levels_about_the_design_point_and_below_are_those_of_the_gains() {
+        for (airspeed_m_s, altitude_m) in
+            [(264.0, 5_000.0), (270.0, 5_000.0), (200.0, 2_000.0), (270.0, 8_000.0), (0.0, 0.0)]
+        {
+            let found = levels(airspeed_m_s, altitude_m, None);
+            // To the bit: the paper's flights keep theirs.
+            assert_eq!(found, Gains::REFERENCE.activation.levels(), "{airspeed_m_s} m/s");
+            assert_eq!(levels(airspeed_m_s, altitude_m, Some([0.0; 2])), found);
+        }
+    }
+
+    #[test]
+    fn the_levels_grow_with_dynamic_pressure_and_mach_number_up_to_a_bound() {
+        let design = levels(264.0, 5_000.0, None);
+        // Dynamic pressure times 1/√(1 - M²): 2.32 and 2.08 of the design point's.
+        for (altitude_m, growth) in [(2_000.0, 2.40), (5_000.0, 2.12)] {
+            let ratio = levels(300.0, altitude_m, None).component_div(&design);
+            assert!((ratio - Vector3::repeat(growth)).amax() < 0.02, "{altitude_m} m: {ratio}");
+        }
+        // At Mach 1 and beyond nothing is infinite.
+        for airspeed_m_s in [330.0, 600.0, 5_000.0] {
+            assert!(levels(airspeed_m_s, 0.0, None).iter().all(|level| level.is_finite()));
+        }
+    }
+
+    #[test]
+    fn what_the_estimator_does_not_know_of_the_flow_raises_the_levels() {
+        let [exact, unsure] = [[0.0; 2], [0.01, 0.01]].map(|s| levels(264.0, 5_000.0, Some(s)));
+        // C_lβ Q S b / Ixx is 76 /s²: two deviations of 0.01 rad make 1.5 rad/s² of roll. It is 3.3 in pitch and 5.7 in yaw.
+        for (axis, added) in [1.5, 0.065, 0.10].into_iter().enumerate() {
+            let expected = libm::hypot(exact[axis], added);
+            assert!((unsure[axis] / expected - 1.0).abs() < 0.03, "axis {axis}: {unsure}");
+        }
+    }
+}
