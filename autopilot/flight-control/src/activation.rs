@@ -7,6 +7,8 @@ use icd::ControlPeriod;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use crate::design_model::doubt::ModelDoubt;
+
 /// Whether the compensator acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -28,6 +30,8 @@ pub struct ActivationGains {
     pub level_pitch: f64,
     /// Yaw level of |z2|, rad/s².
     pub level_yaw: f64,
+    /// Standard deviations of the modelled acceleration that add to the levels.
+    pub deviations: f64,
     /// The level must be exceeded this long without a break, s.
     pub on_dwell_s: f64,
     /// Release below this fraction of the level.
@@ -44,16 +48,25 @@ impl ActivationGains {
         level_roll: 1.05,
         level_pitch: 0.30,
         level_yaw: 0.18,
+        deviations: 2.0,
         on_dwell_s: 0.02,
         hysteresis: 0.25,
         off_dwell_s: 5.0,
         fade_s: 0.05,
     };
 
-    /// Levels of roll, pitch and yaw, rad/s².
+    /// Levels of roll, pitch and yaw where the model was made and the state is exact, rad/s².
     #[must_use]
     pub fn levels(&self) -> Vector3<f64> {
         Vector3::new(self.level_roll, self.level_pitch, self.level_yaw)
+    }
+
+    /// Levels where the model may be wrong by so much, rad/s²: they grow as the moments do, and the errors of the state add to
+    /// them as independent ones.
+    #[must_use]
+    pub fn levels_with(&self, doubt: &ModelDoubt) -> Vector3<f64> {
+        let grown = self.levels() * doubt.growth;
+        grown.zip_map(&doubt.spread, |level, spread| libm::hypot(level, self.deviations * spread))
     }
 }
 
@@ -99,18 +112,15 @@ impl Activation {
         *self = Self::new(self.period);
     }
 
-    /// One step with the estimated fault acceleration, rad/s².
+    /// One step with the estimated fault acceleration and its levels, rad/s².
     pub fn step(
         &mut self,
         z2: &Vector3<f64>,
+        levels: &Vector3<f64>,
         gains: &ActivationGains,
         mode: CompensatorMode,
     ) -> Wakefulness {
-        let levels = Vector3::new(
-            z2.x.abs() / gains.level_roll,
-            z2.y.abs() / gains.level_pitch,
-            z2.z.abs() / gains.level_yaw,
-        );
+        let levels = z2.abs().component_div(levels);
         let level = levels.x.max(levels.y).max(levels.z);
         self.detect(level, gains);
         let h = self.period.as_seconds();
@@ -153,7 +163,7 @@ mod tests {
     fn step(activation: &mut Activation, level: f64) -> Wakefulness {
         let gains = Gains::REFERENCE.activation;
         let z2 = Vector3::new(level * gains.level_roll, 0.0, 0.0);
-        activation.step(&z2, &gains, CompensatorMode::Armed)
+        activation.step(&z2, &gains.levels(), &gains, CompensatorMode::Armed)
     }
 
     fn awake() -> Activation {
@@ -216,10 +226,11 @@ mod tests {
         let gains = Gains::REFERENCE.activation;
         let mut activation = awake();
         let z2 = Vector3::new(1.0, 0.0, 0.0);
-        let off = activation.step(&z2, &gains, CompensatorMode::Off);
+        let off = activation.step(&z2, &gains.levels(), &gains, CompensatorMode::Off);
         assert_eq!((off.active, off.fade), (true, 0.0));
         activation.reset();
-        let on = activation.step(&Vector3::zeros(), &gains, CompensatorMode::AlwaysOn);
+        let on =
+            activation.step(&Vector3::zeros(), &gains.levels(), &gains, CompensatorMode::AlwaysOn);
         assert_eq!((on.active, on.fade), (false, 1.0));
     }
 }

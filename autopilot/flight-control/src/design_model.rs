@@ -11,6 +11,7 @@ use crate::navigation::NavigationState;
 use level_turn::{Elevators, LevelTurn, level_turn};
 
 pub mod atmosphere;
+pub mod doubt;
 pub mod level_turn;
 
 /// Smallest airspeed in the coefficients as a part of that of the design point: the rates are divided by it.
@@ -30,6 +31,7 @@ pub struct DesignModel {
     elevators: Elevators,
     design_point: NavigationState,
     design_turn: LevelTurn,
+    reference: doubt::Reference,
 }
 
 /// The aerodynamic surfaces: left and right ones together, and those that stand alone.
@@ -70,6 +72,7 @@ impl DesignModel {
         let condition = condition(&aircraft, &design_point);
         let elevators = Elevators::of(effectors);
         Self {
+            reference: doubt::Reference::of(&design_point, &condition),
             design_turn: level_turn(&aircraft, &elevators, &design_point, &condition),
             design_point,
             inverse_inertia: inverse_inertia(&aircraft.mass),

@@ -157,7 +157,9 @@ impl FlightControl {
 
         let estimate = self.compensator.step(&state.rates, &modelled_acceleration);
         let z2 = estimate.z2;
-        let wake = self.activation.step(&z2, &gains.activation, gains.selection.compensator);
+        let levels = gains.activation.levels_with(&self.model.doubt(state, &at));
+        let mode = gains.selection.compensator;
+        let wake = self.activation.step(&z2, &levels, &gains.activation, mode);
 
         let levels = gains.activation.levels();
         let isolation_input = IsolationInput {

@@ -193,6 +193,26 @@ fn rudder_jams_are_kept_up_to_23_deg_in_the_turn_and_in_level_flight() {
     }
 }
 
+/// Below its level the detector sleeps, and the aircraft flies off its roll angle: the page has the figures.
+#[test]
+fn the_page_has_the_roll_angles_with_small_rudder_jams() {
+    const JAMS_DEG: [f64; 10] = [-3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0];
+    let page = include_str!("../../../docs/beyond-the-paper.md");
+    for speed in [200.0, 230.0, 264.0] {
+        let start = format!("[plant.start]\nairspeed_m_s = {speed:?}\n");
+        let flight = reference(0.0, "roll_deg", 15.0) + &format!("airspeed_m_s = {speed:?}\n");
+        let flights = JAMS_DEG.map(|deg| {
+            (format!("rudder {deg}, {speed} m/s"), start.clone() + &flight + &jam("rudder", deg))
+        });
+        let mut row = format!("| {speed} m/s |");
+        for [relief] in fly_all(&flights, [Law::Relief], 40.0) {
+            assert!(relief.kept(), "{relief:?}");
+            row += &format!(" {:.1} |", relief.roll_deg);
+        }
+        assert!(page.contains(&row), "{row}");
+    }
+}
+
 #[test]
 fn an_elevator_and_the_rudder_together_are_kept_near_the_altitude() {
     let both = jam("left_elevator", 30.0) + &jam("rudder", 7.0);

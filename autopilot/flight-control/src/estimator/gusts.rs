@@ -167,10 +167,10 @@ impl Estimator {
         self.sources.pitot.doubt(true);
     }
 
-    /// Variance of the airspeed, m²/s².
-    pub(super) fn airspeed_variance(&self) -> f64 {
+    /// Variance of a quantity of the flow.
+    pub(super) fn flow_variance(&self, of: fn(&Vector3<f64>) -> Option<air::Flow>) -> f64 {
         let Some(present) = self.present() else { return 0.0 };
-        let Some(row) = self.flow_row(&present, air::speed) else { return 0.0 };
+        let Some(row) = self.flow_row(&present, of) else { return 0.0 };
         self.covariance.compare(&row, 0.0, 0.0).variance
     }
 }

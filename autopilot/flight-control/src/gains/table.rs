@@ -143,6 +143,7 @@ const ACTIVATION: &[Tunable] = rows! { activation:
     "ACT_LVL_P", "rad/s^2", 0.001, 100.0, level_roll, "Roll level of the estimate that wakes the compensator";
     "ACT_LVL_Q", "rad/s^2", 0.001, 100.0, level_pitch, "Pitch level of the estimate that wakes the compensator";
     "ACT_LVL_R", "rad/s^2", 0.001, 100.0, level_yaw, "Yaw level of the estimate that wakes the compensator";
+    "ACT_STD", "-", 0.0, 20.0, deviations, "Standard deviations of the modelled acceleration, by those of the flow angles, that add to the levels";
     "ACT_T_ON", "s", 0.001, 10.0, on_dwell_s, "Time above the level before the compensator wakes";
     "ACT_HYST", "-", 0.01, 0.99, hysteresis, "Release below this fraction of the level";
     "ACT_T_OFF", "s", 0.001, 600.0, off_dwell_s, "Time below the release level before it sleeps again";

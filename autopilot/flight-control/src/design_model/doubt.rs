@@ -1,0 +1,121 @@
+//! How wrong the design model may be at a flight condition, and with an estimated state: what the levels of the detector have to know.
+
+use nalgebra::Vector3;
+
+use super::{DesignModel, FlightCondition, atmosphere};
+use crate::navigation::NavigationState;
+
+/// Ratio of the specific heats of air.
+const HEAT_RATIO: f64 = 1.4;
+/// Up to this Mach number the rule of Prandtl and Glauert is used; at 1 it has a pole.
+const MACH_MAX: f64 = 0.95;
+/// Moments larger than at the design point by this part are within its levels, which are those of a whole flight about it.
+const GROWTH_FREE: f64 = 1.15;
+/// Growth of the errors of the model over that of the moments.
+const GROWTH_SLOPE: f64 = 1.2;
+
+/// How wrong the design model may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModelDoubt {
+    /// Errors of the model, and moments of gusts that it does not know, over those at the design point; at least 1.
+    pub growth: f64,
+    /// Standard deviation of the modelled acceleration from that of the flow angles, roll, pitch and yaw, rad/s².
+    pub spread: Vector3<f64>,
+}
+
+/// What the growth is measured against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reference {
+    q_s_b: f64,
+    compressibility: f64,
+}
+
+impl Reference {
+    /// A flight condition.
+    pub(super) fn of(state: &NavigationState, at: &FlightCondition) -> Self {
+        Self { q_s_b: at.q_s_b, compressibility: compressibility(state) }
+    }
+}
+
+/// 1/√(1 - M²): the rule of Prandtl and Glauert for the growth of aerodynamic coefficients with the Mach number.
+fn compressibility(state: &NavigationState) -> f64 {
+    let kelvin = atmosphere::temperature(state.altitude_m);
+    let sound_2 = HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
+    let mach_2 = state.airspeed_m_s * state.airspeed_m_s / sound_2;
+    1.0 / libm::sqrt(1.0 - mach_2.min(MACH_MAX * MACH_MAX))
+}
+
+impl DesignModel {
+    /// How wrong the model may be at `state`, of which `at` is the condition.
+    ///
+    /// The coefficients are those of the design point or its schedule. Their errors, and the rolling and turning gusts that no sensor
+    /// shows, are parts of the moments, which grow with the dynamic pressure and, as the model does not know, with the Mach number.
+    #[must_use]
+    pub fn doubt(&self, state: &NavigationState, at: &FlightCondition) -> ModelDoubt {
+        // An aircraft with smaller coefficients than the model's at low Mach numbers is no reason for lower levels.
+        let compressibility = (compressibility(state) / self.reference.compressibility).max(1.0);
+        let moments = at.q_s_b / self.reference.q_s_b * compressibility;
+        let growth = 1.0 + GROWTH_SLOPE * (moments - GROWTH_FREE).max(0.0);
+        let [alpha, beta] =
+            state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
+        let a = &self.aircraft.airframe;
+        let moment = Vector3::new(
+            at.q_s_b * a.c_roll_beta * beta,
+            at.q_s_c * a.c_pitch_alpha * alpha,
+            at.q_s_b * a.c_yaw_beta * beta,
+        );
+        ModelDoubt { growth, spread: self.inverse_inertia * moment * compressibility }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::estimator_status::EstimatorStatus;
+    use crate::gains::Gains;
+    use crate::testing;
+
+    fn levels(airspeed_m_s: f64, altitude_m: f64, flow_rad: Option<[f32; 2]>) -> Vector3<f64> {
+        let model = DesignModel::new(testing::aircraft_model());
+        let estimate = flow_rad.map(|flow_rad| EstimatorStatus { flow_rad, ..Default::default() });
+        let state = NavigationState { airspeed_m_s, altitude_m, estimate, ..*model.design_point() };
+        let at = model.condition(&state);
+        Gains::REFERENCE.activation.levels_with(&model.doubt(&state, &at))
+    }
+
+    #[test]
+    fn with_an_exact_state_the_levels_about_the_design_point_and_below_are_those_of_the_gains() {
+        for (airspeed_m_s, altitude_m) in
+            [(264.0, 5_000.0), (270.0, 5_000.0), (200.0, 2_000.0), (270.0, 8_000.0), (0.0, 0.0)]
+        {
+            let found = levels(airspeed_m_s, altitude_m, None);
+            // To the bit: the paper's flights keep theirs.
+            assert_eq!(found, Gains::REFERENCE.activation.levels(), "{airspeed_m_s} m/s");
+            assert_eq!(levels(airspeed_m_s, altitude_m, Some([0.0; 2])), found);
+        }
+    }
+
+    #[test]
+    fn the_levels_grow_with_dynamic_pressure_and_mach_number_up_to_a_bound() {
+        let design = levels(264.0, 5_000.0, None);
+        // Dynamic pressure times 1/√(1 - M²): 2.32 and 2.08 of the design point's.
+        for (altitude_m, growth) in [(2_000.0, 2.40), (5_000.0, 2.12)] {
+            let ratio = levels(300.0, altitude_m, None).component_div(&design);
+            assert!((ratio - Vector3::repeat(growth)).amax() < 0.02, "{altitude_m} m: {ratio}");
+        }
+        // At Mach 1 and beyond nothing is infinite.
+        for airspeed_m_s in [330.0, 600.0, 5_000.0] {
+            assert!(levels(airspeed_m_s, 0.0, None).iter().all(|level| level.is_finite()));
+        }
+    }
+
+    #[test]
+    fn what_the_estimator_does_not_know_of_the_flow_raises_the_levels() {
+        let [exact, unsure] = [[0.0; 2], [0.01, 0.01]].map(|s| levels(264.0, 5_000.0, Some(s)));
+        // C_lβ Q S b / Ixx is 76 /s²: two deviations of 0.01 rad make 1.5 rad/s² of roll. It is 3.3 in pitch and 5.7 in yaw.
+        for (axis, added) in [1.5, 0.065, 0.10].into_iter().enumerate() {
+            let expected = libm::hypot(exact[axis], added);
+            assert!((unsure[axis] / expected - 1.0).abs() < 0.03, "axis {axis}: {unsure}");
+        }
+    }
+}
