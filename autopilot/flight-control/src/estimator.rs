@@ -318,15 +318,9 @@ impl Estimator {
         self.covariance.predict(&self.transition, &noise);
         self.transition = Transition::NONE;
         self.find_place();
-        let before = (self.estimate.matrix(), self.relative());
+        let before = self.estimate.matrix();
         self.measure(time, sensors);
-        if let (Some(relative), Some(after), Some(ground)) =
-            (before.1, self.relative(), &self.ground)
-        {
-            let turned = self.estimate.matrix() * before.0.transpose();
-            let relative = [0, 1].map(|place| [relative[place], after[place]]);
-            self.covariance.turn_wind(&turned, &relative, &ground.place.start_from_ned);
-        }
+        self.covariance.turn_attitude(&(self.estimate.matrix() * before.transpose()));
         self.follow_gusts(time);
         if !self.covariance.is_sound() {
             self.begin_again();
@@ -338,13 +332,6 @@ impl Estimator {
         if let Some(ground) = ground {
             ground.place = ground.earth.place(&estimate.position);
         }
-    }
-
-    /// Velocity through the air and through the steady wind, m/s, start axes.
-    fn relative(&self) -> Option<[Vector3<f64>; 2]> {
-        let Ground { place, .. } = self.ground.as_ref()?;
-        let Estimate { velocity, wind, steady_wind, .. } = &self.estimate;
-        Some([wind, steady_wind].map(|wind| velocity - place.start_from_ned * wind))
     }
 
     /// Velocity of the aircraft through the air, m/s, body axes.

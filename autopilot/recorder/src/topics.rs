@@ -239,12 +239,13 @@ pub fn vehicle() -> Format {
 
 /// Standard deviations and ratios of the estimate, in the order of [`estimator_status_row`]. A standard deviation of several states is the
 /// root of the sum of their variances; a ratio is an innovation over its gate, and above 1 the sample is rejected.
-const ESTIMATE: [&str; 16] = [
+const ESTIMATE: [&str; 17] = [
     "attitude_std_rad",
     "velocity_std_m_s",
     "position_horizontal_std_m",
     "altitude_std_m",
     "wind_std_m_s",
+    "airspeed_std_m_s",
     "gyro_bias_std_rad_s",
     "accelerometer_bias_std_m_s2",
     "magnetometer_bias_std_nt",
@@ -277,6 +278,7 @@ pub fn estimator_status_row(row: &mut Row, time: SimTime, status: &EstimatorStat
         status.horizontal_m,
         status.vertical_m,
         status.wind_m_s,
+        status.airspeed_m_s,
         status.gyro_bias_rad_s,
         status.force_bias_m_s2,
         status.magnetic_bias_nt,

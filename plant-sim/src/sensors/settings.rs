@@ -16,6 +16,9 @@ use crate::range::{RangeError, check_range};
 pub struct SensorSettings {
     /// White noise of each gyro, rad/s rms of the control samples; only of ideal sensors.
     pub gyro_noise_rad_s: f64,
+    /// Name of their grade, which single numbers beside it do not change.
+    #[serde(default)]
+    pub name: GradeName,
     /// Their errors; `None` for ideal sensors.
     #[serde(default)]
     pub grade: Option<Grade>,
@@ -34,8 +37,13 @@ const fn all() -> [bool; Sensors::SENSORS] {
 
 impl SensorSettings {
     /// Ideal sensors.
-    pub const IDEAL: Self =
-        Self { gyro_noise_rad_s: 0.0, grade: None, fitted: all(), date: Date::DEFAULT };
+    pub const IDEAL: Self = Self {
+        gyro_noise_rad_s: 0.0,
+        name: GradeName::Ideal,
+        grade: None,
+        fitted: all(),
+        date: Date::DEFAULT,
+    };
 
     /// Sensors of a grade.
     #[must_use]
@@ -102,6 +110,7 @@ impl SensorsTable {
         let has_numbers = self.change(&mut grade, &mut settings.fitted);
         let is_real = of_file.is_some() || has_numbers;
         settings.grade = is_real.then_some(grade);
+        settings.name = self.grade.unwrap_or_default();
         if let Some(noise_deg_s) = self.gyro_noise_deg_s {
             // The shipped scenarios have a noise of zero.
             if is_real && noise_deg_s != 0.0 {

@@ -7,11 +7,12 @@ use autopilot::config::{self, MODELS, Model};
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
+use flight_control::estimator::EstimatorPreset;
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::EffectorList;
 use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
 use plant_sim::scenario::{self, SCENARIOS};
-use plant_sim::{Airframe, PlantPart, Scenario};
+use plant_sim::{Airframe, GradeName, PlantPart, Scenario, SensorSettings};
 use toml::Table;
 
 use crate::settings::{self, Setting, SettingError, Target};
@@ -287,11 +288,18 @@ impl AircraftArgs {
         })
     }
 
-    /// Parameters, where those that are not set are as in `parameters`.
+    /// Parameters, where those that are not set are as in `parameters`; the estimator's preset is that of the fitted sensors.
     ///
     /// # Errors
     /// [`ConfigurationError`] names parameter, value and range.
-    pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, ConfigurationError> {
+    pub fn parameters(
+        &self,
+        mut parameters: Parameters,
+        sensors: &SensorSettings,
+    ) -> Result<Parameters, ConfigurationError> {
+        if sensors.name == GradeName::Consumer {
+            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
+        }
         settings::set_parameters(&mut parameters, &self.settings)?;
         Ok(parameters)
     }

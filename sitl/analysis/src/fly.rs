@@ -380,7 +380,7 @@ impl FlyArgs {
         if let Some(ftc) = self.ftc {
             parameters.set("FTC_MODE", ftc.value())?;
         }
-        let mut parameters = aircraft.parameters(parameters)?;
+        let mut parameters = aircraft.parameters(parameters, &plant.sensors)?;
         parameters.brings_law = self.own_law.is_some();
         parameters.check_law().map_err(FlyError::Law)?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);

@@ -158,10 +158,11 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.seed = options.seed;
     let model = aircraft.model()?;
+    let parameters = aircraft.parameters(model.defaults, &plant.sensors)?;
     Ok(FlightSetup {
         plant,
         model: model.aircraft,
-        parameters: aircraft.parameters(model.defaults)?,
+        parameters,
         references: nominal.references,
         script: nominal.script.map(Arc::new),
         duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),

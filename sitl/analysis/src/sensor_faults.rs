@@ -326,14 +326,91 @@ pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
     faults.iter().copied().zip(flown).map(|(fault, flown)| Ok((fault, flown?))).collect()
 }
 
-/// Flies everything, writes and prints the table.
+/// Turbulence of the flights with a loss for good, m/s rms.
+const LOSS_TURBULENCE_M_S: [f64; 3] = [0.0, 1.5, 3.0];
+/// Flights of each of them, with one seed after the other.
+const LOSS_FLIGHTS: u64 = 4;
+
+/// A sensor that is off, or none; turbulence, m/s; turns; and the flights.
+pub type LossRow = (Option<SensorKind>, f64, bool, Vec<Lost>);
+
+/// Flies each sensor's loss for 600 s, straight, and that of the pitot tube in turns too.
+///
+/// # Errors
+/// [`StudyError`] if a flight cannot be flown.
+pub fn losses(
+    options: &Options,
+    sensors: &[Option<SensorKind>],
+    flights: u64,
+) -> Result<Vec<LossRow>, StudyError> {
+    options.aircraft.check()?;
+    let sides = Sides::of(&options.aircraft)?;
+    let turns = |sensor: Option<SensorKind>| match sensor {
+        Some(SensorKind::Pitot) => &[false, true][..],
+        _ => &[false],
+    };
+    let rows: Vec<_> = sensors
+        .iter()
+        .flat_map(|sensor| turns(*sensor).iter().map(move |turns| (*sensor, *turns)))
+        .flat_map(|(sensor, turns)| LOSS_TURBULENCE_M_S.map(|rms| (sensor, rms, turns)))
+        .collect();
+    let items: Vec<_> = rows
+        .iter()
+        .flat_map(|row| (0..flights).map(move |flight| (*row, options.seed.wrapping_add(flight))))
+        .collect();
+    let flown = runner::map("losses", &items, |((sensor, rms, turns), seed)| {
+        let fault = sensor.map(|sensor| (sensor, FaultKind::Off));
+        fly_without(&sides, options.grade, *rms, *turns, fault, *seed)
+    });
+    let flown: Vec<Lost> = flown.into_iter().collect::<Result<_, _>>()?;
+    let each = usize::try_from(flights).unwrap_or(1).max(1);
+    let of_row = rows.into_iter().zip(flown.chunks(each));
+    Ok(of_row.map(|((sensor, rms, turns), flown)| (sensor, rms, turns, flown.to_vec())).collect())
+}
+
+fn loss_table(options: &Options, rows: &[LossRow]) -> String {
+    let mut text = format!(
+        "\n{} sensors. The sensor is off from {ONSET_S} s to the end at {LOSS_FLIGHT_S} s; {LOSS_FLIGHTS} flights for each row, seeds from {} on. Judged from \
+         {LOSS_SETTLED_S} s after the loss on; a consistent estimate of the wind has a mean NEES of 3.\n\n\
+         | sensor off | turbulence, m/s | flight | lost | airspeed error, rms | by the estimator, rms | largest | altitude, largest | attitude, largest | wind, NEES |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+        options.grade.key(),
+        options.seed,
+    );
+    for (sensor, rms, turns, flights) in rows {
+        let mean = |of: &dyn Fn(&Lost) -> f64| {
+            flights.iter().map(of).sum::<f64>() / flights.len().max(1) as f64
+        };
+        let largest =
+            |place: usize| flights.iter().map(|flown| flown.largest[place]).fold(0.0, f64::max);
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "| {} | {rms} | {} | {} | {:.2} m/s | {:.2} m/s | {:.1} m/s | {:.1} m | {:.2} deg | {:.2} |",
+            sensor.map_or("-", |sensor| sensor.name()),
+            if *turns { "turns" } else { "straight" },
+            flights.iter().filter(|flown| flown.lost_at_s.is_some()).count(),
+            mean(&|flown| flown.airspeed[0]).sqrt(),
+            mean(&|flown| flown.airspeed[1]).sqrt(),
+            largest(0),
+            largest(1),
+            largest(2),
+            mean(&|flown| flown.wind_nees),
+        );
+    }
+    text
+}
+
+/// Flies everything, writes and prints the tables.
 ///
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let out = options.out.as_path();
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
-    let text = table(options, &study(options)?);
+    let mut text = table(options, &study(options)?);
+    let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
+    text += &loss_table(options, &losses(options, &sensors, LOSS_FLIGHTS)?);
     write(&out.join("sensor-faults.md"), text.as_bytes())?;
     print_line!("{text}\nwrote {}", out.display());
     Ok(())

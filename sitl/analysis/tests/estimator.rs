@@ -1,9 +1,11 @@
 //! The estimator knows how wrong it is: the normalised estimation errors squared (NEES) of many flights lie in their 95 % band.
 
+use core::ops::ControlFlow;
 use std::path::PathBuf;
 
+use flight_analysis::closed_loop::{Operator, Tick, run, settings};
 use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::estimator::flights::GROUPS;
+use flight_analysis::estimator::flights::{GROUPS, Sides};
 use flight_analysis::estimator::{CASES, Options, band, mean_nees, study};
 use flight_analysis::settings::Setting;
 
@@ -41,5 +43,45 @@ fn an_estimator_that_trusts_its_sensors_too_much_is_outside_the_band() {
         let is_of_these = ["velocity", "gyro bias", "accelerometer bias"].contains(name);
         let mean = mean_nees(&flown[0], group);
         assert!(!is_of_these || mean > high, "{name}: {mean:.2}");
+    }
+}
+
+struct Kept {
+    is_lost: bool,
+}
+
+impl Operator for Kept {
+    type Stop = ();
+
+    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+        let limits = &tick.plant.dynamics().airframe().limits;
+        self.is_lost = limits.are_exceeded(&tick.plant.truth().into());
+        if self.is_lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+/// Places spread over the sphere, those where the field is steep among them; another heading at each.
+#[test]
+fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
+    const PLACES: u32 = 24;
+    let steep = [(82.0, -100.0), (78.0, -100.0), (-67.0, 140.0), (-62.0, 140.0), (89.0, 0.0)];
+    let spread = (0..PLACES).map(|place| {
+        let part = (f64::from(place) + 0.5) / f64::from(PLACES);
+        (((1.0 - 2.0 * part).asin()).to_degrees(), (f64::from(place) * 137.508) % 360.0 - 180.0)
+    });
+    for (number, (latitude, longitude)) in (0_u32..).zip(steep.into_iter().chain(spread)) {
+        let heading = (f64::from(number) * 77.0) % 360.0 - 180.0;
+        let set = [("latitude", latitude), ("longitude", longitude), ("heading", heading)];
+        let setting = |(key, value)| Setting::parse(&format!("plant.start.{key}_deg={value}"));
+        let settings_of = set.map(|pair| setting(pair).expect("a key of the start")).into();
+        let aircraft = AircraftArgs { settings: settings_of, ..AircraftArgs::default() };
+        let sides = Sides::of(&aircraft).expect("a place");
+        for case in [&CASES[0], &CASES[2]] {
+            let mut setup = sides.setup(case, 1.5, SEED + u64::from(number)).expect("a flight");
+            setup.duration = icd::SimTime::from_micros(60_000_000);
+            let mut kept = Kept { is_lost: false };
+            run(&setup.plant, &settings(&setup), setup.duration, &mut kept).expect("it begins");
+            assert!(!kept.is_lost, "{} at {latitude}, {longitude}, {heading} deg", case.name);
+        }
     }
 }

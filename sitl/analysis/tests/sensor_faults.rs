@@ -3,11 +3,41 @@
 use std::path::PathBuf;
 
 use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::sensor_faults::{Options, SENSORS, kinds, study};
+use flight_analysis::sensor_faults::{Options, SENSORS, kinds, losses, study};
 use flight_control::estimator_status::SourceHealth;
 use icd::fault::FaultKind;
 use icd::sensors::SensorKind;
 use plant_sim::GradeName;
+
+/// Seeds that chose no number of the estimator.
+const SEED: u64 = 70_001;
+
+/// Straight flights and turns, in still air and in turbulence, for 600 s without a pitot tube.
+#[test]
+fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_wind() {
+    for airframe in [None, Some("f16")] {
+        let aircraft =
+            AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
+        let grade = GradeName::Tactical;
+        let options = Options { out: PathBuf::new(), grade, aircraft, seed: SEED };
+        let rows = losses(&options, &[Some(SensorKind::Pitot)], 4).expect("the flights begin");
+        assert_eq!(rows.len(), 6);
+        for (_, turbulence_m_s, turns, flights) in &rows {
+            let what = format!("{airframe:?} {turbulence_m_s} m/s, turns {turns}: {flights:?}");
+            let mean =
+                |place: usize| flights.iter().map(|flown| flown.airspeed[place]).sum::<f64>() / 4.0;
+            let [error, stated] = [mean(0).sqrt(), mean(1).sqrt()];
+            assert!(flights.iter().all(|flown| flown.lost_at_s.is_none()), "{what}");
+            assert!(flights.iter().all(|flown| flown.largest[1] < 100.0), "altitude, {what}");
+            assert!(flights.iter().all(|flown| flown.reported == SourceHealth::Lost), "{what}");
+            // Gusts along the flight, which nothing shows any more, and what the wind was not known by before.
+            assert!(error < 1.0 + 1.2 * turbulence_m_s, "{error} m/s, {what}");
+            assert!(stated > error && stated < 1.5 + 1.5 * turbulence_m_s, "{stated} m/s, {what}");
+            let nees = flights.iter().map(|flown| flown.wind_nees).sum::<f64>() / 4.0;
+            assert!(nees < 6.0, "{nees}, {what}");
+        }
+    }
+}
 
 #[test]
 fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {

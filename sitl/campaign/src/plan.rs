@@ -377,7 +377,9 @@ impl Plan {
         law.args
             .apply(&mut parameters)
             .map_err(|error| PlanError::Law { law: law.name.clone(), source: Box::new(error) })?;
-        let parameters = args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
+        let parameters = args
+            .parameters(parameters, &plant.sensors)
+            .map_err(|error| of_law(error.to_string()))?;
         parameters.check_law().map_err(|error| of_law(error.to_string()))?;
         if law.knows_fault && parameters.gains.selection.compensator != CompensatorMode::Off {
             let problem = "fault_known = true needs FTC_MODE = 0: it takes the compensator's place";

@@ -120,10 +120,12 @@ fn flight_setup(
     let nominal = Named::scenario("nominal")?;
     let flight = aircraft.scenario(&nominal, &airframe.effectors)?;
     let model = aircraft.model()?;
+    let plant = plant_setup(airframe, step_us, true)?;
+    let parameters = aircraft.parameters(model.defaults, &plant.sensors)?;
     Ok(FlightSetup {
-        plant: plant_setup(airframe, step_us, true)?,
+        plant,
         model: model.aircraft,
-        parameters: aircraft.parameters(model.defaults)?,
+        parameters,
         references: flight.references,
         script: None,
         duration: SimTime::from_seconds(flight_s).unwrap_or(SimTime::ZERO),

@@ -5,8 +5,8 @@ use std::path::Path;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
-use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
+use plant_sim::{GradeName, airframe};
 
 use super::keys::PaceState;
 
@@ -155,7 +155,16 @@ impl LaunchArgs {
 
     /// The options for each process, after checking that both would start with them.
     pub(super) fn check(&self) -> Result<Options, OptionError> {
-        let options = Options { autopilot: self.autopilot_options(), plant: self.plant_options() };
+        let plant: PlantArgs = parse("sitl plant-sim", &self.plant_options())?;
+        let setup = plant.plant_setup()?;
+        plant.plant(&setup)?;
+        let mut options =
+            Options { autopilot: self.autopilot_options(), plant: self.plant_options() };
+        // The autopilot knows what it is fitted with, in whatever program.
+        let is_set = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
+        if setup.sensors.name == GradeName::Consumer && !is_set {
+            options.autopilot.push("--param=EST_PRESET=1".to_owned());
+        }
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
         autopilot.own_law = self.own_law;
         let model = autopilot.model()?;
@@ -164,8 +173,6 @@ impl LaunchArgs {
         autopilot.control_setup_over(&model.aircraft, &saved)?;
         autopilot.links()?;
         autopilot.kept_key()?;
-        let plant: PlantArgs = parse("sitl plant-sim", &options.plant)?;
-        plant.plant(&plant.plant_setup()?)?;
         Ok(options)
     }
 

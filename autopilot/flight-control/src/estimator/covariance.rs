@@ -244,31 +244,44 @@ impl Covariance {
         correction
     }
 
-    /// The errors of the wind after a correction of the attitude by `turned`, so that those of the flow in body axes stay as they are.
+    /// Takes the measurement for all states but the wind along the flow (a unit vector, NED) and the errors of the pitot tube: these
+    /// keep their variances and are only considered (S. Schmidt, Application of state-space methods to navigation problems, 1966).
+    pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
+        let mut correction = self.take(comparison);
+        let gain = |state: usize| comparison.product[state] / comparison.variance;
+        let mut left = [0.0; STATES];
+        let along: f64 = (0..3).map(|axis| flow[axis] * gain(WIND + axis)).sum();
+        let level = flow.x * flow.x + flow.y * flow.y;
+        let steady: f64 = (0..2).map(|axis| flow[axis] * gain(STEADY_WIND + axis)).sum();
+        for axis in 0..3 {
+            left[WIND + axis] = flow[axis] * along;
+        }
+        for axis in 0..2 {
+            left[STEADY_WIND + axis] = flow[axis] * steady / level.max(0.1);
+            left[PITOT_BIAS + axis] = gain(PITOT_BIAS + axis);
+        }
+        // With the gain K - l, P becomes what it is for the optimal K, and l s lᵀ more.
+        for (index, row) in self.p.iter_mut().enumerate() {
+            for (covariance, part) in row.iter_mut().zip(&left) {
+                *covariance += left[index] * comparison.variance * part;
+            }
+            correction[index] -= left[index] * comparison.innovation;
+        }
+        correction
+    }
+
+    /// Turns the errors of the attitude with a correction of it, so that they stay as they are in body axes.
     ///
-    /// δb = Cᵀ (δv - δw + r × θ), with the velocity through the air r: with the corrected r and C another δw goes with the same δb.
-    /// `relative` has r before and after, for the wind with gusts and for the steady one, start axes.
-    pub fn turn_wind(
-        &mut self,
-        turned: &Matrix3<f64>,
-        relative: &[[Vector3<f64>; 2]; 2],
-        start_from_ned: &Matrix3<f64>,
-    ) {
-        let apply = |x: &mut States| {
-            let at = |x: &States, from: usize| Vector3::new(x[from], x[from + 1], x[from + 2]);
-            let (attitude, velocity) = (at(x, ATTITUDE), at(x, VELOCITY));
-            let steady = Vector3::new(x[STEADY_WIND], x[STEADY_WIND + 1], 0.0);
-            let after = |wind: Vector3<f64>, [r, after]: &[Vector3<f64>; 2]| {
-                let flow = velocity - start_from_ned * wind + r.cross(&attitude);
-                start_from_ned.tr_mul(&(velocity + after.cross(&attitude) - turned * flow))
-            };
-            let (wind, steady) = (after(at(x, WIND), &relative[0]), after(steady, &relative[1]));
-            x[WIND..WIND + 3].copy_from_slice(wind.as_slice());
-            x[STEADY_WIND..STEADY_WIND + 2].copy_from_slice(&steady.as_slice()[..2]);
-        };
-        self.p.iter_mut().for_each(apply);
-        self.transpose();
-        self.p.iter_mut().for_each(apply);
+    /// There a bias of the accelerometers looks like the same tilt before and after. In start axes it would look like another one, and
+    /// the two seem to tell bias and tilt apart, which nothing does in straight flight.
+    pub fn turn_attitude(&mut self, turned: &Matrix3<f64>) {
+        for _ in 0..2 {
+            for x in &mut self.p {
+                let attitude = Vector3::new(x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2]);
+                x[ATTITUDE..ATTITUDE + 3].copy_from_slice((turned * attitude).as_slice());
+            }
+            self.transpose();
+        }
         self.keep_symmetric();
     }
 

@@ -10,7 +10,7 @@ use super::covariance::{
 use super::{Estimator, INERTIAL_SILENCE_S};
 
 /// Correlation time of errors that are a part of a rate or a force, s: that of a manoeuvre.
-const MANOEUVRE_S: f64 = 2.0;
+pub(super) const MANOEUVRE_S: f64 = 2.0;
 /// Rate and specific force that an aircraft may have while its sensor is away, rad/s and m/s²; they last as long as a manoeuvre.
 const UNKNOWN_RATE_RAD_S: f64 = 0.1;
 const UNKNOWN_FORCE_M_S2: f64 = 3.0;

@@ -10,7 +10,8 @@ use super::covariance::{
     VELOCITY, WIND,
 };
 use super::history::Since;
-use super::{Estimator, Ground};
+use super::noise::MANOEUVRE_S;
+use super::{Estimator, Ground, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
 /// Largest speed that is believed, m/s.
@@ -92,6 +93,19 @@ impl Estimator {
             self.correct(&correction);
         }
         passes
+    }
+
+    /// Takes a comparison of a flow angle that passes the gate.
+    ///
+    /// An angle tells nothing of the speed along the flow. In straight flight its gradients would seem to, with their small swings,
+    /// from errors of the vanes that last: without a pitot tube the wind along the flight ran away.
+    fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
+        let Some(Ground { place, .. }) = &self.ground else { return };
+        if comparison.deviations() <= self.gains.gate {
+            let flow = place.start_from_ned.tr_mul(&present.relative).normalize();
+            let correction = self.covariance.take_across(comparison, &flow);
+            self.correct(&correction);
+        }
     }
 
     fn ratio(&self, comparison: &Comparison) -> f64 {
@@ -250,9 +264,7 @@ impl Estimator {
         present: &Present,
         of: fn(&Vector3<f64>) -> Option<Flow>,
     ) -> Option<Row> {
-        // An angle tells nothing of the speed along the flow, so its gradient is across that flow. With gusts the direction would
-        // swing from sample to sample, with the errors of the vanes in it, and the gradients together would seem to tell it:
-        // without a pitot tube the wind along a straight flight ran away. Hence the gradient in steady wind.
+        // In steady wind: with gusts it would swing with the errors of the vanes, and correlate with them.
         let along = present.matrix * of(&present.steady)?.gradient;
         let Ground { place, .. } = self.ground.as_ref()?;
         let wind = -place.start_from_ned.tr_mul(&along);
@@ -328,7 +340,7 @@ impl Estimator {
             let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
-            self.take(&comparison);
+            self.take_angle(&comparison, &present);
             innovations[vane] = innovation;
         }
         if worst <= 1.0 {
@@ -346,12 +358,17 @@ impl Estimator {
     fn measure_field(&mut self, now: SimTime, sample: &Sample<Body>) {
         let is_good = sample.valid && is_field(&sample.value);
         let values = sample.value.0;
+        let between = self.sources.magnetometer.silence_s(now).min(MANOEUVRE_S);
         if !self.sources.magnetometer.is_new(now, sample.time, is_good, values.as_ref()) {
             return;
         }
         let Some(age) = age(sample.time, now) else { return };
         self.find_field();
-        let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt;
+        // Errors of scale and direction change with the attitude and last as long as it does. As white noise of the samples they would
+        // be averaged to nothing in a straight flight, and every little swing would seem to tell the biases from the attitude.
+        let lasting = self.gains.magnetic_scale * self.field.strength();
+        let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt
+            + lasting * lasting * 2.0 * MANOEUVRE_S / between.max(UPDATE_EVERY_US as f64 * 1.0e-6);
         let mut worst: f64 = 0.0;
         let mut innovations = [0.0; 3];
         for axis in 0..3 {
@@ -417,7 +434,7 @@ impl Estimator {
             let Some(row) = self.flow_row(&present, of) else { continue };
             let noise = spread.to_radians() * spread.to_radians();
             let comparison = self.covariance.compare(&row, expected - flow.value, noise);
-            self.take(&comparison);
+            self.take_angle(&comparison, &present);
         }
     }
 }

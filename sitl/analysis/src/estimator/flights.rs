@@ -93,7 +93,7 @@ impl Sides {
         let model = args.model()?;
         let nominal = Named::shipped("nominal", scenario::NOMINAL);
         let plant = args.scenario(&nominal, &airframe.effectors)?.plant;
-        let parameters = args.parameters(model.defaults)?;
+        let parameters = args.parameters(model.defaults, &plant.sensors)?;
         Ok(Self { airframe, model: model.aircraft, plant, parameters })
     }
 

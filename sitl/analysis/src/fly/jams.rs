@@ -154,7 +154,7 @@ impl JamsArgs {
         let mut parameters = model.defaults;
         self.laws.apply(&mut parameters)?;
         parameters.set("FTC_MODE", ftc.value())?;
-        let parameters = self.aircraft.parameters(parameters)?;
+        let parameters = self.aircraft.parameters(parameters, &plant.sensors)?;
         parameters.check_law()?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {

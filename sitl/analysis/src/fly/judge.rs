@@ -10,12 +10,13 @@ use flight_control::{DesignModel, StepLog};
 use host_io::session;
 use icd::SimTime;
 use icd::fault::{PlantReport, PlantRequest};
+use icd::sensors::SensorKind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
 use super::FlyError;
 use super::measures::{Measured, Measures};
-use super::outcome::{Fate, Loss, LossBy, Outcome};
+use super::outcome::{Fate, Loss, LossBy, Outcome, SensorLost};
 use crate::closed_loop::{Exchange, FlightSetup, Flown, Operator, Tick, run, settings};
 use crate::fault_known::FaultKnown;
 use crate::paper::trace::Sample;
@@ -68,6 +69,7 @@ pub(super) fn fly(
         steps: 0,
         altitude_m: [f64::NAN; 2],
         loss: None,
+        sensors_lost: Vec::new(),
         stops_at_loss,
         next_second: SimTime::ZERO,
         keep,
@@ -86,6 +88,7 @@ pub(super) fn fly(
         end_s: end.time.as_seconds(),
         steps: judge.steps,
         altitude_m: judge.altitude_m,
+        sensors_lost: judge.sensors_lost,
         metrics: judge.measures.metrics(lost_s),
     };
     Ok((outcome, judge.keep.log))
@@ -102,6 +105,7 @@ struct Judge<'a> {
     steps: u64,
     altitude_m: [f64; 2],
     loss: Option<Loss>,
+    sensors_lost: Vec<SensorLost>,
     stops_at_loss: bool,
     /// Simulation time of the next count of the progress.
     next_second: SimTime,
@@ -131,6 +135,16 @@ impl Judge<'_> {
             };
             let by = if self.limits.are_exceeded(&at) { self.limits.exceeded(&at) } else { None };
             self.loss = by.map(|by| Loss { at_s: truth.time.as_seconds(), by: LossBy::Limit(by) });
+        }
+        if let Some(status) = &sensed.estimate {
+            for sensor in SensorKind::ALL {
+                let (health, sensor) = (status.source(sensor), sensor.name());
+                let is_new = self.sensors_lost.iter().all(|lost| lost.sensor != sensor);
+                if health.is_gone() && is_new {
+                    let at_s = truth.time.as_seconds();
+                    self.sensors_lost.push(SensorLost { sensor, at_s, why: health.name() });
+                }
+            }
         }
         if let Some(output) = self.keep.table.as_mut()
             && self.steps.is_multiple_of(self.rows_every)

@@ -85,8 +85,21 @@ pub struct Outcome {
     pub steps: u64,
     /// Altitude at the end and its reference, m.
     pub altitude_m: [f64; 2],
+    /// Sensors that the estimator gave up, in the order of time.
+    pub sensors_lost: Vec<SensorLost>,
     /// Every measure.
     pub metrics: Vec<Metric>,
+}
+
+/// A sensor that the estimator gave up.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct SensorLost {
+    /// Its name.
+    pub sensor: &'static str,
+    /// When, s.
+    pub at_s: f64,
+    /// Why.
+    pub why: &'static str,
 }
 
 impl Outcome {
@@ -130,6 +143,8 @@ impl Serialize for Outcome {
             lost_by: Option<String>,
             end_s: f64,
             control_steps: u64,
+            #[serde(skip_serializing_if = "<[_]>::is_empty")]
+            sensors_lost: &'a [SensorLost],
             metrics: Metrics<'a>,
         }
         let lost = match self.fate {
@@ -143,6 +158,7 @@ impl Serialize for Outcome {
             lost_by: lost.map(|loss| loss.by.to_string()),
             end_s: self.end_s,
             control_steps: self.steps,
+            sensors_lost: &self.sensors_lost,
             metrics: Metrics(&self.metrics),
         }
         .serialize(to)

@@ -134,6 +134,7 @@ impl Case {
         let model = aircraft.model()?;
         let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
+        let parameters = aircraft.parameters(model.defaults, &setup.sensors)?;
         Ok(Self {
             number,
             fault_s,
@@ -141,7 +142,7 @@ impl Case {
             setup: FlightSetup {
                 plant: setup,
                 model: model.aircraft,
-                parameters: aircraft.parameters(model.defaults)?,
+                parameters,
                 references: flight.references,
                 script: None,
                 duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),
