@@ -231,7 +231,7 @@ pub fn figure(study: &[GradeStudy]) -> Figure {
     let [b, c, d] = delays;
     let a = Panel {
         title: "(a) False alarms".to_owned(),
-        x_label: "level over that of the gains",
+        x_label: "level over the one that flies",
         y_label: "log10 of false alarms an hour",
         x: (scale(0), scale(SCALES - 1)),
         y: RATES,
