@@ -80,7 +80,7 @@ fn summary_of(options: &Options, study: &GradeStudy) -> String {
     let gains = Gains::REFERENCE.activation;
     let verdict = if bound <= ALLOWED_PER_H { "holds" } else { "is not shown" };
     let mut text = format!(
-        "Sensors: {}. Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
+        "With {} sensors. Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
          manoeuvres,\nturbulence {} m/s, seed {}. Upper 95 % bound {bound:.2} an hour; \"at most {ALLOWED_PER_H} \
          an hour\" {verdict}.\nThe detector that flies, which stays awake until it is released, woke {} times. Aircraft lost: {}.\n\n",
         study.grade.key(),
