@@ -4,7 +4,6 @@
 use std::fmt::{self, Write as _};
 
 use autopilot::parameters::Parameters;
-use flight_control::estimator::EstimatorPreset;
 use flight_control::{CompensatorMode, StepLog};
 use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
@@ -17,6 +16,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
 use super::{Options, StudyError};
 use crate::closed_loop::{FlightSetup, fly};
+use crate::configuration::AircraftArgs;
 use crate::metrics::DEG;
 use crate::runner;
 
@@ -171,11 +171,9 @@ pub fn setup(
     }
     plant.seed = seed;
     let period = ControlPeriod::DEFAULT;
-    let mut parameters = Parameters::default();
+    let mut parameters =
+        AircraftArgs::default().parameters(Parameters::default(), &plant.sensors)?;
     parameters.gains.selection.compensator = CompensatorMode::Off;
-    if air.grade == GradeName::Consumer {
-        parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-    }
     Ok(FlightSetup {
         plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),
         model: autopilot::config::aircraft_model("tvc_jet.toml", autopilot::config::DEFAULT_MODEL)?,

@@ -80,7 +80,7 @@ fn summary_of(options: &Options, study: &GradeStudy) -> String {
     let gains = Gains::REFERENCE.activation;
     let verdict = if bound <= ALLOWED_PER_H { "holds" } else { "is not shown" };
     let mut text = format!(
-        "Sensors: {}. Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
+        "With {} sensors. Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
          manoeuvres,\nturbulence {} m/s, seed {}. Upper 95 % bound {bound:.2} an hour; \"at most {ALLOWED_PER_H} \
          an hour\" {verdict}.\nThe detector that flies, which stays awake until it is released, woke {} times. Aircraft lost: {}.\n\n",
         study.grade.key(),
@@ -231,7 +231,7 @@ pub fn figure(study: &[GradeStudy]) -> Figure {
     let [b, c, d] = delays;
     let a = Panel {
         title: "(a) False alarms".to_owned(),
-        x_label: "level over that of the gains",
+        x_label: "level over the one that flies",
         y_label: "log10 of false alarms an hour",
         x: (scale(0), scale(SCALES - 1)),
         y: RATES,
