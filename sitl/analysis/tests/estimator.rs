@@ -43,3 +43,17 @@ fn an_estimator_that_trusts_its_sensors_too_much_is_outside_the_band() {
         assert!(!is_of_these || mean > high, "{name}: {mean:.2}");
     }
 }
+
+#[test]
+fn the_flights_last_as_long_as_the_scenario_says() {
+    let of = |text: &str| {
+        let settings = vec![Setting::parse(text).expect("a key")];
+        let aircraft = AircraftArgs { settings, ..AircraftArgs::default() };
+        study(&Options { flights: 1, ..options(aircraft) })
+    };
+    let flown = of("plant.duration_s=25").expect("the flights begin");
+    // Judged once a second, from the start on.
+    assert!(flown.iter().all(|flights| flights[0].nees.len() == 26));
+    let refused = of("plant.duration_s=20").expect_err("nothing is left to be judged").to_string();
+    assert!(refused.contains("duration_s = 20") && refused.contains("21"), "{refused}");
+}
