@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 
 use flight_control::Gains;
 use plant_sim::io::whole;
-use plant_sim::{Airframe, SetupError};
+use plant_sim::{Airframe, GradeName, SetupError};
 
 use crate::chart::RasterError;
 use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
@@ -25,7 +25,9 @@ pub mod flights;
 mod results;
 
 use detectors::{DWELLS_S, FILTERS_S, upper_95};
-use flights::{Air, CONDITIONS, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch};
+use flights::{
+    Air, CONDITIONS, Condition, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch,
+};
 
 /// Alarms an hour that are allowed, as the upper 95 % bound.
 pub const ALLOWED_PER_H: f64 = 1.0;
@@ -38,13 +40,22 @@ pub struct Options {
     /// Folder for tables, figure and page
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Healthy flight, hours, up to 10000; 100 take some minutes of all cores
+    /// Sensors: ideal, tactical or consumer; may be repeated
+    #[arg(long = "grade", value_name = "NAME", default_values = ["ideal", "tactical", "consumer"], value_parser = crate::sensor_errors::grade)]
+    pub grades: Vec<GradeName>,
+    /// Healthy flight with each of these sensors, hours, up to 10000; 100 take some minutes of all cores
     #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 3.0, value_parser = up_to(HOURS_MAX, "h"))]
     pub hours: f64,
+    /// Flight conditions, m/s of airspeed at m of altitude; may be repeated
+    #[arg(long = "at", value_name = "AIRSPEED@ALTITUDE", default_values_t = CONDITIONS, value_parser = Condition::parse)]
+    pub conditions: Vec<Condition>,
+    /// Straight and level, without manoeuvres
+    #[arg(long)]
+    pub straight: bool,
     /// Turbulence, m/s rms: light 1.5, moderate 3
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
-    /// White noise of the gyros, deg/s rms of each control sample
+    /// White noise of the gyros of ideal sensors, deg/s rms of each control sample
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
     pub gyro_noise_deg_s: f64,
     /// The aircraft, instead of the variant with Mach effects that comes with the program
@@ -56,11 +67,11 @@ pub struct Options {
 }
 
 impl Options {
-    /// The air and the gyros.
+    /// The air and the sensors.
     #[must_use]
-    pub const fn air(&self) -> Air {
+    pub const fn air(&self, grade: GradeName) -> Air {
         let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
-        Air { turbulence_m_s, gyro_noise_deg_s }
+        Air { grade, turbulence_m_s, gyro_noise_deg_s }
     }
 }
 
@@ -100,11 +111,13 @@ pub enum StudyError {
     Figure(#[from] RasterError),
 }
 
-/// What came out.
+/// What came out with one grade of sensors.
 #[derive(Debug, Clone)]
-pub struct Study {
+pub struct GradeStudy {
+    /// The sensors.
+    pub grade: GradeName,
     /// Healthy flight, by flight condition.
-    pub conditions: [Watched; CONDITIONS.len()],
+    pub conditions: Vec<Watched>,
     /// Faults.
     pub delays: Vec<Delays>,
 }
@@ -130,7 +143,7 @@ impl Shipped {
     }
 }
 
-impl Study {
+impl GradeStudy {
     /// All flight conditions together.
     #[must_use]
     pub fn healthy(&self) -> Watched {
@@ -148,27 +161,32 @@ pub fn bound_per_h(alarms: u32, seconds: f64) -> f64 {
 ///
 /// # Errors
 /// [`StudyError`] if one cannot be flown.
-pub fn fly_healthy(options: &Options) -> Result<[Watched; CONDITIONS.len()], StudyError> {
+pub fn fly_healthy(options: &Options, grade: GradeName) -> Result<Vec<Watched>, StudyError> {
     let airframe = airframe(options)?;
     let counted_s = FLIGHT_S - SETTLED_S;
-    let each = (options.hours * 3_600.0 / counted_s / 3.0).ceil().max(1.0);
+    let at = &options.conditions;
+    #[expect(clippy::cast_precision_loss, reason = "a command line has few conditions")]
+    let each = (options.hours * 3_600.0 / counted_s / at.len() as f64).ceil().max(1.0);
     #[expect(
         clippy::cast_possible_truncation,
         clippy::cast_sign_loss,
         reason = "the command line allows 10,000 hours"
     )]
-    let flights = CONDITIONS.len() as u64 * each as u64;
-    let items: Vec<(usize, u64)> = (0_usize..CONDITIONS.len())
+    let flights = at.len() as u64 * each as u64;
+    let items: Vec<(usize, u64)> = (0_usize..at.len())
         .cycle()
         .zip((0..flights).map(|number| options.seed.wrapping_add(number)))
         .collect();
     let one = |(place, seed): &(usize, u64)| {
-        let condition = &CONDITIONS[*place];
-        let references = programme(condition, *seed);
-        watch(&setup(&options.air(), &airframe, condition, *seed, &references, FLIGHT_S)?)
+        let condition = &at[*place];
+        let references = programme(condition, *seed, options.straight);
+        let air = options.air(grade);
+        let setup = setup(&air, &airframe, condition, *seed, &references, FLIGHT_S)?;
+        watch(&setup, options.straight)
     };
-    let results = runner::map("healthy flights of 10 minutes", &items, one);
-    let mut conditions: [Watched; CONDITIONS.len()] = Default::default();
+    let label = format!("{} sensors, healthy flights of 10 minutes", grade.key());
+    let results = runner::map(&label, &items, one);
+    let mut conditions = vec![Watched::default(); at.len()];
     for ((place, _), watched) in items.iter().zip(results) {
         let so_far = std::mem::take(&mut conditions[*place]);
         conditions[*place] = so_far.with(&watched?);
@@ -184,15 +202,20 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let out = options.out.as_path();
     // First, so that a folder that cannot be written is named before minutes of flying.
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
-    let study = Study {
-        delays: flights::measure_delays(options, &airframe(options)?)?,
-        conditions: fly_healthy(options)?,
+    let airframe = airframe(options)?;
+    let of = |grade: &GradeName| -> Result<_, StudyError> {
+        Ok(GradeStudy {
+            grade: *grade,
+            delays: flights::measure_delays(options, *grade, &airframe)?,
+            conditions: fly_healthy(options, *grade)?,
+        })
     };
+    let study = options.grades.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let figure = results::figure(&study);
     for (name, bytes) in figure.files()? {
         write(&out.join(name), &bytes)?;
     }
-    write(&out.join("alarms.csv"), results::alarms_csv(&study).as_bytes())?;
+    write(&out.join("alarms.csv"), results::alarms_csv(options, &study).as_bytes())?;
     write(&out.join("delays.csv"), results::delays_csv(&study).as_bytes())?;
     let summary = results::summary(options, &study);
     write(&out.join("summary.md"), summary.as_bytes())?;
@@ -229,17 +252,6 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
 /// The error of a file or folder that cannot be written.
 pub fn cannot_write(path: &Path, source: io::Error) -> StudyError {
     StudyError::Write { path: path.to_path_buf(), source }
-}
-
-/// Name of a filter and dwell.
-#[must_use]
-pub fn kind_name(kind: usize) -> String {
-    let (filter_s, dwell_s) = of_kind(kind);
-    if filter_s > 0.0 {
-        format!("lag {filter_s} s, dwell {dwell_s} s")
-    } else {
-        format!("no lag, dwell {dwell_s} s")
-    }
 }
 
 /// Time constant of the lag and dwell, s.

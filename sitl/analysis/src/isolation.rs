@@ -12,6 +12,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use flight_control::{AllocationMode, IsolationMode};
+use plant_sim::GradeName;
 use plant_sim::io::whole;
 
 use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
@@ -59,7 +60,7 @@ impl Options {
     #[must_use]
     pub const fn air(&self) -> Air {
         let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
-        Air { turbulence_m_s, gyro_noise_deg_s }
+        Air { grade: GradeName::Ideal, turbulence_m_s, gyro_noise_deg_s }
     }
 }
 

@@ -37,7 +37,8 @@ pub struct SensorErrorsArgs {
     pub out: PathBuf,
 }
 
-fn grade(text: &str) -> Result<GradeName, String> {
+/// Parser of the grade of the sensors.
+pub(crate) fn grade(text: &str) -> Result<GradeName, String> {
     let found = GradeName::ALL.into_iter().find(|grade| grade.key() == text);
     found.ok_or_else(|| "expected ideal, tactical or consumer".to_owned())
 }

@@ -6,7 +6,6 @@
 
 use std::collections::VecDeque;
 
-use flight_control::gains::ActivationGains;
 use icd::ControlPeriod;
 use nalgebra::Vector3;
 
@@ -30,7 +29,6 @@ pub type PerDetector<T> = [[T; SCALES]; KINDS];
 
 /// The detectors on one flight.
 pub struct Detectors {
-    levels: [f64; 3],
     keep: [f64; FILTERS_S.len()],
     lagged: [Vector3<f64>; FILTERS_S.len()],
     windows: [Window; KINDS],
@@ -62,7 +60,7 @@ impl Window {
 impl Detectors {
     /// Before the first tick.
     #[must_use]
-    pub fn new(gains: &ActivationGains, period: ControlPeriod) -> Self {
+    pub fn new(period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let keep = |tau_s: f64| if tau_s > 0.0 { libm::exp(-h / tau_s) } else { 0.0 };
         #[expect(
@@ -75,7 +73,6 @@ impl Detectors {
             rising: VecDeque::new(),
         };
         Self {
-            levels: [gains.level_roll, gains.level_pitch, gains.level_yaw],
             keep: FILTERS_S.map(keep),
             lagged: [Vector3::zeros(); FILTERS_S.len()],
             windows: std::array::from_fn(|kind| window(DWELLS_S[kind % DWELLS_S.len()])),
@@ -84,13 +81,12 @@ impl Detectors {
         }
     }
 
-    /// One tick with the estimate z2, rad/s²; `awake` gets each detector that is above its level for its dwell.
+    /// One tick with the estimate z2 in units of its levels; `awake` gets each detector that is above its level for its dwell.
     pub fn step(&mut self, z2: &Vector3<f64>, mut awake: impl FnMut(usize, usize)) {
         for (filter, lagged) in self.lagged.iter_mut().enumerate() {
             let keep = if self.started { self.keep[filter] } else { 0.0 };
             *lagged = *z2 + (*lagged - *z2) * keep;
-            let over = |axis: usize| lagged[axis].abs() / self.levels[axis];
-            let level = over(0).max(over(1)).max(over(2));
+            let level = lagged.amax();
             for dwell in 0..DWELLS_S.len() {
                 let kind = filter * DWELLS_S.len() + dwell;
                 let smallest = self.windows[kind].smallest(self.tick, level);
@@ -149,6 +145,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 mod tests {
     use super::*;
     use flight_control::activation::Activation;
+    use flight_control::gains::ActivationGains;
     use flight_control::{CompensatorMode, Gains};
     use proptest::prelude::*;
 
@@ -159,7 +156,7 @@ mod tests {
         ) {
             let gains = ActivationGains { on_dwell_s: 0.02, ..Gains::REFERENCE.activation };
             let mut flown = Activation::new(ControlPeriod::DEFAULT);
-            let mut ours = Detectors::new(&gains, ControlPeriod::DEFAULT);
+            let mut ours = Detectors::new(ControlPeriod::DEFAULT);
             let (mut theirs_at, mut ours_at) = (None, None);
             let series = jumps.iter().flat_map(|(value, ticks)| std::iter::repeat_n(*value, *ticks));
             for (tick, roll) in series.enumerate() {
@@ -167,7 +164,7 @@ mod tests {
                 if flown.step(&z2, &gains, CompensatorMode::Off).active && theirs_at.is_none() {
                     theirs_at = Some(tick);
                 }
-                ours.step(&z2, |kind, index| {
+                ours.step(&Vector3::new(roll, 0.0, 0.0), |kind, index| {
                     // No filter, a dwell of 20 ms, the levels of the gains.
                     if kind == 0 && (scale(index) - 1.0).abs() < 1e-9 && ours_at.is_none() {
                         ours_at = Some(tick);
@@ -180,8 +177,7 @@ mod tests {
 
     #[test]
     fn the_lag_takes_its_time_constant_for_most_of_a_step() {
-        let gains = Gains::REFERENCE.activation;
-        let mut detectors = Detectors::new(&gains, ControlPeriod::DEFAULT);
+        let mut detectors = Detectors::new(ControlPeriod::DEFAULT);
         detectors.step(&Vector3::zeros(), |_, _| {});
         for _ in 0..50 {
             detectors.step(&Vector3::new(1.0, 0.0, 0.0), |_, _| {});

@@ -1,15 +1,16 @@
 //! Healthy flights in turbulence: half of the time straight and level, half in turns, climbs and speed changes. And flights
 //! with faults in the same air: how long the detectors take to notice them.
 
-use std::fmt::Write as _;
+use std::fmt::{self, Write as _};
 
 use autopilot::parameters::Parameters;
-use flight_control::CompensatorMode;
+use flight_control::estimator::EstimatorPreset;
+use flight_control::{CompensatorMode, StepLog};
 use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, Scenario, ScheduledFault, scenario};
+use plant_sim::{Airframe, GradeName, Scenario, ScheduledFault, SensorSettings, scenario};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
@@ -37,19 +38,48 @@ pub struct Condition {
     pub airspeed_m_s: f64,
 }
 
-/// The three flight conditions: slow and low (Mach 0.60), the design point (0.82), fast and high (0.88).
-pub const CONDITIONS: [Condition; 3] = [
+/// Slow and low (Mach 0.60), the design point (0.82), fast and high (0.88), and twice 300 m/s: with 1.8 times the dynamic pressure of
+/// the design point (0.90), and the most the Mach number changes the aircraft (0.94).
+pub const CONDITIONS: [Condition; 5] = [
     Condition { altitude_m: 2_000.0, airspeed_m_s: 200.0 },
     Condition { altitude_m: 5_000.0, airspeed_m_s: 264.0 },
     Condition { altitude_m: 8_000.0, airspeed_m_s: 270.0 },
+    Condition { altitude_m: 2_000.0, airspeed_m_s: 300.0 },
+    Condition { altitude_m: 5_000.0, airspeed_m_s: 300.0 },
 ];
 
-/// The air and the gyros of a study.
+impl Condition {
+    /// Parser of `AIRSPEED@ALTITUDE`, m/s and m.
+    ///
+    /// # Errors
+    /// The form and the ranges.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let problem = "expected AIRSPEED@ALTITUDE, such as 264@5000: 50 to 400 m/s, 100 to 15000 m";
+        let numbers = text.split_once('@').and_then(|(airspeed, altitude)| {
+            Some((airspeed.parse::<f64>().ok()?, altitude.parse::<f64>().ok()?))
+        });
+        let possible = numbers.filter(|(airspeed, altitude)| {
+            (50.0..=400.0).contains(airspeed) && (100.0..=15_000.0).contains(altitude)
+        });
+        let (airspeed_m_s, altitude_m) = possible.ok_or(problem)?;
+        Ok(Self { altitude_m, airspeed_m_s })
+    }
+}
+
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}", self.airspeed_m_s, self.altitude_m)
+    }
+}
+
+/// The air and the sensors of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
+    /// The sensors.
+    pub grade: GradeName,
     /// Turbulence, m/s rms.
     pub turbulence_m_s: f64,
-    /// White noise of the gyros, deg/s rms of each control sample.
+    /// White noise of the gyros of ideal sensors, deg/s rms of each control sample.
     pub gyro_noise_deg_s: f64,
 }
 
@@ -135,11 +165,17 @@ pub fn setup(
     plant.start.altitude_m = Some(condition.altitude_m);
     plant.start.airspeed_m_s = Some(condition.airspeed_m_s);
     plant.wind.turbulence_m_s = air.turbulence_m_s;
-    plant.sensors.gyro_noise_rad_s = air.gyro_noise_deg_s.to_radians();
+    plant.sensors = SensorSettings::of_grade(air.grade);
+    if air.grade == GradeName::Ideal {
+        plant.sensors.gyro_noise_rad_s = air.gyro_noise_deg_s.to_radians();
+    }
     plant.seed = seed;
     let period = ControlPeriod::DEFAULT;
     let mut parameters = Parameters::default();
     parameters.gains.selection.compensator = CompensatorMode::Off;
+    if air.grade == GradeName::Consumer {
+        parameters.gains.selection.estimator = EstimatorPreset::Consumer;
+    }
     Ok(FlightSetup {
         plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),
         model: autopilot::config::aircraft_model("tvc_jet.toml", autopilot::config::DEFAULT_MODEL)?,
@@ -150,15 +186,15 @@ pub fn setup(
     })
 }
 
-/// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long.
+/// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long; or none of them.
 #[must_use]
-pub fn programme(condition: &Condition, seed: u64) -> String {
+pub fn programme(condition: &Condition, seed: u64, is_straight: bool) -> String {
     let Condition { altitude_m, airspeed_m_s } = *condition;
     let mut between = draws(seed, *b"--------two-step sitl--2");
     let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
     let (mut altitude, mut airspeed) = (altitude_m, airspeed_m_s);
     let mut at_s = PART_S;
-    while at_s < FLIGHT_S {
+    while at_s < FLIGHT_S && !is_straight {
         let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
         let roll_deg = side * between(10.0, 30.0);
         let climb = altitude_m + between(-400.0, 400.0);
@@ -208,23 +244,26 @@ fn manoeuvres(t_s: f64) -> bool {
     t_s.rem_euclid(2.0 * PART_S) >= PART_S
 }
 
+/// z2 in units of the levels that fly, roll, pitch and yaw.
+fn over_level(log: &StepLog) -> Vector3<f64> {
+    log.levels.zip_map(&log.z2, f64::copysign)
+}
+
 /// Flies one healthy flight and runs all detectors on it.
 ///
 /// # Errors
 /// [`StudyError`] if it cannot be flown.
-pub fn watch(setup: &FlightSetup) -> Result<Watched, StudyError> {
-    let gains = &setup.parameters.gains.activation;
-    let levels = Vector3::new(gains.level_roll, gains.level_pitch, gains.level_yaw);
-    let mut detectors = Detectors::new(gains, setup.plant.period);
+pub fn watch(setup: &FlightSetup, is_straight: bool) -> Result<Watched, StudyError> {
+    let mut detectors = Detectors::new(setup.plant.period);
     let mut watched = Watched::default();
     // When each detector may count again.
     let mut again_s: Box<PerDetector<f64>> = Box::new([[SETTLED_S; SCALES]; KINDS]);
     let (mut active, mut lost) = (false, false);
     let h = setup.plant.period.as_seconds();
     fly(setup, &mut |record| {
-        let (t_s, z2) = (record.truth.time.as_seconds(), &record.log.z2);
+        let (t_s, level) = (record.truth.time.as_seconds(), over_level(&record.log));
         lost |= setup.plant.airframe.limits.are_exceeded(&(&record.truth).into());
-        detectors.step(z2, |kind, index| {
+        detectors.step(&level, |kind, index| {
             if t_s >= again_s[kind][index] {
                 watched.alarms[kind][index] += 1;
                 again_s[kind][index] = t_s + AGAIN_S;
@@ -233,12 +272,11 @@ pub fn watch(setup: &FlightSetup) -> Result<Watched, StudyError> {
         if t_s < SETTLED_S {
             return;
         }
-        let level = z2.abs().component_div(&levels);
         watched.squares += level.component_mul(&level);
-        watched.largest = watched.largest.sup(&level);
+        watched.largest = watched.largest.sup(&level.abs());
         watched.ticks += 1.0;
         watched.seconds += h;
-        watched.manoeuvring_s += if manoeuvres(t_s) { h } else { 0.0 };
+        watched.manoeuvring_s += if manoeuvres(t_s) && !is_straight { h } else { 0.0 };
         watched.flown += u32::from(record.log.compensator_active && !active);
         active = record.log.compensator_active;
     })?;
@@ -321,11 +359,15 @@ pub struct Delays {
 ///
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown.
-pub fn measure_delays(options: &Options, airframe: &Airframe) -> Result<Vec<Delays>, StudyError> {
+pub fn measure_delays(
+    options: &Options,
+    grade: GradeName,
+    airframe: &Airframe,
+) -> Result<Vec<Delays>, StudyError> {
     let items: Vec<(Fault, u64)> =
         FAULTS.iter().flat_map(|fault| (0..SEEDS).map(|seed| (*fault, seed))).collect();
     let one = |(fault, number): &(Fault, u64)| {
-        noticed(options, airframe, fault, options.seed.wrapping_add(*number))
+        noticed(&options.air(grade), airframe, fault, options.seed.wrapping_add(*number))
     };
     let flights = runner::map("faults", &items, one).into_iter().collect::<Result<Vec<_>, _>>()?;
     let per_fault = flights.chunks(usize::try_from(SEEDS).unwrap_or(1));
@@ -353,12 +395,12 @@ impl Delays {
 
 /// Time from the fault until each detector wakes, s. A false alarm before does not count.
 fn noticed(
-    options: &Options,
+    air: &Air,
     airframe: &Airframe,
     fault: &Fault,
     seed: u64,
 ) -> Result<Box<PerDetector<f64>>, StudyError> {
-    let [_, design, _] = CONDITIONS;
+    let [_, design, ..] = CONDITIONS;
     let Condition { altitude_m, airspeed_m_s } = design;
     let references = format!(
         "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = {altitude_m:?}\nairspeed_m_s = {airspeed_m_s:?}\n\
@@ -367,15 +409,15 @@ fn noticed(
         fault.roll_deg,
     );
     let duration_s = FAULT_S + WAITED_S;
-    let mut setup = setup(&options.air(), airframe, &design, seed, &references, duration_s)?;
+    let mut setup = setup(air, airframe, &design, seed, &references, duration_s)?;
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);
     let (effector, kind, timing) = (fault.effector, fault.kind, Timing::at(onset));
     setup.plant.faults = vec![ScheduledFault { target: effector.into(), kind, timing }];
-    let mut detectors = Detectors::new(&setup.parameters.gains.activation, setup.plant.period);
+    let mut detectors = Detectors::new(setup.plant.period);
     let mut delays: Box<PerDetector<f64>> = Box::new([[f64::INFINITY; SCALES]; KINDS]);
     fly(&setup, &mut |record| {
         let after_s = record.truth.time.as_seconds() - FAULT_S;
-        detectors.step(&record.log.z2, |kind, index| {
+        detectors.step(&over_level(&record.log), |kind, index| {
             if after_s >= 0.0 && delays[kind][index].is_infinite() {
                 delays[kind][index] = after_s;
             }
@@ -391,7 +433,7 @@ mod tests {
     #[test]
     fn half_of_a_programme_is_manoeuvres_and_every_one_can_be_flown() {
         for (seed, condition) in (0..30).zip(CONDITIONS.iter().cycle()) {
-            let text = programme(condition, seed);
+            let text = programme(condition, seed, false);
             let schedule = autopilot::config::references("the study", &text).unwrap();
             let entries: Vec<_> = (0..).map_while(|index| schedule.entry(index)).collect();
             // One at the start, two for each of ten manoeuvres.
@@ -410,7 +452,7 @@ mod tests {
 
     #[test]
     fn programmes_repeat_with_their_seed_and_differ_without() {
-        let of = |seed| programme(&CONDITIONS[0], seed);
+        let of = |seed| programme(&CONDITIONS[0], seed, false);
         assert_eq!(of(3), of(3));
         assert_ne!(of(3), of(4));
     }

@@ -4,32 +4,37 @@ use std::fmt::Write as _;
 
 use flight_control::Gains;
 use maud::{PreEscaped, html};
+use plant_sim::GradeName;
 
-use super::detectors::{DWELLS_S, KINDS, SCALES, scale};
-use super::flights::{CONDITIONS, FAULTS, SEEDS, WAITED_S};
-use super::{ALLOWED_PER_H, Options, Shipped, Study, bound_per_h, kind_name, of_kind};
+use super::detectors::{KINDS, SCALES, scale};
+use super::flights::{FAULTS, SEEDS, WAITED_S, Watched};
+use super::{ALLOWED_PER_H, GradeStudy, Options, Shipped, bound_per_h, of_kind};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Rule, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::page;
 
 /// One row a detector: alarms at each flight condition and together, with the bound.
-pub fn alarms_csv(study: &Study) -> String {
-    let mut text = String::from(
-        "lag_s,dwell_s,level,alarms_slow,alarms_design,alarms_fast,alarms,hours,alarms_per_h,bound_95_per_h\n",
-    );
-    let all = study.healthy();
-    let hours = all.seconds / 3_600.0;
-    for kind in 0..KINDS {
-        let (lag_s, dwell_s) = of_kind(kind);
-        for index in 0..SCALES {
-            let [a, b, c] = study.conditions.each_ref().map(|at| at.alarms[kind][index]);
+pub fn alarms_csv(options: &Options, study: &[GradeStudy]) -> String {
+    let mut text = String::from("sensors,lag_s,dwell_s,level");
+    for condition in &options.conditions {
+        // Writing to a string cannot fail, here and below.
+        let _ = write!(text, ",alarms_{condition}");
+    }
+    text += ",alarms,hours,alarms_per_h,bound_95_per_h\n";
+    for of_grade in study {
+        let all = of_grade.healthy();
+        let hours = all.seconds / 3_600.0;
+        for (kind, index) in (0..KINDS).flat_map(|kind| (0..SCALES).map(move |i| (kind, i))) {
+            let (lag_s, dwell_s) = of_kind(kind);
+            let _ = write!(text, "{},{lag_s},{dwell_s},{:.1}", of_grade.grade.key(), scale(index));
+            for at in &of_grade.conditions {
+                let _ = write!(text, ",{}", at.alarms[kind][index]);
+            }
             let alarms = all.alarms[kind][index];
-            // Writing to a string cannot fail, here and below.
             let _ = writeln!(
                 text,
-                "{lag_s},{dwell_s},{:.1},{a},{b},{c},{alarms},{hours:.3},{:.4},{:.4}",
-                scale(index),
+                ",{alarms},{hours:.3},{:.4},{:.4}",
                 f64::from(alarms) / hours,
                 bound_per_h(alarms, all.seconds)
             );
@@ -39,9 +44,10 @@ pub fn alarms_csv(study: &Study) -> String {
 }
 
 /// One row a detector and fault.
-pub fn delays_csv(study: &Study) -> String {
-    let mut text = String::from("fault,lag_s,dwell_s,level,median_s,longest_s\n");
-    for delays in &study.delays {
+pub fn delays_csv(study: &[GradeStudy]) -> String {
+    let mut text = String::from("sensors,fault,lag_s,dwell_s,level,median_s,longest_s\n");
+    let all = study.iter().flat_map(|of| of.delays.iter().map(move |delays| (of.grade, delays)));
+    for (grade, delays) in all {
         for kind in 0..KINDS {
             let (lag_s, dwell_s) = of_kind(kind);
             for index in 0..SCALES {
@@ -49,7 +55,8 @@ pub fn delays_csv(study: &Study) -> String {
                     (delays.median_s[kind][index], delays.longest_s[kind][index]);
                 let _ = writeln!(
                     text,
-                    "\"{}\",{lag_s},{dwell_s},{:.1},{median_s:.3},{longest_s:.3}",
+                    "{},\"{}\",{lag_s},{dwell_s},{:.1},{median_s:.3},{longest_s:.3}",
+                    grade.key(),
                     delays.fault.name,
                     scale(index)
                 );
@@ -60,7 +67,11 @@ pub fn delays_csv(study: &Study) -> String {
 }
 
 /// What matters, in Markdown.
-pub fn summary(options: &Options, study: &Study) -> String {
+pub fn summary(options: &Options, study: &[GradeStudy]) -> String {
+    study.iter().map(|of_grade| summary_of(options, of_grade)).collect::<Vec<_>>().join("\n")
+}
+
+fn summary_of(options: &Options, study: &GradeStudy) -> String {
     let Shipped { kind, index } = Shipped::find();
     let all = study.healthy();
     let hours = all.seconds / 3_600.0;
@@ -69,22 +80,22 @@ pub fn summary(options: &Options, study: &Study) -> String {
     let gains = Gains::REFERENCE.activation;
     let verdict = if bound <= ALLOWED_PER_H { "holds" } else { "is not shown" };
     let mut text = format!(
-        "Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
-         manoeuvres,\nturbulence {} m/s, gyro noise {} deg/s, seed {}. Upper 95 % bound {bound:.2} an hour; \"at most {ALLOWED_PER_H} \
+        "Sensors: {}. Levels {}, {}, {} rad/s2 (roll, pitch, yaw) for {} s: {alarms} alarms in {hours:.1} h of healthy flight, {:.0} % of it in \
+         manoeuvres,\nturbulence {} m/s, seed {}. Upper 95 % bound {bound:.2} an hour; \"at most {ALLOWED_PER_H} \
          an hour\" {verdict}.\nThe detector that flies, which stays awake until it is released, woke {} times. Aircraft lost: {}.\n\n",
+        study.grade.key(),
         gains.level_roll,
         gains.level_pitch,
         gains.level_yaw,
         gains.on_dwell_s,
         100.0 * all.manoeuvring_s / all.seconds,
         options.turbulence_m_s,
-        options.gyro_noise_deg_s,
         options.seed,
         all.flown,
         all.lost,
     );
     text += "| flight condition | hours | alarms | rms of z2 over its level: roll, pitch, yaw | largest |\n|---|---|---|---|---|\n";
-    for (condition, at) in CONDITIONS.iter().zip(&study.conditions) {
+    for (condition, at) in options.conditions.iter().zip(&study.conditions) {
         let (rms, largest) = (at.rms(), at.largest);
         let _ = writeln!(
             text,
@@ -117,7 +128,7 @@ pub fn summary(options: &Options, study: &Study) -> String {
 }
 
 /// For each lag and dwell the lowest level with which the bound is kept, and the delays that follow.
-fn lowest_levels(study: &Study) -> String {
+fn lowest_levels(study: &GradeStudy) -> String {
     let all = study.healthy();
     let mut text = String::from(
         "\n| lag, s | dwell, s | lowest level for the bound | alarms | delay of case 1, s | delay of case 2, s | faults noticed |\n\
@@ -148,7 +159,7 @@ fn lowest_levels(study: &Study) -> String {
 }
 
 /// One page that opens without a network.
-pub fn page(options: &Options, study: &Study, figure: &Figure) -> String {
+pub fn page(options: &Options, study: &[GradeStudy], figure: &Figure) -> String {
     let body = html! {
         h1 { "False alarms and detection delay" }
         figure {
@@ -160,12 +171,11 @@ pub fn page(options: &Options, study: &Study, figure: &Figure) -> String {
     page::page("False alarms", "", &body)
 }
 
-/// The detectors that are drawn: without lag at the shortest and a long dwell, and with two lags.
-const DRAWN: [(usize, Ink); 4] = [
-    (0, Ink::new("#0050aa", Pattern::Solid)),
-    (2, Ink::new("#007d37", Pattern::Dashed)),
-    (DWELLS_S.len(), Ink::new("#c81e1e", Pattern::Dotted).wide(2.5)),
-    (2 * DWELLS_S.len(), Ink::new("#963ca0", Pattern::Fine)),
+/// Lines of the grades, in the order of [`GradeName::ALL`].
+const DRAWN: [Ink; GradeName::ALL.len()] = [
+    Ink::new("#0050aa", Pattern::Solid),
+    Ink::new("#007d37", Pattern::Dashed),
+    Ink::new("#c81e1e", Pattern::Dotted).wide(2.5),
 ];
 /// The paper's faults and the two weakest that are noticed, by their place in the list of faults.
 const DRAWN_FAULTS: [(usize, &str); 3] = [
@@ -181,25 +191,32 @@ const DELAY_MAX_S: f64 = 0.5;
 /// The rate that is allowed.
 const ALLOWED: Ink = Ink::new("#8a5a00", Pattern::Dashed).wide(1.0);
 
-/// Rate over level, and delay over rate for three faults.
-pub fn figure(study: &Study) -> Figure {
-    let all = study.healthy();
-    let title = format!(
-        "Detection delay over false alarms, {:.0} h of healthy flight",
-        all.seconds / 3_600.0
-    );
-    let rate = |kind: usize, index: usize| {
-        libm::log10(bound_per_h(all.alarms[kind][index], all.seconds)).clamp(RATES.0, RATES.1)
-    };
+/// Rate over level, and delay over rate for three faults: the detector that flies, its levels changed, with each grade of sensors.
+pub fn figure(study: &[GradeStudy]) -> Figure {
+    let hours = study.iter().map(|of| of.healthy().seconds).fold(0.0, f64::max) / 3_600.0;
+    let title = format!("Detection delay over false alarms, {hours:.0} h of healthy flight");
+    let Shipped { kind, index: flies } = Shipped::find();
+    let rates: Vec<Vec<f64>> = study.iter().map(|of| rates(&of.healthy(), kind)).collect();
     let allowed = libm::log10(ALLOWED_PER_H);
     let label = format!("allowed: {ALLOWED_PER_H} an hour");
     let marks = [Mark { x: allowed, number: None, ink: ALLOWED, label: label.clone() }];
+    let inks: Vec<Ink> = study.iter().map(|of| DRAWN[of.grade as usize]).collect();
+    let panel = |at: &dyn Fn(usize, usize) -> Option<Point>| {
+        let curve = |(place, ink): (usize, &Ink)| {
+            Curve::unnamed((0..SCALES).map_while(|index| at(place, index)).collect(), *ink)
+        };
+        let ring = |at| Symbol { at, shape: Shape::Ring, colour: "#000000", label: String::new() };
+        Panel {
+            curves: inks.iter().enumerate().map(curve).collect(),
+            symbols: (0..inks.len()).filter_map(|place| at(place, flies)).map(ring).collect(),
+            ..Panel::default()
+        }
+    };
     let delays = DRAWN_FAULTS.map(|(fault, title)| {
-        let median_s = study.delays.get(fault).map(|delays| &delays.median_s);
         // Beyond the axis a curve ends; a fault that was not flown has none.
-        let at = |kind: usize, index: usize| {
-            let delay_s = median_s?[kind][index];
-            (delay_s <= DELAY_MAX_S).then(|| (rate(kind, index), delay_s))
+        let at = |place: usize, index: usize| {
+            let delay_s = study[place].delays.get(fault)?.median_s[kind][index];
+            (delay_s <= DELAY_MAX_S).then(|| (rates[place][index], delay_s))
         };
         Panel {
             title: title.to_owned(),
@@ -208,43 +225,34 @@ pub fn figure(study: &Study) -> Figure {
             x: RATES,
             y: (0.0, DELAY_MAX_S),
             marks: &marks,
-            ..with_curves(at)
+            ..panel(&at)
         }
     });
     let [b, c, d] = delays;
-    let rates = Panel {
+    let a = Panel {
         title: "(a) False alarms".to_owned(),
         x_label: "level over that of the gains",
         y_label: "log10 of false alarms an hour",
         x: (scale(0), scale(SCALES - 1)),
         y: RATES,
         rules: vec![Rule { value: allowed, label: label.clone() }],
-        ..with_curves(|kind, index| Some((scale(index), rate(kind, index))))
+        ..panel(&|place, index| Some((scale(index), rates[place][index])))
     };
-    let names = DRAWN.map(|(kind, _)| kind_name(kind));
-    let curves = names.iter().zip(DRAWN).map(|(name, (_, ink))| (name.as_str(), ink));
+    let curves = study.iter().zip(&inks).map(|(of, ink)| (of.grade.key(), *ink));
     let legend: Vec<_> = curves.chain([(label.as_str(), ALLOWED)]).collect();
-    let svg = sheet(&title, &legend, 2, &[rates, b, c, d]);
+    let svg = sheet(&title, &legend, 2, &[a, b, c, d]);
     let caption = format!(
-        "{title}. Each curve is one lag on z2 and one dwell; along it the levels rise from {:.1} to {:.1} of those in the \
-         gains. The rate is the upper 95 % bound. The ring is the detector that flies, the thin line the rate that is allowed. Delays \
-         are medians in the same air.",
+        "{title} with each grade of sensors. Along a curve the levels rise from {:.1} to {:.1} of those that fly, without lag. The \
+         rate is the upper 95 % bound. A ring is the detector that flies, the thin line the rate that is allowed. Delays are medians \
+         in the same air.",
         scale(0),
         scale(SCALES - 1),
     );
     Figure { name: "false-alarms", caption, svg }
 }
 
-/// The curve of each drawn detector up to the first level without a point, and the ring of the one that flies.
-fn with_curves<'a>(at: impl Fn(usize, usize) -> Option<Point>) -> Panel<'a> {
-    let curve = |(kind, ink): (usize, Ink)| {
-        Curve::unnamed((0..SCALES).map_while(|index| at(kind, index)).collect(), ink)
-    };
-    let Shipped { kind, index } = Shipped::find();
-    let ring = |at| Symbol { at, shape: Shape::Ring, colour: "#000000", label: String::new() };
-    Panel {
-        curves: DRAWN.into_iter().map(curve).collect(),
-        symbols: at(kind, index).map(ring).into_iter().collect(),
-        ..Panel::default()
-    }
+/// Logarithm of the bound of the rate, by level.
+fn rates(all: &Watched, kind: usize) -> Vec<f64> {
+    let of = |index: usize| libm::log10(bound_per_h(all.alarms[kind][index], all.seconds));
+    (0..SCALES).map(|index| of(index).clamp(RATES.0, RATES.1)).collect()
 }

@@ -286,7 +286,7 @@ pub fn fly_healthy(
         let condition = &CONDITIONS[usize::try_from(flight % 3).unwrap_or(0)];
         // Other air than that of the faults.
         let seed = options.seed.wrapping_add(1 << 32).wrapping_add(*flight);
-        let references = programme(condition, seed);
+        let references = programme(condition, seed, false);
         let setup = setup(&options.air(), airframe, condition, seed, &references, FLIGHT_S)?;
         watch(&select(setup, &VARIANTS[*law]))
     };
