@@ -108,11 +108,12 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError>
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let out = options.out.as_path();
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let duration_s = Sides::of(&options.aircraft)?.duration_s;
     let flown = study(options)?;
-    for (name, bytes) in results::figure(&flown).files()? {
+    for (name, bytes) in results::figure(duration_s, &flown).files()? {
         write(&out.join(name), &bytes)?;
     }
-    let summary = results::summary(options, &flown);
+    let summary = results::summary(options, duration_s, &flown);
     write(&out.join("estimator.md"), summary.as_bytes())?;
     write(&out.join("nees.csv"), results::csv(&flown).as_bytes())?;
     print_line!("{summary}\nwrote {}", out.display());

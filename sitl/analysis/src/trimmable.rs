@@ -85,6 +85,27 @@ pub struct Sweep {
     pub rows: Vec<Row>,
 }
 
+impl Sweep {
+    /// A flight with a margin is a flight: the search, which is local, may have found it there only.
+    fn include(&mut self, with_margin: &Self) {
+        include(&mut self.rows, &with_margin.rows);
+        self.limits = match (self.limits, with_margin.limits) {
+            (Some([low, high]), Some([other_low, other_high])) => {
+                Some([low.min(other_low), high.max(other_high)])
+            }
+            (one, other) => one.or(other),
+        };
+    }
+}
+
+/// The same for the jams themselves.
+fn include(rows: &mut [Row], with_margin: &[Row]) {
+    for row in rows.iter_mut().filter(|row| row.flight.is_none()) {
+        let same = with_margin.iter().find(|other| other.jams == row.jams);
+        row.flight = same.and_then(|other| other.flight);
+    }
+}
+
 /// A set by its place, whether the margin is required, and the search.
 type SetSearch<'a> = (usize, bool, Search<'a>);
 /// A set by its place, whether the margin is required, and jams.
@@ -188,9 +209,18 @@ impl Study {
         let count = self.airframe().effectors.len();
         let items: Vec<_> =
             searches.iter().flat_map(|search| (0..count).map(move |e| (search, e))).collect();
-        runner::map("jams of one effector", &items, |((set, margin, search), effector)| {
-            self.sweep(*set, *margin, search, *effector, step_deg)
-        })
+        let mut sweeps =
+            runner::map("jams of one effector", &items, |((set, margin, search), effector)| {
+                self.sweep(*set, *margin, search, *effector, step_deg)
+            });
+        // Each set stands twice, without and with the margin.
+        for both in sweeps.chunks_mut(2 * count) {
+            let (bare, with_margin) = both.split_at_mut(count);
+            for (bare, with_margin) in bare.iter_mut().zip(with_margin) {
+                bare.include(with_margin);
+            }
+        }
+        sweeps
     }
 
     /// Positions at which an effector jams: zero, of an engine the thrust of a healthy flight, and from there outwards on
@@ -285,7 +315,8 @@ impl Study {
             let (middle, [below, above]) = self.jams(effector, step_deg, None);
             below.into_iter().rev().chain([middle]).chain(above).collect::<Vec<f64>>()
         };
-        runner::map("jams of two effectors", &items, |((set, margin, search), one, other)| {
+        let mut pairs = runner::map("jams of two effectors", &items, |item| {
+            let ((set, margin, search), one, other) = item;
             let mut rows: Vec<Row> = Vec::new();
             let others = all(*other);
             for at in all(*one) {
@@ -304,7 +335,14 @@ impl Study {
                 }
             }
             (*set, *margin, rows)
-        })
+        });
+        for both in pairs.chunks_mut(count * (count - 1)) {
+            let (bare, with_margin) = both.split_at_mut(both.len() / 2);
+            for ((.., bare), (.., with_margin)) in bare.iter_mut().zip(with_margin) {
+                include(bare, with_margin);
+            }
+        }
+        pairs
     }
 
     /// Position in the unit of people: deg or kN.

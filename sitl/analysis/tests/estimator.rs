@@ -85,3 +85,17 @@ fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
         }
     }
 }
+
+#[test]
+fn the_flights_last_as_long_as_the_scenario_says() {
+    let of = |text: &str| {
+        let settings = vec![Setting::parse(text).expect("a key")];
+        let aircraft = AircraftArgs { settings, ..AircraftArgs::default() };
+        study(&Options { flights: 1, ..options(aircraft) })
+    };
+    let flown = of("plant.duration_s=25").expect("the flights begin");
+    // Judged once a second, from the start on.
+    assert!(flown.iter().all(|flights| flights[0].nees.len() == 26));
+    let refused = of("plant.duration_s=20").expect_err("nothing is left to be judged").to_string();
+    assert!(refused.contains("duration_s = 20") && refused.contains("21"), "{refused}");
+}

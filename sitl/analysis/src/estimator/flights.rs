@@ -7,6 +7,7 @@ use flight_control::estimator::covariance::{ATTITUDE, FORCE_BIAS, GYRO_BIAS, VEL
 use flight_control::{AircraftModel, CompensatorMode, Estimator, NavigationState};
 use icd::{ControlPeriod, SimTime};
 use nalgebra::{Matrix3, Vector3};
+use plant_sim::range::check_range;
 use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantPart, Start, scenario};
 
@@ -25,8 +26,8 @@ pub const GROUPS: [(&str, &str, f64); 6] = [
     ("accelerometer bias", "mg", 9.806_65e-3),
     ("wind", "m/s", 1.0),
 ];
-/// Length of a flight, s.
-pub const FLIGHT_S: f64 = 180.0;
+/// Length of a flight without `plant.duration_s`, s.
+const FLIGHT_S: f64 = 180.0;
 /// The estimate is judged from this time on, s.
 pub const SETTLED_S: f64 = 20.0;
 /// Largest steady wind, m/s, and as a part of the airspeed.
@@ -57,19 +58,20 @@ pub struct Flown {
 }
 
 /// Turns, climbs and changes of speed about a start, drawn by the seed, with straight flight between them.
-fn programme(start: &Start, seed: u64) -> String {
+fn programme(start: &Start, duration_s: f64, seed: u64) -> String {
     let Start { altitude_m, airspeed_m_s, .. } = *start;
     let mut between = draws(seed, *b"--------two-step sitl--4");
     let climb_m = CLIMB_MAX_M.min(CLIMB_MAX_PART * altitude_m);
     let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
-    for part in 0..6 {
-        let at_s = 5.0 + 30.0 * f64::from(part);
+    let mut at_s = 5.0;
+    while at_s < duration_s {
         let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
         let roll_deg = side * between(10.0, 40.0);
         let altitude = altitude_m + between(-climb_m, climb_m);
         let airspeed = airspeed_m_s * (1.0 + between(-0.06, 0.06));
         text += &entry(at_s, roll_deg, altitude, airspeed);
         text += &entry(at_s + 15.0, 0.0, altitude, airspeed);
+        at_s += 30.0;
     }
     text
 }
@@ -81,6 +83,8 @@ pub struct Sides {
     model: AircraftModel,
     plant: PlantPart,
     parameters: Parameters,
+    /// Length of a flight, s.
+    pub duration_s: f64,
 }
 
 impl Sides {
@@ -94,7 +98,13 @@ impl Sides {
         let nominal = Named::shipped("nominal", scenario::NOMINAL);
         let plant = args.scenario(&nominal, &airframe.effectors)?.plant;
         let parameters = args.parameters(model.defaults, &plant.sensors)?;
-        Ok(Self { airframe, model: model.aircraft, plant, parameters })
+        let duration_s = plant.duration_s.unwrap_or(FLIGHT_S);
+        check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS)
+            .map_err(|error| plant_sim::ConfigError::Range {
+                file: "the study".to_owned(),
+                source: Box::new(error),
+            })?;
+        Ok(Self { airframe, model: model.aircraft, plant, parameters, duration_s })
     }
 
     /// The setup of a flight.
@@ -119,14 +129,14 @@ impl Sides {
         case.equip(&mut plant.sensors, &mut parameters);
         let period = ControlPeriod::DEFAULT;
         let plant = plant.setup(self.airframe.clone(), 0, period, default_step_us(period));
-        let programme = programme(&plant.start, seed);
+        let programme = programme(&plant.start, self.duration_s, seed);
         Ok(FlightSetup {
             plant,
             model: self.model,
             parameters,
             references: autopilot::config::references("the study", &programme)?,
             script: None,
-            duration: SimTime::from_seconds(FLIGHT_S).unwrap_or(SimTime::ZERO),
+            duration: SimTime::from_seconds(self.duration_s).unwrap_or(SimTime::ZERO),
         })
     }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::flights::{FLIGHT_S, Flown, GROUPS, PerGroup, SETTLED_S};
+use super::flights::{Flown, GROUPS, PerGroup, SETTLED_S};
 use super::{CASES, Options};
 use crate::chart::panel::{Curve, Panel, Rule};
 use crate::chart::{Figure, Ink, Pattern, sheet};
@@ -59,7 +59,7 @@ fn history(flights: &[Flown], group: usize) -> Vec<(f64, f64)> {
 }
 
 /// Normalised squares over time, a panel for each group.
-pub fn figure(flown: &[Vec<Flown>; CASES.len()]) -> Figure {
+pub fn figure(duration_s: f64, flown: &[Vec<Flown>; CASES.len()]) -> Figure {
     let flights = flown[0].len() as f64;
     let [low, high] = band(flights);
     let panels: Vec<Panel> = GROUPS
@@ -68,7 +68,7 @@ pub fn figure(flown: &[Vec<Flown>; CASES.len()]) -> Figure {
         .map(|(group, (name, ..))| Panel {
             title: format!("{name}, mean of {flights} flights"),
             y_label: "NEES, three states",
-            x: (0.0, FLIGHT_S),
+            x: (0.0, duration_s),
             y: (0.0, NEES_MAX),
             curves: (0..CASES.len())
                 .map(|case| Curve::unnamed(history(&flown[case], group), INKS[case]))
@@ -90,10 +90,10 @@ pub fn figure(flown: &[Vec<Flown>; CASES.len()]) -> Figure {
 }
 
 /// Mean NEES, part below the 95 % quantile, error and standard deviation of each group.
-pub fn summary(options: &Options, flown: &[Vec<Flown>; CASES.len()]) -> String {
+pub fn summary(options: &Options, duration_s: f64, flown: &[Vec<Flown>; CASES.len()]) -> String {
     let [low, high] = band(f64::from(options.flights));
     let mut text = format!(
-        "{} flights of {FLIGHT_S} s for each row, judged once a second from {SETTLED_S} s on; turbulence {} m/s, steady wind up to \
+        "{} flights of {duration_s} s for each row, judged once a second from {SETTLED_S} s on; turbulence {} m/s, steady wind up to \
          20 m/s, seed {}. A consistent estimator has a mean NEES of 3; the mean of {} independent values is within {low:.2} to \
          {high:.2} with 95 % probability.\n\n\
          | sensors | states | mean NEES | seconds with the mean in its band | below 7.81 (95 %) | error, rms | by the estimator, rms |\n\

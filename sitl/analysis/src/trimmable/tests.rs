@@ -161,3 +161,26 @@ fn other_aircraft_have_limits_too() {
     let limits = limits(&study, "rudder", "any", false);
     assert!(limits[0] < -1.0 && limits[1] > 1.0, "{limits:?}");
 }
+
+/// The search finds the engine's end at 8000 m and 230 m/s in a turn of 30 deg a little further with a margin than without.
+#[test]
+fn no_limit_is_wider_with_a_margin_than_without() {
+    let mut airframe = Airframe::paper();
+    (airframe.design_point.altitude_m, airframe.design_point.airspeed_m_s) = (8_000.0, 230.0);
+    let text = sets::SHIPPED.replace("bank_deg = [15.0, 15.0]", "bank_deg = [30.0, 30.0]");
+    let mut sets = sets::read("sets.toml", &text).unwrap();
+    sets.retain(|set| set.key == "bank_15");
+    let study = Study::new(airframe, sets).unwrap();
+    let sweeps = study.singles(10.0);
+    let (bare, with_margin) = sweeps.split_at(sweeps.len() / 2);
+    for (bare, with_margin) in bare.iter().zip(with_margin) {
+        assert_eq!(
+            (bare.effector, bare.margin, with_margin.margin),
+            (with_margin.effector, false, true)
+        );
+        let [[low, high], [margin_low, margin_high]] =
+            [bare, with_margin].map(|sweep| sweep.limits.unwrap());
+        let name = study.effectors()[bare.effector];
+        assert!(low <= margin_low && margin_high <= high, "{name:?}: {bare:?}");
+    }
+}
