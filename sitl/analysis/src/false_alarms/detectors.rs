@@ -161,7 +161,8 @@ mod tests {
             let series = jumps.iter().flat_map(|(value, ticks)| std::iter::repeat_n(*value, *ticks));
             for (tick, roll) in series.enumerate() {
                 let z2 = Vector3::new(roll * gains.level_roll, 0.0, 0.0);
-                if flown.step(&z2, &gains, CompensatorMode::Off).active && theirs_at.is_none() {
+                let wake = flown.step(&z2, &gains.levels(), &gains, CompensatorMode::Off);
+                if wake.active && theirs_at.is_none() {
                     theirs_at = Some(tick);
                 }
                 ours.step(&Vector3::new(roll, 0.0, 0.0), |kind, index| {
