@@ -359,7 +359,8 @@ pub fn losses(
         .flat_map(|row| (0..flights).map(move |flight| (*row, options.seed.wrapping_add(flight))))
         .collect();
     let flown = runner::map("losses", &items, |((sensor, rms, turns), seed)| {
-        let fault = sensor.map(|sensor| (sensor, FaultKind::Off));
+        let off = |sensor| kinds(sensor).into_iter().find(|kind| kind.info().key == "off");
+        let fault = sensor.and_then(|sensor| Some((sensor, off(sensor)?)));
         fly_without(&sides, options.grade, *rms, *turns, fault, *seed)
     });
     let flown: Vec<Lost> = flown.into_iter().collect::<Result<_, _>>()?;

@@ -52,7 +52,13 @@ fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
         let what = format!("{} {}: {flown:?}", sensor.name(), kind.info().key);
         // Nothing stands in for rates; a slow error of the vanes is taken for sideslip.
         let is_lost = match sensor {
-            SensorKind::Gyro => !matches!(kind, FaultKind::Biased { .. } | FaultKind::Noisy { .. }),
+            SensorKind::Gyro => matches!(
+                kind,
+                FaultKind::Off
+                    | FaultKind::StuckHere
+                    | FaultKind::Delayed { .. }
+                    | FaultKind::Intermittent { .. }
+            ),
             SensorKind::Vanes => matches!(kind, FaultKind::Drifting { .. }),
             _ => false,
         };

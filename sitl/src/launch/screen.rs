@@ -269,7 +269,7 @@ mod tests {
         flight.plant = PlantState::Terminated;
         assert!(outcome(&flight)[0].contains("terminated, at 5000 m"));
         let running = PaceState { paused: false, speed: Some(1.0) };
-        assert!(plain_line(&flight, running, None).ends_with("FLIGHT TERMINATED"));
+        assert!(plain_line(&flight, running, None).contains("x1.0   FLIGHT TERMINATED"));
         flight.plant = PlantState::Lost;
         assert!(outcome(&flight)[0].contains("the plant was lost in the air"));
     }

@@ -1,7 +1,7 @@
 use std::fs;
 use std::io::Write as _;
 use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _, symlink};
-use std::process::{self, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use super::*;
 use flight_management::parameters::to_text;
@@ -77,11 +77,9 @@ fn a_save_that_a_client_waits_for_is_reported_by_its_number() {
 #[test]
 fn a_write_that_fails_leaves_the_old_file() {
     let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("parameters.toml");
-    replace(&path, &text(40.0)).unwrap();
-    // A folder has the name that the new file needs.
-    let taken = folder.path().join(format!("parameters.toml.{}.new", process::id()));
-    fs::create_dir(taken).unwrap();
+    // The new file, whose name is longer, cannot be created beside it.
+    let path = folder.path().join("p".repeat(250));
+    fs::write(&path, text(40.0)).unwrap();
     assert!(replace(&path, &text(50.0)).is_err());
     assert_eq!(bandwidth(&path), 40.0);
 }
