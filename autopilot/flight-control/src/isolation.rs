@@ -63,7 +63,7 @@ const MOVES_S: f64 = 1.0;
 const CLEARED: f64 = 0.98;
 /// Part of the largest axis by which the model may be wrong on the others, in activation levels.
 const CROSS_ERROR: f64 = 0.3;
-/// A verdict is dropped below this probability, and an effector is no longer cleared from it on.
+/// A verdict is dropped below this probability.
 const DROPPED_BELOW: f64 = 0.5;
 
 /// Which effectors are not healthy.
@@ -136,8 +136,6 @@ pub struct Isolation {
     period: ControlPeriod,
     asleep: Asleep,
     awake: Option<Awake>,
-    /// Effectors that have been cleared since the detector woke; the end of a fault does not change that.
-    cleared: EffectorSet,
     /// Time until the next sample while asleep, us.
     due_us: u32,
     /// The fault has ended, and no other one has begun: time for which none is looked for, us.
@@ -167,6 +165,8 @@ struct Awake {
     ended_s: f64,
     /// How long each effector has been cleared without a break, s.
     clear_s: PerEffector<f64>,
+    /// The effectors that have been so for long enough.
+    cleared: EffectorSet,
     log: IsolationLog,
     test: TestDeflection,
 }
@@ -175,14 +175,7 @@ impl Isolation {
     /// Nothing is known.
     #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
-        Self {
-            period,
-            asleep: Asleep::default(),
-            awake: None,
-            cleared: EffectorSet::default(),
-            due_us: 0,
-            rests_us: None,
-        }
+        Self { period, asleep: Asleep::default(), awake: None, due_us: 0, rests_us: None }
     }
 
     /// Back to the start.
@@ -195,7 +188,6 @@ impl Isolation {
         let period_us = self.period.as_micros();
         if !input.active {
             (self.awake, self.rests_us) = (None, None);
-            self.cleared = EffectorSet::default();
             self.due_us = self.due_us.saturating_sub(period_us);
             if self.due_us == 0 {
                 self.due_us = SAMPLE_US;
@@ -212,7 +204,7 @@ impl Isolation {
         }
         let asleep = self.asleep;
         let awake = self.awake.get_or_insert_with(|| Awake::new(input, &asleep));
-        awake.step(input, &asleep, gains, &mut self.cleared, self.period);
+        awake.step(input, &asleep, gains, self.period);
         if awake.ended_s >= CALM_S {
             (self.awake, self.rests_us) = (None, Some(RESTS_US));
             return IsolationLog::default();
@@ -246,9 +238,9 @@ impl Isolation {
     /// What an allocation may count on.
     #[must_use]
     pub fn known(&self, mode: IsolationMode) -> Known {
-        match mode {
-            IsolationMode::Use => Known { cleared: self.cleared },
-            IsolationMode::Report | IsolationMode::Test => Known::default(),
+        match &self.awake {
+            Some(awake) if mode == IsolationMode::Use => Known { cleared: awake.cleared },
+            _ => Known::default(),
         }
     }
 }
@@ -270,6 +262,7 @@ impl Awake {
             behaves_s: 0.0,
             ended_s: 0.0,
             clear_s: PerEffector::default(),
+            cleared: EffectorSet::default(),
             log: IsolationLog::default(),
             test: TestDeflection::default(),
         }
@@ -280,7 +273,6 @@ impl Awake {
         input: &IsolationInput<'_>,
         asleep: &Asleep,
         gains: &IsolationGains,
-        cleared: &mut EffectorSet,
         period: ControlPeriod,
     ) {
         let (h, period_us) = (period.as_seconds(), period.as_micros());
@@ -299,7 +291,7 @@ impl Awake {
         }
         if self.look_due_us == 0 {
             self.look_due_us = LOOK_US;
-            self.look(input, gains, cleared);
+            self.look(input, gains);
         }
     }
 
@@ -359,12 +351,7 @@ impl Awake {
 
     /// Probabilities from the evidence, persistence, verdict. None changes while a fault seems to end, which looks like an
     /// effector that moves by itself.
-    fn look(
-        &mut self,
-        input: &IsolationInput<'_>,
-        gains: &IsolationGains,
-        cleared: &mut EffectorSet,
-    ) {
+    fn look(&mut self, input: &IsolationInput<'_>, gains: &IsolationGains) {
         if self.ended_s > 0.0 {
             return;
         }
@@ -377,7 +364,7 @@ impl Awake {
         (self.log.likely, self.log.probability) = (best.effectors, probability);
 
         let look_s = f64::from(LOOK_US) * 1.0e-6;
-        *cleared = self.clear(*cleared, &candidates, &columns, gains);
+        self.clear(&candidates, &columns, gains);
         let is_candidate = best.behaviour.is_some() && probability >= gains.confidence;
         self.persists_s = match is_candidate {
             true if self.candidate == best.effectors => self.persists_s + look_s,
@@ -414,28 +401,18 @@ impl Awake {
         }
     }
 
-    /// The effectors that none of the probable hypotheses needs, for long enough; until one of them is probable.
-    fn clear(
-        &mut self,
-        mut cleared: EffectorSet,
-        candidates: &Candidates,
-        columns: &[Column],
-        gains: &IsolationGains,
-    ) -> EffectorSet {
+    /// Which effectors none of the probable hypotheses needs, for long enough.
+    fn clear(&mut self, candidates: &Candidates, columns: &[Column], gains: &IsolationGains) {
         let look_s = f64::from(LOOK_US) * 1.0e-6;
         for effector in columns.iter().map(|column| column.effector) {
-            let needs = |other: &Candidate| other.effectors.contains(&Some(effector));
-            let without = |other: &Candidate| other.behaviour.is_some() && !needs(other);
-            let is_clear = probability(candidates, without) >= CLEARED;
+            let without = probability(candidates, |other| {
+                other.behaviour.is_some() && !other.effectors.contains(&Some(effector))
+            });
             let clear_s = &mut self.clear_s[effector];
-            *clear_s = if is_clear { *clear_s + look_s } else { 0.0 };
-            if *clear_s + 0.5 * look_s >= gains.persistence_s {
-                cleared = cleared.with(effector, true);
-            } else if probability(candidates, needs) >= DROPPED_BELOW {
-                cleared = cleared.with(effector, false);
-            }
+            *clear_s = if without >= CLEARED { *clear_s + look_s } else { 0.0 };
+            let is_cleared = *clear_s + 0.5 * look_s >= gains.persistence_s;
+            self.cleared = self.cleared.with(effector, is_cleared);
         }
-        cleared
     }
 }
 

@@ -126,6 +126,8 @@ struct Awake {
     shortage: f64,
     /// σ.
     relief: f64,
+    /// What a healthy rudder gives of s̄, rad/s².
+    rudder: f64,
     thrust: Thrust,
 }
 
@@ -192,8 +194,11 @@ impl Relief {
             self.allocate(&demand, &preferred, main, 0.0, input, gains);
         let mut missing = demand - model.effectors(at, &positions);
         let quick = self.shortage(missing.z, gains);
-        if stands_in(input) {
-            let yaw = self.awake.shortage;
+        // Taken at once, since s̄ is late itself; given back by and by, since the others have to take it over.
+        let left = self.awake.rudder * (1.0 - fraction(self.h, gains.shortage_lag_s));
+        let yaw = if stands_in(input) { self.awake.shortage } else { left };
+        self.awake.rudder = yaw;
+        if yaw != 0.0 {
             (positions, limited) = self.allocate(&demand, &preferred, main, yaw, input, gains);
             missing = demand - model.effectors(at, &positions);
         }
@@ -238,7 +243,7 @@ impl Relief {
     }
 
     /// u: positions of all angles inside their travel, rad, and which are at an end of it. Other entries are those of `main`.
-    /// A rudder that is known to be healthy gives up to `yaw`, rad/s², any other one stays.
+    /// The rudder gives up to `yaw`, rad/s².
     fn allocate(
         &mut self,
         demand: &Vector3<f64>,
@@ -248,7 +253,7 @@ impl Relief {
         input: &ReliefInput<'_>,
         gains: &ReliefGains,
     ) -> (PerEffector<f64>, EffectorSet) {
-        let ReliefInput { at, model, known, .. } = *input;
+        let ReliefInput { at, model, .. } = *input;
         let effectors = &model.aircraft().effectors;
         let [_, nozzle_yaw] = model.nozzle_effectors();
         let columns = Columns::whole(model, at, |effector, column| {
@@ -261,8 +266,7 @@ impl Relief {
             // An aircraft without a nozzle has nothing else in yaw.
             if nozzle_yaw.is_some() && effectors.gains[effector].yaw != 0.0 {
                 let (at, effect) = (main[effector], column.effect.z);
-                let gives = known.is_cleared(effector) && effect != 0.0;
-                let to = if gives { at + yaw / effect } else { at };
+                let to = if effect == 0.0 { at } else { at + yaw / effect };
                 let to = to.max(column.min).min(column.max);
                 (column.min, column.max) = (at.min(to), at.max(to));
             }
