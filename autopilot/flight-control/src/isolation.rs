@@ -49,8 +49,10 @@ const ASLEEP_LEVEL: f64 = 1.0;
 const OFFSET_LEVEL: f64 = 0.3;
 /// Square of an estimate, in deviations, that is no more than noise: of three axes, 99.3 % are below it.
 const NOISE_SQUARE: f64 = 12.0;
-/// A fault has ended when the estimate is this part of its distance from what the fault would give, in squares.
+/// A fault seems to end when the estimate is this part of its distance from what the fault would give, in squares.
 const ENDED_SQUARE: f64 = 0.25;
+/// It is over when it is also this part of what the fault would give, in squares: one that swings passes zero quickly.
+const OVER_SQUARE: f64 = 0.0625;
 /// An estimate that is no more than noise for this long, on balance, ends every fault, s.
 const CALM_S: f64 = 1.0;
 /// One that contradicts what is suspected counts so many times.
@@ -61,6 +63,8 @@ const RESTS_US: u32 = 1_000_000;
 const MOVES_S: f64 = 1.0;
 /// An effector is cleared while the hypotheses of other ones have this probability together.
 const CLEARED: f64 = 0.98;
+/// An effector is tested if it has this probability.
+const TESTED: f64 = 0.05;
 /// Part of the largest axis by which the model may be wrong on the others, in activation levels.
 const CROSS_ERROR: f64 = 0.3;
 /// A verdict is dropped below this probability.
@@ -163,6 +167,8 @@ struct Awake {
     behaves_s: f64,
     /// How long the estimate has been noise, or nearer to it than to what is suspected, on balance, s.
     ended_s: f64,
+    /// It is nearer to noise than to what is suspected now.
+    seems_over: bool,
     /// How long each effector has been cleared without a break, s.
     clear_s: PerEffector<f64>,
     /// The effectors that have been so for long enough.
@@ -261,6 +267,7 @@ impl Awake {
             best: None,
             behaves_s: 0.0,
             ended_s: 0.0,
+            seems_over: false,
             clear_s: PerEffector::default(),
             cleared: EffectorSet::default(),
             log: IsolationLog::default(),
@@ -313,11 +320,13 @@ impl Awake {
 
         let square = |z: Vector3<f64>| z.component_mul(&z).component_div(&noise).sum();
         let expected = self.best.and_then(|best| best.estimate(&columns));
-        let away = expected.map_or(0.0, |expected| square(z2 - expected));
-        let times = match square(z2) {
-            here if away > NOISE_SQUARE && here < ENDED_SQUARE * away => CONTRADICTS,
-            here if here < NOISE_SQUARE => 1.0,
-            _ => -1.0,
+        let [away, size] = expected.map_or([0.0; 2], |expected| [z2 - expected, expected].map(square));
+        let here = square(z2);
+        self.seems_over = away > NOISE_SQUARE && here < ENDED_SQUARE * away;
+        let times = match self.seems_over {
+            true if here < NOISE_SQUARE.max(OVER_SQUARE * size) => CONTRADICTS,
+            _ if here < NOISE_SQUARE => 1.0,
+            _ => -CONTRADICTS,
         };
         self.ended_s = (self.ended_s + times * sample_s).max(0.0);
     }
@@ -352,7 +361,7 @@ impl Awake {
     /// Probabilities from the evidence, persistence, verdict. None changes while a fault seems to end, which looks like an
     /// effector that moves by itself.
     fn look(&mut self, input: &IsolationInput<'_>, gains: &IsolationGains) {
-        if self.ended_s > 0.0 {
+        if self.seems_over || self.ended_s > 0.0 {
             return;
         }
         let columns = self.columns(input);
@@ -360,7 +369,6 @@ impl Awake {
         let offset = OFFSET_LEVEL * input.levels;
         let candidates = self.sums.forgiving(&wrong, &offset, columns.len()).candidates(&columns);
         let Some((best, probability)) = most_probable(&candidates, |_| true) else { return };
-        let rival = most_probable(&candidates, |other| other.effectors != best.effectors);
         (self.log.likely, self.log.probability) = (best.effectors, probability);
 
         let look_s = f64::from(LOOK_US) * 1.0e-6;
@@ -396,8 +404,24 @@ impl Awake {
             }
             _ => {}
         }
-        if let Some((rival, _)) = rival.filter(|_| self.log.verdict.is_none()) {
-            self.test.propose(best.effectors, rival.effectors, self.since_us);
+        let fades = |verdict: Verdict| {
+            verdict.effectors[1].is_none() && verdict.confidence < gains.confidence
+        };
+        if self.log.verdict.is_none_or(fades) {
+            self.propose(&candidates);
+        }
+    }
+
+    /// A test of the two most probable single effectors. Two that are stuck may be as probable, if they do the same to the estimate
+    /// as one: the test contradicts them too.
+    fn propose(&mut self, candidates: &Candidates) {
+        let is_single = |other: &Candidate| matches!(other.effectors, [Some(_), None]);
+        let Some((one, probability)) = most_probable(candidates, is_single) else { return };
+        let rival = most_probable(candidates, |other| {
+            is_single(other) && other.effectors != one.effectors
+        });
+        if let Some((rival, _)) = rival.filter(|_| probability >= TESTED) {
+            self.test.propose(one.effectors, rival.effectors, self.since_us);
         }
     }
 
