@@ -118,9 +118,10 @@ pub type Candidates = ArrayVec<Candidate, CANDIDATES_MAX>;
 const LOG_PRIOR: [f64; 4] = [0.0, -1.0, -2.0, -3.0];
 /// ln of the prior of two that are stuck.
 const LOG_PRIOR_TWO: f64 = -4.0;
-/// The same for left and right one together, at the same angle or at opposite ones: one cause for both. Both signs, because
-/// ailerons at opposite angles do to the estimate what elevators at opposite angles do, and are as probable.
+/// The same for left and right one together at the same angle: one cause for both.
 const LOG_PRIOR_PAIR: f64 = -1.0;
+/// The same at opposite angles: ailerons do to the estimate what elevators do, and are as probable; one aileron alone is more so.
+const LOG_PRIOR_OPPOSITE: f64 = -3.0;
 /// The same for what no effector explains.
 const LOG_PRIOR_ANYTHING: f64 = -4.0;
 /// Prior mean and deviation of the part that is lost.
@@ -293,7 +294,7 @@ impl Sums {
                 let two = self.two(i, column, j, other);
                 let [same, opposite] = [1.0, -1.0].map(|way| self.pair(i, column, j, other, way));
                 let all =
-                    [(LOG_PRIOR_TWO, two), (LOG_PRIOR_PAIR, same), (LOG_PRIOR_PAIR, opposite)];
+                    [(LOG_PRIOR_TWO, two), (LOG_PRIOR_PAIR, same), (LOG_PRIOR_OPPOSITE, opposite)];
                 for (log_prior, (values, log_evidence)) in
                     all.into_iter().filter_map(|(prior, found)| Some((prior, found?)))
                 {
