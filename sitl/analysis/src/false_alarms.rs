@@ -91,6 +91,9 @@ pub enum StudyError {
     /// A flight could not start.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// The flight.
+    #[error(transparent)]
+    Flight(#[from] FlightError),
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
     Read {
