@@ -124,6 +124,12 @@ impl SetupOptions {
 }
 
 impl SetupBuilder {
+    /// Of an aircraft and a model that were read with these options.
+    #[must_use]
+    pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
+        Self { airframe, model, options }
+    }
+
     /// The flight of a scenario with `more` settings, which win over those of the options.
     ///
     /// # Errors
@@ -151,12 +157,12 @@ impl SetupBuilder {
             let (scenario, source) = (scenario.name.clone(), Box::new(source));
             ConfigurationError::Flight { scenario, source }
         })?;
-        let mut parameters = model.defaults;
+        let mut parameters = fitted(model.defaults, &plant.sensors);
         laws.apply(&mut parameters).map_err(|error| ConfigurationError::Laws(Box::new(error)))?;
         if let Some(ftc) = ftc {
             parameters.set("FTC_MODE", ftc.value()).map_err(ConfigurationError::Ftc)?;
         }
-        let parameters = all.parameters(parameters, &plant.sensors)?;
+        settings::set_parameters(&mut parameters, &all.settings)?;
         parameters.check_law().map_err(ConfigurationError::Law)?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {
@@ -170,6 +176,15 @@ impl SetupBuilder {
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
         })
     }
+}
+
+/// Parameters before anybody sets one: those of the model, with the estimator's preset of the fitted sensors.
+#[must_use]
+pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters {
+    if sensors.name == GradeName::Consumer {
+        defaults.gains.selection.estimator = EstimatorPreset::Consumer;
+    }
+    defaults
 }
 
 /// Parser of a number of an option, from 0 to `max`.
@@ -454,12 +469,10 @@ impl AircraftArgs {
     /// [`ConfigurationError`] names parameter, value and range.
     pub fn parameters(
         &self,
-        mut parameters: Parameters,
+        parameters: Parameters,
         sensors: &SensorSettings,
     ) -> Result<Parameters, ConfigurationError> {
-        if sensors.name == GradeName::Consumer {
-            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-        }
+        let mut parameters = fitted(parameters, sensors);
         settings::set_parameters(&mut parameters, &self.settings)?;
         Ok(parameters)
     }

@@ -216,7 +216,8 @@ fn empty(next: Option<&&str>) -> Value {
 }
 
 /// A value as it would stand in the file; what is none is a text, so that names need no quotes.
-fn written(text: &str) -> Value {
+#[must_use]
+pub fn written(text: &str) -> Value {
     let line: Result<Table, _> = toml::from_str(&format!("value = {text}"));
     match line {
         Ok(mut table) if table.len() == 1 => table.remove("value"),

@@ -18,6 +18,7 @@ use plant_sim::io::whole;
 use plant_sim::{Airframe, GradeName, SetupError};
 
 use crate::chart::RasterError;
+use crate::closed_loop::FlightError;
 use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
 

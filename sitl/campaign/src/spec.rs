@@ -208,6 +208,8 @@ pub struct SpecFile {
     pub folder: PathBuf,
     /// What it says.
     pub spec: Spec,
+    /// The law of the program that flies where a `[[law]]` sets `CTL_LAW` to 9.
+    pub own_law: Option<OwnLaw>,
 }
 
 impl SpecFile {
@@ -237,7 +239,7 @@ impl SpecFile {
         spec.check(name)?;
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
-        Ok(Self { name: name.to_owned(), text, folder, spec })
+        Ok(Self { name: name.to_owned(), text, folder, spec, own_law: None })
     }
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
@@ -248,8 +250,7 @@ impl SpecFile {
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
         for setting in settings {
             check_key(&setting.key, "--set")?;
-            let value = Toml::String(setting.value.clone());
-            drop(self.spec.set.insert(setting.key.clone(), value));
+            drop(self.spec.set.insert(setting.key.clone(), setting.value.clone()));
             self.text += &format!("\n# --set {setting}\n");
             self.spec.name += &format!(", {setting}");
         }
@@ -342,7 +343,7 @@ impl Spec {
 }
 
 fn check_key(key: &str, file: &str) -> Result<(), SpecError> {
-    let setting = Setting { key: key.to_owned(), value: String::new() };
+    let setting = Setting::new(key, "");
     settings::check_keys(std::slice::from_ref(&setting))
         .map_err(|source| SpecError::Key { file: file.to_owned(), source })
 }
@@ -362,12 +363,17 @@ pub fn text_of(value: &Toml) -> Option<String> {
 /// # Errors
 /// [`SpecError`] for an unknown key, or a value that is a list or table.
 pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, SpecError> {
-    let of = |(key, value): (&String, &Toml)| {
+    let of = |(key, given): (&String, &Toml)| {
         check_key(key, file)?;
-        let value = text_of(value).ok_or_else(|| SpecError::Value {
+        let value = match given {
+            Toml::String(text) => Some(written(text)),
+            Toml::Integer(_) | Toml::Float(_) | Toml::Boolean(_) => Some(given.clone()),
+            _ => None,
+        };
+        let value = value.ok_or_else(|| SpecError::Value {
             file: file.to_owned(),
             key: key.clone(),
-            value: value.to_string(),
+            value: given.to_string(),
             expected: "a number, a text, true or false (keys with dots stand in quotes)".to_owned(),
         })?;
         Ok(Setting { key: key.clone(), value })
