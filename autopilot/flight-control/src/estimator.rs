@@ -320,6 +320,7 @@ impl Estimator {
         self.find_place();
         let before = self.estimate.matrix();
         self.measure(time, sensors);
+        self.forget_gust_along(time);
         self.covariance.turn_attitude(&(self.estimate.matrix() * before.transpose()));
         self.follow_gusts(time);
         if !self.covariance.is_sound() {

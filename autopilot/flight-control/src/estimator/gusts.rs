@@ -97,6 +97,25 @@ impl Estimator {
         }
     }
 
+    /// Without a pitot tube nothing shows the gust along the flow, so its best estimate is none: the airspeed is that of ground speed and
+    /// steady wind.
+    ///
+    /// The vanes correct the wind across the flow of steady wind. In a turn that leaves an error along it, which turns with the aircraft
+    /// and grows where the true flow points elsewhere: the believed airspeed of a slow aircraft ran away from the true one.
+    pub(super) fn forget_gust_along(&mut self, now: SimTime) {
+        if self.sources.pitot.health(now) == super::SourceHealth::Used {
+            return;
+        }
+        let Some(Ground { place, .. }) = &self.ground else { return };
+        let relative = self.estimate.velocity - place.start_from_ned * self.estimate.steady_wind;
+        if relative.norm() < SLOWEST_M_S / 2.0 {
+            return;
+        }
+        let flow = place.start_from_ned.tr_mul(&relative).normalize();
+        let along = (self.estimate.wind - self.estimate.steady_wind).dot(&flow);
+        self.estimate.wind -= flow * along;
+    }
+
     /// Learns the size of the gusts from their estimate.
     pub(super) fn follow_gusts(&mut self, now: SimTime) {
         if now < self.gusts.due {
