@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, LazyLock, Mutex};
-use std::thread;
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 /// Limit of wall time for any wait on a program.
@@ -39,6 +39,7 @@ pub struct Program {
     child: Child,
     printed: Arc<Mutex<String>>,
     lines: Receiver<String>,
+    readers: [JoinHandle<()>; 2],
 }
 
 impl Program {
@@ -83,7 +84,7 @@ impl Program {
             Box::new(child.stdout.take().expect("piped")),
             Box::new(child.stderr.take().expect("piped")),
         ];
-        for output in outputs {
+        let read = |output| {
             let (printed, sender) = (Arc::clone(&printed), sender.clone());
             thread::spawn(move || {
                 for line in BufReader::new(output).lines().map_while(Result::ok) {
@@ -91,9 +92,10 @@ impl Program {
                     // The test may have ended.
                     let _ = sender.send(line);
                 }
-            });
-        }
-        Self { child, printed, lines }
+            })
+        };
+        let readers = outputs.map(read);
+        Self { child, printed, lines, readers }
     }
 
     /// Sends a line to a program that was started with [`Program::start_as_parent`].
@@ -132,9 +134,18 @@ impl Program {
         let until = Instant::now() + TIMEOUT;
         loop {
             if let Some(status) = self.child.try_wait().expect("a child can be waited for") {
+                self.read_all();
                 return status.code();
             }
             assert!(Instant::now() < until, "it does not end; printed:\n{}", self.printed());
+            thread::sleep(Duration::from_millis(10));
+        }
+    }
+
+    /// What it has printed before its end may still be on its way. A child of its own may hold the pipe, but not for long.
+    fn read_all(&self) {
+        let until = Instant::now() + TIMEOUT;
+        while !self.readers.iter().all(JoinHandle::is_finished) && Instant::now() < until {
             thread::sleep(Duration::from_millis(10));
         }
     }
