@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 
 use crate::allocation::{self, ActiveSet, Bound, Column, Settings};
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::isolation::Known;
 use crate::signals::EffectorSet;
 
 /// How much less an effector is used that the main command moves too, in units of its travel. So what is redundant goes
@@ -115,7 +114,7 @@ impl Allocator {
     }
 
     /// Increments on top of `commands`, rad, that cancel the part `fade` of the estimate `z2`, rad/s², as far as the
-    /// travel goes. While `fade` is zero they are exactly zero. An effector that is known not to follow gets none.
+    /// travel goes. While `fade` is zero they are exactly zero.
     pub fn step(
         &mut self,
         z2: &Vector3<f64>,
@@ -123,7 +122,6 @@ impl Allocator {
         model: &DesignModel,
         at: &FlightCondition,
         commands: &PerEffector<f64>,
-        known: &Known,
     ) -> Increments {
         let mut increments = Increments::default();
         if fade == 0.0 {
@@ -131,13 +129,7 @@ impl Allocator {
             return increments;
         }
         let demand = -fade * z2;
-        let Columns { effectors, mut columns } = Columns::new(model, at, commands);
-        for (effector, column) in effectors.iter().zip(&mut columns) {
-            column.weight *= known.cost(*effector);
-            if known.is_fixed(*effector) {
-                (column.min, column.max) = (0.0, 0.0);
-            }
-        }
+        let Columns { effectors, columns } = Columns::new(model, at, commands);
         let allocated = allocation::allocate(&columns, &demand, &Settings::DEFAULT, &self.active);
         self.active = allocated.active;
         for (index, (effector, column)) in effectors.iter().zip(&columns).enumerate() {

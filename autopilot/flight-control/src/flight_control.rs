@@ -238,7 +238,6 @@ impl FlightControl {
         fade: f64,
         at: &FlightCondition,
     ) -> Relieved {
-        let known = self.isolation.known(self.gains.selection.isolation);
         let (compensation, mixed) = match self.gains.selection.allocation {
             AllocationMode::Paper => {
                 let compensation = compensate(z2, fade, &self.model, at);
@@ -246,8 +245,7 @@ impl FlightControl {
             }
             AllocationMode::Wls => {
                 let main = self.mixer.mix(main, &Compensation::NONE);
-                let increments =
-                    self.allocator.step(z2, fade, &self.model, at, &main.commands, &known);
+                let increments = self.allocator.step(z2, fade, &self.model, at, &main.commands);
                 let mixed = self.mixer.add(main, &increments);
                 (mixed.applied, mixed)
             }
@@ -255,6 +253,7 @@ impl FlightControl {
                 let (model, mixer) = (&self.model, &self.mixer);
                 let Gains { activation, relief, .. } = &self.gains;
                 self.relief.observe(z2, fade, model, activation, relief);
+                let known = self.isolation.known(self.gains.selection.isolation);
                 let input = ReliefInput {
                     state,
                     at,

@@ -15,21 +15,24 @@
 //! An effector that always moves against another one, as the two ailerons, cannot be distinguished from it by what the
 //! laws command. Where the gains allow it, [`test_deflection`] moves both so that healthy ones cancel each other.
 //!
-//! The verdict is a report. With [`IsolationMode::Use`] the allocations take it into account: see [`Known`].
+//! The verdict is a report. With [`IsolationMode::Use`] the allocation `relief` takes into account which effectors no
+//! hypothesis holds for faulty: see [`Known`].
 
 use arrayvec::ArrayVec;
 use icd::{ControlPeriod, Effector, PerEffector};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::aircraft_model::EffectorModel;
 use crate::design_model::{DesignModel, FlightCondition};
+use crate::signals::EffectorSet;
 use evidence::{Behaviour, Candidate, Candidates, Column, Sums};
 use gains::{IsolationGains, IsolationMode};
+use signals::{Asleep, Late};
 use test_deflection::TestDeflection;
 
 pub mod evidence;
 pub mod gains;
+mod signals;
 pub mod test_deflection;
 
 /// Time between two samples of the estimate, us.
@@ -38,22 +41,35 @@ const SAMPLE_US: u32 = 20_000;
 const LOOK_US: u32 = 100_000;
 /// The observer needs this time after the detector has woken, us.
 const SETTLES_US: u32 = 60_000;
-/// Lag on estimate and positions alike, s: what is quicker than the observer is not compared.
-const LAG_S: f64 = 0.05;
 /// How late the estimate may be in addition, s.
 const LATE_S: f64 = 0.03;
-/// Lag behind which the estimate is compared with itself, s: about that of a compensating effector.
-const AIR_LAG_S: f64 = 0.1;
-/// Longest memory of the mean while asleep, samples.
-const ASLEEP_SAMPLES: f64 = 500.0;
 /// The mean is only taken below this level: what is above may be the beginning of something.
-const ASLEEP_LEVEL: f64 = 0.5;
+const ASLEEP_LEVEL: f64 = 1.0;
+/// By how much the errors of the sensors may shift the estimate since the detector woke, in activation levels.
+const OFFSET_LEVEL: f64 = 0.3;
+/// Square of an estimate, in deviations, that is no more than noise: of three axes, 99.3 % are below it.
+const NOISE_SQUARE: f64 = 12.0;
+/// A fault seems to end when the estimate is this part of its distance from what the fault would give, in squares.
+const ENDED_SQUARE: f64 = 0.25;
+/// It is over when it is also this part of what the fault would give, in squares: one that swings passes zero quickly.
+const OVER_SQUARE: f64 = 0.0625;
+/// An estimate that is no more than noise for this long, on balance, ends every fault, s.
+const CALM_S: f64 = 1.0;
+/// One that contradicts what is suspected counts so many times.
+const CONTRADICTS: f64 = 5.0;
+/// Nothing is looked for this long after the end of a fault, us: effector and aircraft settle.
+const RESTS_US: u32 = 1_000_000;
+/// An effector moves by itself when this has been the best explanation for so long, s: it explains most.
+const MOVES_S: f64 = 1.0;
+/// An effector is cleared while the hypotheses of other ones have this probability together.
+const CLEARED: f64 = 0.98;
+/// An effector is tested if it has this probability.
+const TESTED: f64 = 0.05;
 /// Part of the largest axis by which the model may be wrong on the others, in activation levels.
 const CROSS_ERROR: f64 = 0.3;
-/// An effector with a smaller part of its effect is taken for one that does not follow.
-const EFFECT_MIN: f64 = 0.1;
-/// A verdict is dropped below this probability.
-const DROPPED_BELOW: f64 = 0.5;
+/// A verdict is dropped below this probability: something speaks against it. A test that told two apart which look alike fades from the
+/// memory, and leaves them as probable as each other.
+const DROPPED_BELOW: f64 = 0.1;
 
 /// Which effectors are not healthy.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -81,39 +97,20 @@ pub struct IsolationLog {
     pub test_rad: f64,
 }
 
-/// What an allocation takes for known.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// What an allocation takes for known: never that an effector cannot be used, only that one can.
+///
+/// Hypotheses that the estimate cannot tell apart share the probability, and what all of them leave healthy is cleared whichever
+/// of them holds. What an effector does not give stands in the next estimate; giving up one that follows has lost aircraft.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Known {
-    /// Part of its effect that each effector has. One with zero does not follow: what it gives stands in the estimate,
-    /// and it keeps the command of the main controller. One with less than one is used less.
-    pub effect: PerEffector<f64>,
-    /// An effector is named, so the others are taken for healthy.
-    pub any: bool,
+    cleared: EffectorSet,
 }
 
 impl Known {
-    /// All effectors are healthy, as far as is known.
-    #[must_use]
-    pub fn nothing() -> Self {
-        Self { effect: PerEffector::from_fn(|_| 1.0), any: false }
-    }
-
-    /// The effector does not follow its commands.
-    #[must_use]
-    pub fn is_fixed(&self, effector: Effector) -> bool {
-        self.effect[effector] < EFFECT_MIN
-    }
-
-    /// The effector is healthy: another one has been named.
+    /// The effector is healthy: something else explains the estimate.
     #[must_use]
     pub fn is_cleared(&self, effector: Effector) -> bool {
-        self.any && self.effect[effector] >= 1.0
-    }
-
-    /// By how much more its deflection costs in an allocation.
-    #[must_use]
-    pub fn cost(&self, effector: Effector) -> f64 {
-        1.0 / self.effect[effector].max(EFFECT_MIN)
+        self.cleared.contains(effector)
     }
 }
 
@@ -138,34 +135,6 @@ pub struct IsolationInput<'a> {
     pub at: &'a FlightCondition,
 }
 
-/// Mean and variance of the estimate while the detector sleeps.
-#[derive(Debug, Clone, Copy, Default)]
-struct Asleep {
-    samples: f64,
-    mean: Vector3<f64>,
-    variance: Vector3<f64>,
-}
-
-impl Asleep {
-    fn add(&mut self, z2: &Vector3<f64>) {
-        self.samples = (self.samples + 1.0).min(ASLEEP_SAMPLES);
-        let deviation = z2 - self.mean;
-        self.mean += deviation / self.samples;
-        let square = deviation.component_mul(&deviation);
-        self.variance += (square - self.variance) / self.samples;
-    }
-}
-
-/// The positions as late as the estimate.
-#[derive(Debug, Clone, Copy, Default)]
-struct Late {
-    /// The two poles of the observer, and the common lag.
-    stages: [PerEffector<f64>; 3],
-    z2: Vector3<f64>,
-    /// z2 behind a further lag.
-    z2_lagged: Vector3<f64>,
-}
-
 /// The isolation with what it remembers.
 #[derive(Debug, Clone)]
 pub struct Isolation {
@@ -174,6 +143,8 @@ pub struct Isolation {
     awake: Option<Awake>,
     /// Time until the next sample while asleep, us.
     due_us: u32,
+    /// The fault has ended, and no other one has begun: time for which none is looked for, us.
+    rests_us: Option<u32>,
 }
 
 /// What is forgotten when the detector sleeps.
@@ -191,6 +162,18 @@ struct Awake {
     persists_s: f64,
     /// The effectors whose persistence is counted.
     candidate: [Option<Effector>; 2],
+    /// The best hypothesis of the last look.
+    best: Option<Candidate>,
+    /// How long its behaviour has been the best one for these effectors, s.
+    behaves_s: f64,
+    /// How long the estimate has been noise, or nearer to it than to what is suspected, on balance, s.
+    ended_s: f64,
+    /// It is nearer to noise than to what is suspected now.
+    seems_over: bool,
+    /// How long each effector has been cleared without a break, s.
+    clear_s: PerEffector<f64>,
+    /// The effectors that have been so for long enough.
+    cleared: EffectorSet,
     log: IsolationLog,
     test: TestDeflection,
 }
@@ -199,7 +182,7 @@ impl Isolation {
     /// Nothing is known.
     #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
-        Self { period, asleep: Asleep::default(), awake: None, due_us: 0 }
+        Self { period, asleep: Asleep::default(), awake: None, due_us: 0, rests_us: None }
     }
 
     /// Back to the start.
@@ -211,7 +194,7 @@ impl Isolation {
     pub fn step(&mut self, input: &IsolationInput<'_>, gains: &IsolationGains) -> IsolationLog {
         let period_us = self.period.as_micros();
         if !input.active {
-            self.awake = None;
+            (self.awake, self.rests_us) = (None, None);
             self.due_us = self.due_us.saturating_sub(period_us);
             if self.due_us == 0 {
                 self.due_us = SAMPLE_US;
@@ -221,9 +204,18 @@ impl Isolation {
             }
             return IsolationLog::default();
         }
+        if let Some(left_us) = self.rests_us {
+            let rests = left_us > 0 || input.level < 1.0;
+            self.rests_us = rests.then(|| left_us.saturating_sub(period_us));
+            return IsolationLog::default();
+        }
         let asleep = self.asleep;
         let awake = self.awake.get_or_insert_with(|| Awake::new(input, &asleep));
         awake.step(input, &asleep, gains, self.period);
+        if awake.ended_s >= CALM_S {
+            (self.awake, self.rests_us) = (None, Some(RESTS_US));
+            return IsolationLog::default();
+        }
         awake.log
     }
 
@@ -250,22 +242,13 @@ impl Isolation {
         self.awake.as_ref().map_or(0.0, |awake| awake.test.now_rad())
     }
 
-    /// What the allocations may count on: of an effector that is stuck, moves by itself, or has a part of its effect.
+    /// What an allocation may count on.
     #[must_use]
     pub fn known(&self, mode: IsolationMode) -> Known {
-        let mut known = Known::nothing();
-        let verdict = self.awake.as_ref().and_then(|awake| awake.log.verdict);
-        let Some(verdict) = verdict.filter(|_| mode == IsolationMode::Use) else { return known };
-        for (effector, value) in verdict.effectors.into_iter().zip(verdict.values) {
-            let Some(effector) = effector else { continue };
-            known.any = true;
-            known.effect[effector] = match verdict.behaviour {
-                Behaviour::Stuck | Behaviour::Irregular => 0.0,
-                Behaviour::Reduced => value.clamp(0.0, 1.0),
-                Behaviour::Biased => 1.0,
-            };
+        match &self.awake {
+            Some(awake) if mode == IsolationMode::Use => Known { cleared: awake.cleared },
+            _ => Known::default(),
         }
-        known
     }
 }
 
@@ -282,6 +265,12 @@ impl Awake {
             look_due_us: LOOK_US,
             persists_s: 0.0,
             candidate: [None; 2],
+            best: None,
+            behaves_s: 0.0,
+            ended_s: 0.0,
+            seems_over: false,
+            clear_s: PerEffector::default(),
+            cleared: EffectorSet::default(),
             log: IsolationLog::default(),
             test: TestDeflection::default(),
         }
@@ -320,15 +309,27 @@ impl Awake {
         let keep = libm::exp(-sample_s / gains.memory_s);
         let z2 = self.late.z2;
         let wrong = self.model_error(input, gains);
+        let noise = asleep.variance + (gains.noise_level * input.levels).map(|noise| noise * noise);
         let deviation = Vector3::from_fn(|axis, _| {
-            let noise = gains.noise_level * input.levels[axis];
             let late = LATE_S * (z2[axis] - self.z2_before[axis]) / sample_s;
-            let square = noise * noise + wrong[axis] * wrong[axis] + late * late;
-            libm::sqrt(asleep.variance[axis] + square)
+            libm::sqrt(noise[axis] + wrong[axis] * wrong[axis] + late * late)
         });
         self.z2_before = z2;
         let lagged = &self.late.z2_lagged;
-        self.sums.add(&self.columns(input), &z2, lagged, &deviation, share, keep);
+        let columns = self.columns(input);
+        self.sums.add(&columns, &z2, lagged, &deviation, share, keep);
+
+        let square = |z: Vector3<f64>| z.component_mul(&z).component_div(&noise).sum();
+        let expected = self.best.and_then(|best| best.estimate(&columns));
+        let [away, size] = expected.map_or([0.0; 2], |expected| [z2 - expected, expected].map(square));
+        let here = square(z2);
+        self.seems_over = away > NOISE_SQUARE && here < ENDED_SQUARE * away;
+        let times = match self.seems_over {
+            true if here < NOISE_SQUARE.max(OVER_SQUARE * size) => CONTRADICTS,
+            _ if here < NOISE_SQUARE => 1.0,
+            _ => -CONTRADICTS,
+        };
+        self.ended_s = (self.ended_s + times * sample_s).max(0.0);
     }
 
     /// How wrong the estimate may be on each axis because the model is, rad/s².
@@ -342,6 +343,7 @@ impl Awake {
 
     fn columns(&self, input: &IsolationInput<'_>) -> ArrayVec<Column, { Effector::MAX }> {
         let effectors = &input.model.aircraft().effectors;
+        let partner = |effector| Some(effectors.list.mirrored(effector)).filter(|e| *e != effector);
         let angles = effectors.list.all().filter(|effector| effectors.list.is_angle(*effector));
         angles
             .map(|effector| {
@@ -351,22 +353,27 @@ impl Awake {
                     effect: input.model.effect(input.at, effector),
                     position: self.late.stages[2][effector],
                     travel: [servo.min, servo.max],
-                    partner: partner(effectors, effector),
+                    partner: partner(effector),
                 }
             })
             .collect()
     }
 
-    /// Probabilities from the evidence, persistence, verdict.
+    /// Probabilities from the evidence, persistence, verdict. None changes while a fault seems to end, which looks like an
+    /// effector that moves by itself.
     fn look(&mut self, input: &IsolationInput<'_>, gains: &IsolationGains) {
+        if self.seems_over || self.ended_s > 0.0 {
+            return;
+        }
         let columns = self.columns(input);
         let wrong = self.model_error(input, gains).add_scalar(1.0e-6);
-        let candidates = self.sums.forgiving(&wrong, columns.len()).candidates(&columns);
+        let offset = OFFSET_LEVEL * input.levels;
+        let candidates = self.sums.forgiving(&wrong, &offset, columns.len()).candidates(&columns);
         let Some((best, probability)) = most_probable(&candidates, |_| true) else { return };
-        let rival = most_probable(&candidates, |other| other.effectors != best.effectors);
         (self.log.likely, self.log.probability) = (best.effectors, probability);
 
         let look_s = f64::from(LOOK_US) * 1.0e-6;
+        self.clear(&candidates, &columns, gains);
         let is_candidate = best.behaviour.is_some() && probability >= gains.confidence;
         self.persists_s = match is_candidate {
             true if self.candidate == best.effectors => self.persists_s + look_s,
@@ -374,11 +381,19 @@ impl Awake {
             false => 0.0,
         };
         self.candidate = if is_candidate { best.effectors } else { [None; 2] };
+        let named = |candidate: &Candidate| (candidate.effectors, candidate.behaviour);
+        let behaves = self.best.as_ref().map(named) == Some(named(&best));
+        self.behaves_s = if behaves { self.behaves_s + look_s } else { look_s };
+        self.best = Some(best);
+        let is_other = self.log.verdict.is_none_or(|verdict| verdict.effectors != best.effectors);
+        let (persists_s, needed_s) = match best.behaviour {
+            Some(Behaviour::Irregular) => (self.behaves_s, MOVES_S.max(gains.persistence_s)),
+            _ if is_other => (self.persists_s, gains.persistence_s),
+            _ => (self.behaves_s, gains.persistence_s),
+        };
         match (best.behaviour, self.log.verdict) {
             // Half a look of slack: sums of tenths are not exact.
-            (Some(behaviour), _)
-                if is_candidate && self.persists_s + 0.5 * look_s >= gains.persistence_s =>
-            {
+            (Some(behaviour), _) if is_candidate && persists_s + 0.5 * look_s >= needed_s => {
                 let (effectors, values) = (best.effectors, best.values);
                 self.log.verdict =
                     Some(Verdict { effectors, behaviour, values, confidence: probability });
@@ -390,42 +405,40 @@ impl Awake {
             }
             _ => {}
         }
-        if let Some((rival, _)) = rival.filter(|_| self.log.verdict.is_none()) {
-            self.test.propose(best.effectors, rival.effectors, self.since_us);
+        let fades = |verdict: Verdict| {
+            verdict.effectors[1].is_none() && verdict.confidence < gains.confidence
+        };
+        if self.log.verdict.is_none_or(fades) {
+            self.propose(&candidates);
         }
     }
-}
 
-impl Late {
-    /// The common lag begins here.
-    fn catch_up(&mut self, input: &IsolationInput<'_>, asleep: &Asleep) {
-        self.z2 = input.z2 - asleep.mean;
-        self.z2_lagged = self.z2;
-        self.stages[2] = self.stages[1];
-    }
-
-    fn step(&mut self, input: &IsolationInput<'_>, asleep: &Asleep, h: f64) {
-        let observer = h / (h + 1.0 / input.bandwidth);
-        let lag = h / (h + LAG_S);
-        self.z2 += (input.z2 - asleep.mean - self.z2) * lag;
-        self.z2_lagged += (self.z2 - self.z2_lagged) * (h / (h + AIR_LAG_S));
-        let list = &input.model.aircraft().effectors.list;
-        for effector in list.all() {
-            let mut before = input.positions[effector];
-            for (stage, part) in self.stages.iter_mut().zip([observer, observer, lag]) {
-                stage[effector] += (before - stage[effector]) * part;
-                before = stage[effector];
-            }
+    /// A test of the two most probable single effectors. Two that are stuck may be as probable, if they do the same to the estimate
+    /// as one: the test contradicts them too.
+    fn propose(&mut self, candidates: &Candidates) {
+        let is_single = |other: &Candidate| matches!(other.effectors, [Some(_), None]);
+        let Some((one, probability)) = most_probable(candidates, is_single) else { return };
+        let rival = most_probable(candidates, |other| {
+            is_single(other) && other.effectors != one.effectors
+        });
+        if let Some((rival, _)) = rival.filter(|_| probability >= TESTED) {
+            self.test.propose(one.effectors, rival.effectors, self.since_us);
         }
     }
-}
 
-/// The effector on the other side, and whether a command moves it the same way (1) or the other way (-1).
-fn partner(effectors: &EffectorModel, effector: Effector) -> Option<(Effector, f64)> {
-    let other = effectors.list.mirrored(effector);
-    let (one, two) = (&effectors.gains[effector], &effectors.gains[other]);
-    let product = one.roll * two.roll + one.pitch * two.pitch + one.yaw * two.yaw;
-    (other != effector).then_some((other, if product < 0.0 { -1.0 } else { 1.0 }))
+    /// Which effectors none of the probable hypotheses needs, for long enough.
+    fn clear(&mut self, candidates: &Candidates, columns: &[Column], gains: &IsolationGains) {
+        let look_s = f64::from(LOOK_US) * 1.0e-6;
+        for effector in columns.iter().map(|column| column.effector) {
+            let without = probability(candidates, |other| {
+                other.behaviour.is_some() && !other.effectors.contains(&Some(effector))
+            });
+            let clear_s = &mut self.clear_s[effector];
+            *clear_s = if without >= CLEARED { *clear_s + look_s } else { 0.0 };
+            let is_cleared = *clear_s + 0.5 * look_s >= gains.persistence_s;
+            self.cleared = self.cleared.with(effector, is_cleared);
+        }
+    }
 }
 
 /// The best hypothesis among those whose effectors together are the most probable, and that probability.
@@ -443,10 +456,15 @@ fn most_probable(
 
 /// Probability that these effectors are the ones that are not healthy.
 fn probability_of(candidates: &Candidates, effectors: [Option<Effector>; 2]) -> f64 {
+    probability(candidates, |candidate| candidate.effectors == effectors)
+}
+
+/// Probability of these hypotheses together.
+fn probability(candidates: &Candidates, which: impl Fn(&Candidate) -> bool) -> f64 {
     let most = candidates.iter().fold(f64::MIN, |most, other| most.max(other.log_evidence));
     let weight = |candidate: &Candidate| libm::exp(candidate.log_evidence - most);
     let all: f64 = candidates.iter().map(weight).sum();
-    let of = candidates.iter().filter(|candidate| candidate.effectors == effectors);
+    let of = candidates.iter().filter(|candidate| which(candidate));
     of.map(weight).sum::<f64>() / all
 }
 

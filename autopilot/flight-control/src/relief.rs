@@ -14,7 +14,8 @@
 //!
 //! x leads the sideslip while that grows. The allocation leaves a reserve of the nozzle's yaw travel, which serves
 //! what is quicker than the lag. The rudder stays with the main controller: a jammed one that is counted on would be
-//! commanded to its end, and the yaw of the others with it.
+//! commanded to its end, and the yaw of the others with it. Where it is known to be healthy ([`Known`]) and the nozzle's yaw is
+//! not, it gives what the others leave of the yaw, s̄, and no more: its roll is not what it is used for.
 //!
 //! [`thrust`] has the thrust that the nozzle needs for all that; [`crate::oscillation`] gives the estimate that is
 //! compensated. While the compensator sleeps the commands are those of the main controller, to the bit.
@@ -125,6 +126,8 @@ struct Awake {
     shortage: f64,
     /// σ.
     relief: f64,
+    /// What a healthy rudder gives of s̄, rad/s².
+    rudder: f64,
     thrust: Thrust,
 }
 
@@ -186,10 +189,20 @@ impl Relief {
         }
         let demand = self.demand(input, gains);
         let preferred = mixer.demanded(&main, &compensation);
-        let (mut positions, limited) =
-            self.allocate(&demand, &preferred, &mixed.commands, input, gains);
-        let missing = demand - model.effectors(at, &positions);
-        self.yaw(&mut positions, missing.z, input, gains);
+        let main = &mixed.commands;
+        let (mut positions, mut limited) =
+            self.allocate(&demand, &preferred, main, 0.0, input, gains);
+        let mut missing = demand - model.effectors(at, &positions);
+        let quick = self.shortage(missing.z, gains);
+        // Taken at once, since s̄ is late itself; given back by and by, since the others have to take it over.
+        let left = self.awake.rudder * (1.0 - fraction(self.h, gains.shortage_lag_s));
+        let yaw = if stands_in(input) { self.awake.shortage } else { left };
+        self.awake.rudder = yaw;
+        if yaw != 0.0 {
+            (positions, limited) = self.allocate(&demand, &preferred, main, yaw, input, gains);
+            missing = demand - model.effectors(at, &positions);
+        }
+        self.yaw(&mut positions, quick, input);
 
         let mut increments = Increments { limited, ..Increments::default() };
         for effector in model.aircraft().effectors.list.all() {
@@ -230,15 +243,17 @@ impl Relief {
     }
 
     /// u: positions of all angles inside their travel, rad, and which are at an end of it. Other entries are those of `main`.
+    /// The rudder gives up to `yaw`, rad/s².
     fn allocate(
         &mut self,
         demand: &Vector3<f64>,
         preferred: &PerEffector<f64>,
         main: &PerEffector<f64>,
+        yaw: f64,
         input: &ReliefInput<'_>,
         gains: &ReliefGains,
     ) -> (PerEffector<f64>, EffectorSet) {
-        let ReliefInput { at, model, known, .. } = *input;
+        let ReliefInput { at, model, .. } = *input;
         let effectors = &model.aircraft().effectors;
         let [_, nozzle_yaw] = model.nozzle_effectors();
         let columns = Columns::whole(model, at, |effector, column| {
@@ -248,13 +263,12 @@ impl Relief {
                 column.min += reserve;
                 column.max -= reserve;
             }
-            column.weight *= known.cost(effector);
             // An aircraft without a nozzle has nothing else in yaw.
-            let stays = nozzle_yaw.is_some()
-                && effectors.gains[effector].yaw != 0.0
-                && !known.is_cleared(effector);
-            if stays || known.is_fixed(effector) {
-                (column.min, column.max) = (main[effector], main[effector]);
+            if nozzle_yaw.is_some() && effectors.gains[effector].yaw != 0.0 {
+                let (at, effect) = (main[effector], column.effect.z);
+                let to = if effect == 0.0 { at } else { at + yaw / effect };
+                let to = to.max(column.min).min(column.max);
+                (column.min, column.max) = (at.min(to), at.max(to));
             }
         });
         let allocated =
@@ -269,19 +283,18 @@ impl Relief {
         (positions, limited)
     }
 
-    /// s̄ and σ from s, and what the reserve of the nozzle gives of the quick part of s.
-    fn yaw(
-        &mut self,
-        positions: &mut PerEffector<f64>,
-        missing: f64,
-        input: &ReliefInput<'_>,
-        gains: &ReliefGains,
-    ) {
+    /// s̄ and σ from s; returns the quick part of s.
+    fn shortage(&mut self, missing: f64, gains: &ReliefGains) -> f64 {
         let awake = &mut self.awake;
         awake.shortage += (missing - awake.shortage) * fraction(self.h, gains.shortage_lag_s);
         let target = (awake.shortage.abs() / gains.shortage_full).min(1.0);
         let time_s = if target > awake.relief { gains.rise_s } else { gains.fall_s };
         awake.relief += (target - awake.relief) * fraction(self.h, time_s);
+        missing - awake.shortage
+    }
+
+    /// What the reserve of the nozzle gives of the quick part of s.
+    fn yaw(&self, positions: &mut PerEffector<f64>, quick: f64, input: &ReliefInput<'_>) {
         let [_, Some(nozzle)] = input.model.nozzle_effectors() else { return };
         let effect = input.model.effect(input.at, nozzle).z;
         if effect <= 0.0 {
@@ -289,9 +302,20 @@ impl Relief {
         }
         let share = input.fade * (1.0 - self.quiet.axes.z);
         let servo = &input.model.aircraft().effectors.servos[nozzle];
-        let position = positions[nozzle] + share * (missing - awake.shortage) / effect;
+        let position = positions[nozzle] + share * quick / effect;
         positions[nozzle] = position.max(servo.min).min(servo.max);
     }
+}
+
+/// A healthy rudder does what a nozzle cannot that may be faulty in yaw. Beside a healthy nozzle it stays with the main
+/// controller.
+fn stands_in(input: &ReliefInput<'_>) -> bool {
+    let ReliefInput { model, known, .. } = *input;
+    let effectors = &model.aircraft().effectors;
+    let [_, nozzle_yaw] = model.nozzle_effectors();
+    let mut rudders = effectors.list.all().filter(|effector| effectors.gains[*effector].yaw != 0.0);
+    nozzle_yaw.is_some_and(|nozzle| !known.is_cleared(nozzle))
+        && rudders.any(|rudder| known.is_cleared(rudder))
 }
 
 /// What could not be given, for the integrators of the main controller and for the operator.

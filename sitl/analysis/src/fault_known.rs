@@ -90,7 +90,7 @@ impl FaultKnown {
             main: &main,
             model: &failed.model,
             mixer: &failed.mixer,
-            known: &Known::nothing(),
+            known: &Known::default(),
         };
         let relieved = self.relief.step(&input, relief);
         let Mixed { applied, increments, limited, .. } = relieved.mixed;

@@ -20,6 +20,7 @@ use crate::false_alarms::flights::Air;
 use crate::false_alarms::{StudyError, cannot_write, read_airframe, write};
 
 pub mod flights;
+pub mod pairs;
 mod results;
 
 use flights::{Classes, Healthy, Outcome};
@@ -28,6 +29,9 @@ use flights::{Classes, Healthy, Outcome};
 const HOURS_MAX: f64 = 10_000.0;
 /// Most flights of each class and law.
 const FLIGHTS_MAX: u32 = 10_000;
+
+/// Most pairs of jams.
+const PAIRS_MAX: u32 = 100_000;
 
 /// Options of `sitl isolation`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
@@ -38,13 +42,19 @@ pub struct Options {
     /// Flights with a fault, for each class and law, up to 10000
     #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 100, value_parser = whole(1, FLIGHTS_MAX))]
     pub flights: u32,
+    /// Pairs of jams, each flown without and with the verdict in use, up to 100000
+    #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 200, value_parser = whole(0, PAIRS_MAX))]
+    pub pairs: u32,
     /// Healthy flight of each law, hours, up to 10000
     #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 10.0, value_parser = up_to(HOURS_MAX, "h"))]
     pub hours: f64,
     /// Turbulence, m/s rms: light 1.5, moderate 3
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 3.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
-    /// White noise of the gyros, deg/s rms of each control sample
+    /// Sensors: ideal, tactical or consumer
+    #[arg(long, value_name = "NAME", default_value = "ideal", value_parser = crate::sensor_errors::grade)]
+    pub grade: GradeName,
+    /// White noise of the gyros of ideal sensors, deg/s rms of each control sample
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
     pub gyro_noise_deg_s: f64,
     /// The aircraft, instead of the variant with Mach effects that comes with the program
@@ -59,8 +69,8 @@ impl Options {
     /// The air and the gyros.
     #[must_use]
     pub const fn air(&self) -> Air {
-        let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
-        Air { grade: GradeName::Ideal, turbulence_m_s, gyro_noise_deg_s }
+        let Self { grade, turbulence_m_s, gyro_noise_deg_s, .. } = *self;
+        Air { grade, turbulence_m_s, gyro_noise_deg_s }
     }
 }
 
@@ -101,6 +111,8 @@ pub struct Study {
     pub classes: Classes,
     /// For each law the flights with a fault.
     pub outcomes: [Vec<Outcome>; VARIANTS.len()],
+    /// Every two effectors jammed, without and with the verdict in use.
+    pub pairs: Vec<[Outcome; pairs::COMPARED.len()]>,
     /// For each law the healthy flights together.
     pub healthy: [Healthy; VARIANTS.len()],
 }
@@ -115,6 +127,7 @@ impl Study {
         let classes = Classes::of(&airframe);
         Ok(Self {
             outcomes: flights::fly_faults(options, &airframe, &classes)?,
+            pairs: pairs::fly(options, &airframe)?,
             healthy: flights::fly_healthy(options, &airframe)?,
             classes,
         })
@@ -135,6 +148,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
         write(&out.join(name), &bytes)?;
     }
     write(&out.join("flights.csv"), results::flights_csv(&study).as_bytes())?;
+    write(&out.join("pairs.csv"), results::pairs_csv(&study).as_bytes())?;
     write(&out.join("confusion.csv"), results::confusion_csv(&study).as_bytes())?;
     let summary = results::summary(options, &study);
     write(&out.join("summary.md"), summary.as_bytes())?;

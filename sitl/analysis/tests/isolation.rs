@@ -7,13 +7,13 @@ use autopilot::config;
 use autopilot::event::EventKind;
 use autopilot::flight_management::event_text::verdict_text;
 use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
-use flight_analysis::isolation::{Options, flights::fly_healthy};
+use flight_analysis::isolation::{Options, flights::fly_healthy, pairs};
 use flight_analysis::runner;
 use flight_control::isolation::Verdict;
 use flight_control::isolation::evidence::Behaviour;
 use flight_control::{AllocationMode, IsolationMode};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
-use plant_sim::{Airframe, Scenario};
+use plant_sim::{Airframe, GradeName, Scenario};
 
 const ONSET_S: f64 = 3.0;
 const TURN: &str = "[[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n\
@@ -242,22 +242,113 @@ fn a_fault_of_the_engine_is_never_named_as_an_effector() {
     }
 }
 
+fn options() -> Options {
+    Options {
+        out: std::path::PathBuf::new(),
+        flights: 1,
+        pairs: 0,
+        hours: 0.5,
+        turbulence_m_s: 3.0,
+        grade: GradeName::Ideal,
+        gyro_noise_deg_s: 0.1,
+        airframe: None,
+        seed: 20,
+    }
+}
+
 /// Air that wakes the detector is compensated late by the nozzle, and z2 follows the command of the nozzle as it would
 /// with a part of its effect gone. Without the hypothesis of the air, 52 names come in these flights of each law.
 #[test]
 fn no_effector_is_named_in_turbulence_that_wakes_the_detector() {
-    let options = Options {
-        out: std::path::PathBuf::new(),
-        flights: 1,
-        hours: 0.5,
-        turbulence_m_s: 5.0,
-        gyro_noise_deg_s: 0.1,
-        airframe: None,
-        seed: 20,
-    };
+    let options = Options { turbulence_m_s: 5.0, ..options() };
     let healthy = fly_healthy(&options, &Airframe::paper()).expect("the shipped aircraft flies");
     for law in healthy {
         assert!(law.woken >= 3, "the detector wakes in this air: {law:?}");
         assert_eq!((law.named, law.lost), (0, 0), "{law:?}");
     }
+}
+
+/// What the errors of the sensors do to the estimate wanders; without the hypothesis of it effectors are named in these flights.
+#[test]
+fn no_effector_is_named_because_of_the_errors_of_sensors() {
+    for grade in [GradeName::Tactical, GradeName::Consumer] {
+        let healthy = fly_healthy(&Options { grade, ..options() }, &Airframe::paper());
+        for law in healthy.expect("the shipped aircraft flies") {
+            assert_eq!((law.named, law.lost), (0, 0), "{grade:?}: {law:?}");
+        }
+    }
+}
+
+/// Two elevators at opposite angles do to the estimate what two ailerons do. A law that then gave up the ailerons lost this
+/// flight 2.2 s after the jams.
+#[test]
+fn elevators_that_jam_at_opposite_angles_cost_no_ailerons() {
+    let flights = [(-20.0, 20.0), (20.0, -20.0), (-25.0, 25.0), (19.8, -22.0)];
+    let flown = runner::map("opposite elevators", &flights, |(left, right)| {
+        let text = jam("left_elevator", *left) + &jam("right_elevator", *right);
+        [IsolationMode::Report, IsolationMode::Use].map(|mode| {
+            fly(&format!("elevators {left} and {right}"), &text, mode, AllocationMode::Relief)
+        })
+    });
+    for (flight, [without, with]) in flights.iter().zip(flown) {
+        assert!(without.lost_s.is_none() && with.lost_s.is_none(), "{flight:?}");
+    }
+}
+
+/// A sample of what `sitl isolation --pairs 3000` flies: every two effectors with all signs once.
+#[test]
+fn the_use_of_the_verdict_loses_no_pair_that_is_kept_without_it() {
+    let options = Options { pairs: 84, seed: 7_000, ..options() };
+    let airframe = Airframe::from_toml("tvc_jet_mach.toml", plant_sim::airframe::MACH_AIRFRAME);
+    let flown = pairs::fly(&options, &airframe.expect("it is shipped")).expect("they fly");
+    let mut saved = 0;
+    for [without, with] in &flown {
+        assert!(without.lost_s.is_some() || with.lost_s.is_none(), "{with:?}");
+        saved += u32::from(without.lost_s.is_some() && with.lost_s.is_none());
+    }
+    assert!(saved >= 2, "{saved}: it is good for something");
+}
+
+/// Until the estimate has followed the end of a fault, what was true before may still be named; nothing else, and nothing later.
+#[test]
+fn a_fault_that_is_over_names_nothing() {
+    const FOLLOWS_S: f64 = 0.3;
+    let kinds = [
+        "kind = \"stuck_at\"\nangle_deg = 6.0",
+        "kind = \"stuck_at\"\nangle_deg = -15.0",
+        "kind = \"hard_over\"\nside = \"positive\"",
+        "kind = \"biased\"\nbias_deg = 8.0",
+        "kind = \"oscillating\"\namplitude_deg = 10.0\nfrequency_hz = 1.0",
+        "kind = \"partial_loss\"\nremaining_percent = 10.0",
+    ];
+    let list = Airframe::paper().effectors;
+    let angles = list.all().filter(|effector| list.is_angle(*effector));
+    let flights: Vec<(Effector, &str, f64)> = angles
+        .flat_map(|effector| kinds.map(|kind| (effector, kind)))
+        .zip([0.5, 2.0, 10.0].into_iter().cycle())
+        .map(|((effector, kind), duration_s)| (effector, kind, duration_s))
+        .collect();
+    let flown = runner::map("faults that end", &flights, |(effector, kind, duration_s)| {
+        let (key, name) = (list.key(*effector), kind.replace('\n', " "));
+        let text = fault(key, &format!("duration_s = {duration_s:?}\n{kind}"));
+        [
+            (IsolationMode::Report, AllocationMode::Paper),
+            (IsolationMode::Use, AllocationMode::Relief),
+        ]
+        .map(|(mode, allocation)| {
+            fly(&format!("{key} {name} {duration_s} s"), &text, mode, allocation)
+        })
+    });
+    let mut named = 0;
+    for ((effector, kind, duration_s), flown) in flights.iter().zip(flown) {
+        let end_s = ONSET_S + duration_s;
+        for flown in flown {
+            named += u32::from(flown.named.iter().any(|(t_s, _)| *t_s < end_s));
+            for (t_s, verdict) in flown.named.iter().filter(|(t_s, _)| *t_s >= end_s) {
+                let is_late = *t_s < end_s + FOLLOWS_S && verdict.effectors == one(*effector);
+                assert!(is_late, "{} {kind}: {verdict:?} at {t_s} s", list.name(*effector));
+            }
+        }
+    }
+    assert!(named >= 20, "{named}: the faults are seen at all");
 }

@@ -43,7 +43,7 @@ proptest! {
     ) {
         let z2 = Vector3::new(p, q, r);
         let (model, at, trim) = aerosonde();
-        let increments = Allocator::default().step(&z2, fade, &model, &at, &trim, &Known::nothing());
+        let increments = Allocator::default().step(&z2, fade, &model, &at, &trim);
         let rest = effect(&model, &at, &increments.positions) + fade * z2;
         prop_assert!(rest.norm() < 1.0e-3 * fade * z2.norm(), "{rest}");
     }
@@ -59,7 +59,7 @@ proptest! {
         let command = crate::MainCommand { aileron_rad, elevator_rad, nozzle_pitch_rad, ..Default::default() };
         let main = mixer.mix(&command, &crate::Compensation::NONE);
         let mut allocator = Allocator::default();
-        let increments = allocator.step(&Vector3::from(z2), 1.0, &model, &at, &main.commands, &Known::nothing());
+        let increments = allocator.step(&Vector3::from(z2), 1.0, &model, &at, &main.commands);
         let mixed = mixer.add(main, &increments);
         for effector in tvc_jet::ALL {
             let servo = &model.aircraft().effectors.servos[effector];
@@ -73,8 +73,8 @@ fn asleep_means_exactly_zero_and_a_fresh_start() {
     let (model, at) = jet();
     let mut allocator = Allocator::default();
     let z2 = Vector3::new(50.0, 20.0, 10.0);
-    allocator.step(&z2, 1.0, &model, &at, &PerEffector::default(), &Known::nothing());
-    let asleep = allocator.step(&z2, 0.0, &model, &at, &PerEffector::default(), &Known::nothing());
+    allocator.step(&z2, 1.0, &model, &at, &PerEffector::default());
+    let asleep = allocator.step(&z2, 0.0, &model, &at, &PerEffector::default());
     assert_eq!(asleep, Increments::default());
     assert_eq!(allocator.active, ActiveSet::default());
 }
@@ -83,7 +83,7 @@ fn asleep_means_exactly_zero_and_a_fresh_start() {
 fn a_demand_beyond_the_travel_gives_roll_before_yaw_and_names_the_effectors_at_their_ends() {
     let (model, at, trim) = aerosonde();
     let z2 = Vector3::new(5.0, 0.0, 20.0);
-    let increments = Allocator::default().step(&z2, 1.0, &model, &at, &trim, &Known::nothing());
+    let increments = Allocator::default().step(&z2, 1.0, &model, &at, &trim);
     let rest = effect(&model, &at, &increments.positions) + z2;
     assert!(rest.x.abs() < 0.1 && rest.z > 5.0, "{rest}");
     let list = &model.aircraft().effectors.list;
@@ -101,14 +101,7 @@ fn without_thrust_the_nozzle_is_left_alone() {
     let still = NavigationState { thrust_n: 0.0, ..testing::level_state() };
     let at = model.condition(&still);
     let z2 = Vector3::new(1.0, 0.3, 0.2);
-    let increments = Allocator::default().step(
-        &z2,
-        1.0,
-        &model,
-        &at,
-        &PerEffector::default(),
-        &Known::nothing(),
-    );
+    let increments = Allocator::default().step(&z2, 1.0, &model, &at, &PerEffector::default());
     assert_eq!(increments.positions[tvc_jet::NOZZLE_PITCH], 0.0);
     assert!(increments.positions[tvc_jet::LEFT_ELEVATOR] > 0.0, "the elevators do it");
 }

@@ -9,12 +9,13 @@
 //! biased by b           z = B_i b
 //! moves by itself       z = B_i s(t)
 //! two stuck             z = B_i (θ_i - m_i) + B_j (θ_j - m_j)
-//! a pair stuck together z = B_i (θ - m_i) + B_j (±θ - m_j)
+//! a pair stuck together z = B_i (θ - m_i) + B_j (±θ - m_j), with both signs
 //! air                   z = c ζ on each axis, ζ: z behind a lag
+//! errors of sensors     either of these two, and a constant on each axis
 //! anything              z = d(t)
 //! ```
 //!
-//! The last but one is healthy flight in rough air: the compensating effector follows the estimate late, so z moves with
+//! The air is healthy flight in rough air: the compensating effector follows the estimate late, so z moves with
 //! its position as it would if a part of its effect were gone. The air resembles what it was just before on every axis.
 //!
 //! Bayesian linear regression gives the evidence of each in closed form: with the misfit J that the best parameters
@@ -69,8 +70,8 @@ pub struct Column {
     pub position: f64,
     /// Ends of the travel, rad.
     pub travel: [f64; 2],
-    /// The effector on the other side, and whether a command moves it the same way (1) or the other way (-1).
-    pub partner: Option<(Effector, f64)>,
+    /// The effector on the other side.
+    pub partner: Option<Effector>,
 }
 
 /// One hypothesis with its best parameters.
@@ -86,11 +87,29 @@ pub struct Candidate {
     pub log_evidence: f64,
 }
 
+impl Candidate {
+    /// The estimate that this hypothesis has for the present positions, rad/s²; `None` where it may be anything.
+    #[must_use]
+    pub fn estimate(&self, columns: &[Column]) -> Option<Vector3<f64>> {
+        let mut sum = Vector3::zeros();
+        for (effector, value) in self.effectors.into_iter().zip(self.values) {
+            let Some(effector) = effector else { continue };
+            let column = columns.iter().find(|column| column.effector == effector)?;
+            sum += column.effect
+                * match self.behaviour? {
+                    Behaviour::Stuck => value - column.position,
+                    Behaviour::Reduced => (value - 1.0) * column.position,
+                    Behaviour::Biased => value,
+                    Behaviour::Irregular => return None,
+                };
+        }
+        Some(sum)
+    }
+}
+
 /// Hypotheses of one effector, of two, and of none.
-const CANDIDATES_MAX: usize = Behaviour::ALL.len() * Effector::MAX
-    + Effector::MAX * Effector::MAX / 2
-    + Effector::MAX / 2
-    + 3;
+const CANDIDATES_MAX: usize =
+    Behaviour::ALL.len() * Effector::MAX + Effector::MAX * Effector::MAX / 2 + Effector::MAX + 5;
 
 /// All hypotheses.
 pub type Candidates = ArrayVec<Candidate, CANDIDATES_MAX>;
@@ -99,7 +118,8 @@ pub type Candidates = ArrayVec<Candidate, CANDIDATES_MAX>;
 const LOG_PRIOR: [f64; 4] = [0.0, -1.0, -2.0, -3.0];
 /// ln of the prior of two that are stuck.
 const LOG_PRIOR_TWO: f64 = -4.0;
-/// The same for left and right one together, where they were commanded to: one cause for both.
+/// The same for left and right one together, at the same angle or at opposite ones: one cause for both. Both signs, because
+/// ailerons at opposite angles do to the estimate what elevators at opposite angles do, and are as probable.
 const LOG_PRIOR_PAIR: f64 = -1.0;
 /// The same for what no effector explains.
 const LOG_PRIOR_ANYTHING: f64 = -4.0;
@@ -130,6 +150,8 @@ pub struct Sums {
     wz: Vector3<f64>,
     /// Σ W B_i times 1 and m_i.
     wb: [[Vector3<f64>; 2]; Effector::MAX],
+    /// The same as `zz` and `air` with a constant by errors of the sensors integrated out, and the cost of that.
+    offset: (f64, [Vector3<f64>; 4], f64),
     /// Σ of what an arbitrary disturbance costs.
     anything: f64,
     /// Σ B_iᵀ W z times 1 and m_i.
@@ -196,17 +218,23 @@ impl Sums {
         }
     }
 
-    /// The sums with a constant acceleration of this deviation on each axis, rad/s², integrated out of `count` columns.
+    /// The sums with a constant acceleration of this deviation on each axis, rad/s², integrated out of `count` columns; those of
+    /// healthy flight also with one of `offset`, rad/s².
     #[must_use]
-    pub fn forgiving(&self, deviation: &Vector3<f64>, count: usize) -> Self {
+    pub fn forgiving(&self, deviation: &Vector3<f64>, offset: &Vector3<f64>, count: usize) -> Self {
         let mut sums = *self;
-        let part = self.w.zip_map(deviation, |w, deviation| 1.0 / (w + 1.0 / square(deviation)));
+        let part_of = |variance: &Vector3<f64>| {
+            self.w.zip_map(variance, |w, variance| 1.0 / (w + 1.0 / variance))
+        };
+        let variance = deviation.component_mul(deviation);
+        let more = variance + offset.component_mul(offset);
+        let part = part_of(&variance);
         let of = |u: &Vector3<f64>, v: &Vector3<f64>| u.component_mul(v).dot(&part);
-        sums.zz -= of(&self.wz, &self.wz);
-        let [zz, lz, ll, l] = &mut sums.air;
-        for (sum, (u, v)) in [(zz, (&self.wz, &self.wz)), (lz, (&*l, &self.wz)), (ll, (&*l, &*l))] {
-            *sum -= u.component_mul(v).component_mul(&part);
-        }
+        (sums.zz, sums.air) = self.healthy(&part);
+        let (zz, air) = self.healthy(&part_of(&more));
+        let ratio =
+            |axis: usize| (1.0 + self.w[axis] * more[axis]) / (1.0 + self.w[axis] * variance[axis]);
+        sums.offset = (zz, air, 0.5 * libm::log(ratio(0) * ratio(1) * ratio(2)));
         for i in 0..count {
             let [b_i, bm_i] = &self.wb[i];
             sums.bz[i][0] -= of(b_i, &self.wz);
@@ -222,6 +250,17 @@ impl Sums {
         sums
     }
 
+    /// What healthy flight leaves unexplained, and the sums of the air, with a constant integrated out.
+    fn healthy(&self, part: &Vector3<f64>) -> (f64, [Vector3<f64>; 4]) {
+        let [zz, lz, ll, l] = &self.air;
+        let less = |sum: &Vector3<f64>, u: &Vector3<f64>, v: &Vector3<f64>| {
+            sum - u.component_mul(v).component_mul(part)
+        };
+        let wz = &self.wz;
+        let air = [less(zz, wz, wz), less(lz, l, wz), less(ll, l, l), *l];
+        (self.zz - wz.component_mul(wz).dot(part), air)
+    }
+
     /// Every hypothesis with its evidence.
     #[must_use]
     pub fn candidates(&self, columns: &[Column]) -> Candidates {
@@ -234,7 +273,10 @@ impl Sums {
         };
         let mut add = |candidate| _ = all.try_push(candidate);
         add(none(-0.5 * self.zz));
-        add(none(LOG_PRIOR_AIR + self.of_air()));
+        add(none(LOG_PRIOR_AIR + of_air(&self.air)));
+        let (zz, air, cost) = &self.offset;
+        add(none(-0.5 * zz - cost));
+        add(none(LOG_PRIOR_AIR + of_air(air) - cost));
         add(none(LOG_PRIOR_ANYTHING - 0.5 * self.anything));
         for (i, column) in columns.iter().enumerate() {
             for (behaviour, log_prior) in Behaviour::ALL.into_iter().zip(LOG_PRIOR) {
@@ -249,10 +291,11 @@ impl Sums {
             }
             for (j, other) in columns.iter().enumerate().skip(i + 1) {
                 let two = self.two(i, column, j, other);
-                let pair = self.pair(i, column, j, other);
-                let both = [(LOG_PRIOR_TWO, two), (LOG_PRIOR_PAIR, pair)];
+                let [same, opposite] = [1.0, -1.0].map(|way| self.pair(i, column, j, other, way));
+                let all =
+                    [(LOG_PRIOR_TWO, two), (LOG_PRIOR_PAIR, same), (LOG_PRIOR_PAIR, opposite)];
                 for (log_prior, (values, log_evidence)) in
-                    both.into_iter().filter_map(|(prior, found)| Some((prior, found?)))
+                    all.into_iter().filter_map(|(prior, found)| Some((prior, found?)))
                 {
                     add(Candidate {
                         effectors: [Some(column.effector), Some(other.effector)],
@@ -264,20 +307,6 @@ impl Sums {
             }
         }
         all
-    }
-
-    /// Evidence of air that resembles what it was just before.
-    fn of_air(&self) -> f64 {
-        let [zz, lz, ll, _] = &self.air;
-        let prior = 1.0 / square(AIR_PERSISTS);
-        let of_axis = |axis: usize| {
-            let best = (lz[axis] + prior * AIR_PERSISTS) / (ll[axis] + prior);
-            let part = best.clamp(0.0, 2.0 * AIR_PERSISTS);
-            let misfit = zz[axis] - 2.0 * part * lz[axis] + part * part * ll[axis];
-            let from_prior = prior * square(part - AIR_PERSISTS);
-            -0.5 * (misfit + from_prior) - 0.5 * libm::log(1.0 + ll[axis] / prior)
-        };
-        of_axis(0) + of_axis(1) + of_axis(2)
     }
 
     /// Parameter and evidence of one effector; `None` where the parameter is impossible.
@@ -319,9 +348,16 @@ impl Sums {
         }
     }
 
-    /// Angles and evidence of a left and a right effector that are stuck where one command had moved them.
-    fn pair(&self, i: usize, column: &Column, j: usize, other: &Column) -> Option<([f64; 2], f64)> {
-        let (_, way) = column.partner.filter(|(partner, _)| *partner == other.effector)?;
+    /// Angles and evidence of a left and a right effector that are stuck at the same angle (`way` 1) or at opposite ones (-1).
+    fn pair(
+        &self,
+        i: usize,
+        column: &Column,
+        j: usize,
+        other: &Column,
+        way: f64,
+    ) -> Option<([f64; 2], f64)> {
+        column.partner.filter(|partner| *partner == other.effector)?;
         let Both { yy, by: [by_i, by_j], bb: [bb_i, bb, bb_j] } = self.both(i, j);
         let (by, bb) = (by_i + way * by_j, bb_i + 2.0 * way * bb + bb_j);
         let (angle, evidence) = regress(yy, by, bb, spread(column));
@@ -347,6 +383,19 @@ impl Sums {
         let is_possible = may_stand(values[0], column) && may_stand(values[1], other);
         is_possible.then_some((values, evidence))
     }
+}
+
+/// Evidence of air that resembles what it was just before.
+fn of_air([zz, lz, ll, _]: &[Vector3<f64>; 4]) -> f64 {
+    let prior = 1.0 / square(AIR_PERSISTS);
+    let of_axis = |axis: usize| {
+        let best = (lz[axis] + prior * AIR_PERSISTS) / (ll[axis] + prior);
+        let part = best.clamp(0.0, 2.0 * AIR_PERSISTS);
+        let misfit = zz[axis] - 2.0 * part * lz[axis] + part * part * ll[axis];
+        let from_prior = prior * square(part - AIR_PERSISTS);
+        -0.5 * (misfit + from_prior) - 0.5 * libm::log(1.0 + ll[axis] / prior)
+    };
+    of_axis(0) + of_axis(1) + of_axis(2)
 }
 
 /// Sums of two effectors with y = z + B_i m_i + B_j m_j.

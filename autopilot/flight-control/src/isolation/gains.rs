@@ -11,7 +11,7 @@ pub enum IsolationMode {
     Report,
     /// The same, and small test deflections where two effectors look alike.
     Test,
-    /// The same, and the allocations `wls` and `relief` use the verdict.
+    /// The same, and the allocation `relief` uses what is known of the effectors that are healthy.
     Use,
 }
 

@@ -40,7 +40,7 @@ impl Bench {
         self.relief.observe(&z2, fade, model, &ActivationGains::REFERENCE, gains);
         let at = &model.condition(state);
         let airspeed_reference_m_s = 264.0;
-        let known = &Known::nothing();
+        let known = &Known::default();
         let input =
             ReliefInput { state, at, airspeed_reference_m_s, fade, main, model, mixer, known };
         self.relief.step(&input, gains)

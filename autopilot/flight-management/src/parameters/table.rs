@@ -139,7 +139,7 @@ const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_ISO", gains.selection.isolation, "What the verdict of the isolation is good for":
         0 IsolationMode::Report "reported, changes no command",
         1 IsolationMode::Test "the same, with test deflections where two effectors look alike",
-        2 IsolationMode::Use "the same, and the allocations wls and relief use it";
+        2 IsolationMode::Use "the same, and the allocation relief uses a rudder known to be healthy";
 };
 
 const ESTIMATOR: &[Parameter] = choices! { "Estimator";

@@ -89,6 +89,23 @@ pub struct Outcome {
     pub lost_s: Option<f64>,
 }
 
+impl Outcome {
+    /// Before the flight.
+    pub(super) fn of(class: usize, seed: u64, fault: String) -> Self {
+        Self {
+            class,
+            seed,
+            fault,
+            detected_s: None,
+            named_s: None,
+            right_s: None,
+            ever_wrong: false,
+            verdict: None,
+            lost_s: None,
+        }
+    }
+}
+
 /// What became of the healthy flights of a law.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Healthy {
@@ -156,7 +173,7 @@ fn fault(
 }
 
 /// Level flight, a turn before the fault in half of the flights, a turn the other way and a climb after it.
-fn references(
+pub(super) fn references(
     condition: &Condition,
     onset_s: f64,
     between: &mut impl FnMut(f64, f64) -> f64,
@@ -222,19 +239,20 @@ fn fly_fault(
     let mut setup = setup(&options.air(), airframe, condition, seed, &references, duration_s)?;
     let text = format!("[plant]\nseed = {seed}\n{tables}");
     setup.plant.faults = Scenario::from_toml("the study", &text, &airframe.effectors)?.plant.faults;
-    let start = Outcome {
-        class,
-        seed,
-        fault: line,
-        detected_s: None,
-        named_s: None,
-        right_s: None,
-        ever_wrong: false,
-        verdict: None,
-        lost_s: None,
-    };
-    let mut flown = VARIANTS.map(|_| start.clone());
-    for (variant, outcome) in VARIANTS.iter().zip(&mut flown) {
+    let start = Outcome::of(class, seed, line);
+    fly_each(&setup, &VARIANTS, broken.effectors, onset_s, &start)
+}
+
+/// The same flight with each law.
+pub(super) fn fly_each<const N: usize>(
+    setup: &FlightSetup,
+    variants: &[Variant; N],
+    broken: [Option<Effector>; 2],
+    onset_s: f64,
+    start: &Outcome,
+) -> Result<[Outcome; N], StudyError> {
+    let mut flown = variants.map(|_| start.clone());
+    for (variant, outcome) in variants.iter().zip(&mut flown) {
         let setup = select(setup.clone(), variant);
         let limits = setup.plant.airframe.limits;
         let mut sink = |observation: &Observation| {
@@ -252,7 +270,7 @@ fn fly_fault(
                 for event in *events {
                     let EventKind::Isolated(verdict) = event.kind else { continue };
                     outcome.named_s.get_or_insert(after_s);
-                    match verdict.effectors == broken.effectors {
+                    match verdict.effectors == broken {
                         true => _ = outcome.right_s.get_or_insert(after_s),
                         false => outcome.ever_wrong = true,
                     }

@@ -9,6 +9,7 @@ use super::flights::{Class, Outcome};
 use super::{Options, Study, VARIANTS};
 use crate::chart::drawing::Drawing;
 use crate::chart::{Figure, WIDTH};
+use crate::metrics::wilson_95;
 use crate::page;
 
 /// Columns behind those of the classes: other pairs, no one although detected, not detected.
@@ -75,6 +76,58 @@ pub fn flights_csv(study: &Study) -> String {
     text
 }
 
+/// One row a pair of jams.
+pub fn pairs_csv(study: &Study) -> String {
+    let mut text = String::from("seed,fault,lost_s,lost_with_the_verdict_s,named_s,verdict\n");
+    let seconds = |s: Option<f64>| s.map_or(String::new(), |s| format!("{s:.3}"));
+    for [without, with] in &study.pairs {
+        let (name, ..) = verdict_cells(study, with.verdict.as_ref());
+        let _ = writeln!(
+            text,
+            "{},\"{}\",{},{},{},{name}",
+            without.seed,
+            without.fault,
+            seconds(without.lost_s),
+            seconds(with.lost_s),
+            seconds(with.named_s)
+        );
+    }
+    text
+}
+
+/// Lost by both, lost with the verdict in use only, lost without it only.
+fn compare<'a>(flown: impl Iterator<Item = (&'a Outcome, &'a Outcome)>) -> [u32; 3] {
+    let mut counts = [0; 3];
+    for (without, with) in flown {
+        counts[0] += u32::from(without.lost_s.is_some() && with.lost_s.is_some());
+        counts[1] += u32::from(without.lost_s.is_none() && with.lost_s.is_some());
+        counts[2] += u32::from(without.lost_s.is_some() && with.lost_s.is_none());
+    }
+    counts
+}
+
+/// What the use of the verdict loses and keeps, in Markdown.
+fn comparison(study: &Study) -> String {
+    let mut text = String::from(
+        "\nWith the verdict in use, compared with the same flights of the law that only reports it:\n\n\
+         | faults | flights | lost by both | lost that were kept | of all, 95 % interval | kept that were lost |\n|---|---|---|---|---|---|\n",
+    );
+    let [_, report, used] = &study.outcomes;
+    let pairs = study.pairs.iter().map(|[without, with]| (without, with));
+    for (name, flights, [both, lost, kept]) in [
+        ("of each class", report.len(), compare(report.iter().zip(used))),
+        ("any two effectors jammed", study.pairs.len(), compare(pairs)),
+    ] {
+        let (low, high) = wilson_95(lost, u32::try_from(flights).unwrap_or(u32::MAX));
+        let (low, high) = (100.0 * low, 100.0 * high);
+        let _ = writeln!(
+            text,
+            "| {name} | {flights} | {both} | {lost} | {low:.2} to {high:.2} % | {kept} |"
+        );
+    }
+    text
+}
+
 /// Effectors, behaviour, value in degrees or as a part, and confidence; empty without a verdict.
 fn verdict_cells(study: &Study, verdict: Option<&Verdict>) -> (String, String, String, String) {
     use flight_control::isolation::evidence::Behaviour;
@@ -125,11 +178,12 @@ fn percent(part: usize, of: usize) -> f64 {
 /// What matters, in Markdown.
 pub fn summary(options: &Options, study: &Study) -> String {
     let mut text = format!(
-        "{} flights with a fault for each of {} classes and each law, turbulence {} m/s, gyro noise {} deg/s, seed {}.\n\n\
+        "{} flights with a fault for each of {} classes and each law, {} sensors, turbulence {} m/s, gyro noise {} deg/s, seed {}.\n\n\
          | law | detected | right at the end | wrong at the end | no one named | ever wrong | median delay to the right name, s | 95 % of them, s | lost |\n\
          |---|---|---|---|---|---|---|---|---|\n",
         options.flights,
         study.classes.all.len(),
+        options.grade.key(),
         options.turbulence_m_s,
         options.gyro_noise_deg_s,
         options.seed,
@@ -155,7 +209,9 @@ pub fn summary(options: &Options, study: &Study) -> String {
             outcomes.iter().filter(|o| o.lost_s.is_some()).count(),
         );
     }
-    text += "\nPercentages are of the detected faults.\n\n\
+    text += "\nPercentages are of the detected faults.\n";
+    text += &comparison(study);
+    text += "\n\
              | law | healthy flight, h | detector woke | an effector was named | named an hour, upper 95 % bound | lost |\n|---|---|---|---|---|---|\n";
     for (variant, healthy) in VARIANTS.iter().zip(&study.healthy) {
         let bound = crate::false_alarms::bound_per_h(healthy.named, healthy.seconds);
