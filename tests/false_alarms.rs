@@ -39,6 +39,17 @@ fn healthy_flight_in_moderate_turbulence_has_no_more_alarms_than_the_stated_rate
     }
 }
 
+/// Below the design Mach number the model explains too much of the flow angles, which are largest there.
+#[test]
+fn the_rate_holds_at_the_slowest_condition_alone() {
+    let Shipped { kind, index } = Shipped::find();
+    let options = Options { conditions: vec![CONDITIONS[0]], seed: 31_000, ..options() };
+    let flown = fly_healthy(&options, GradeName::Tactical).expect("the shipped aircraft flies");
+    let alarms: u32 = flown.iter().map(|at| at.alarms[kind][index]).sum();
+    let hours: f64 = flown.iter().map(|at| at.seconds / 3_600.0).sum();
+    assert!(f64::from(alarms) <= ALLOWED_PER_H * hours, "{alarms} alarms in {hours} h");
+}
+
 /// The rate is not that of a deaf detector.
 #[test]
 fn with_tactical_sensors_faults_are_noticed_nearly_as_soon_as_with_the_levels_of_ideal_ones() {
