@@ -332,6 +332,38 @@ fn a_folder_that_cannot_be_written_is_refused_and_nothing_is_replaced_that_is_no
 }
 
 #[test]
+fn the_preset_of_the_estimator_follows_the_sensors_and_one_that_the_user_sets_stands_and_is_announced()
+ {
+    let folder = folder();
+    let gains = folder.path().join("gains.toml");
+    fs::write(&gains, "EST_PRESET = 0\n").expect("a free path");
+    let flight = |words: &[&str]| {
+        let flown = ["nominal", "--set", "plant.duration_s=1"];
+        let all: Vec<&str> = flown.iter().chain(words).copied().collect();
+        let output = fly(&all);
+        assert_eq!(output.status.code(), Some(0), "{words:?}: {}", err(&output));
+        err(&output)
+    };
+    let consumer = ["--set", "plant.sensors.grade=consumer"];
+    let tactical = ["--set", "plant.sensors.grade=tactical"];
+    let announced = "EST_PRESET is 0 as set; for consumer sensors it would be 1\n";
+    for (words, note) in [
+        (vec![], ""),
+        (consumer.to_vec(), ""),
+        (tactical.to_vec(), ""),
+        ([&consumer[..], &["--set", "EST_PRESET=1"]].concat(), ""),
+        ([&consumer[..], &["--set", "EST_PRESET=0"]].concat(), announced),
+        ([&consumer[..], &["--gains", text(&gains)]].concat(), announced),
+        (
+            [&tactical[..], &["--set", "EST_PRESET=1"]].concat(),
+            "EST_PRESET is 1 as set; for tactical sensors it would be 0\n",
+        ),
+    ] {
+        assert_eq!(flight(&words), note, "{words:?}");
+    }
+}
+
+#[test]
 fn a_live_flight_ends_at_the_duration_of_its_scenario() {
     let folder = folder();
     let scenario = folder.path().join("short.toml");

@@ -83,6 +83,9 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     })?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace());
+    if let Some(note) = &options.note {
+        screen.message(note)?;
+    }
     let arrangement = if args.is_as_fast_as_possible() {
         let fastest = arrangement::fastest(program);
         screen.message(&format!(

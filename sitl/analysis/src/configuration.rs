@@ -95,6 +95,40 @@ pub enum ConfigurationError {
     Autopilot(#[from] config::ConfigError),
 }
 
+/// The estimator's preset for sensors of a grade.
+#[must_use]
+pub const fn preset_of(grade: GradeName) -> EstimatorPreset {
+    match grade {
+        GradeName::Consumer => EstimatorPreset::Consumer,
+        GradeName::Ideal | GradeName::Tactical => EstimatorPreset::Parameters,
+    }
+}
+
+/// Parameters before anybody sets one: those of the model, with the estimator's preset of the fitted sensors.
+#[must_use]
+pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters {
+    if sensors.name == GradeName::Consumer {
+        defaults.gains.selection.estimator = preset_of(sensors.name);
+    }
+    defaults
+}
+
+/// Tells the operator that the estimator assumes sensors other than the fitted ones, because somebody has set its preset.
+#[must_use]
+pub fn preset_note(preset: EstimatorPreset, sensors: &SensorSettings) -> Option<String> {
+    let expected = preset_of(sensors.name);
+    // With ideal sensors the estimator does not fly unless somebody selects it.
+    let differs = sensors.name != GradeName::Ideal && preset != expected;
+    differs.then(|| {
+        format!(
+            "EST_PRESET is {} as set; for {} sensors it would be {}",
+            preset as u8,
+            sensors.name.key(),
+            expected as u8,
+        )
+    })
+}
+
 /// A file with its name for messages.
 #[derive(Debug, Clone)]
 pub struct Named {
@@ -288,18 +322,11 @@ impl AircraftArgs {
         })
     }
 
-    /// Parameters, where those that are not set are as in `parameters`; the estimator's preset is that of the fitted sensors.
+    /// Parameters, where those that are not set are as in `parameters`.
     ///
     /// # Errors
     /// [`ConfigurationError`] names parameter, value and range.
-    pub fn parameters(
-        &self,
-        mut parameters: Parameters,
-        sensors: &SensorSettings,
-    ) -> Result<Parameters, ConfigurationError> {
-        if sensors.name == GradeName::Consumer {
-            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-        }
+    pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, ConfigurationError> {
         settings::set_parameters(&mut parameters, &self.settings)?;
         Ok(parameters)
     }

@@ -25,7 +25,7 @@ use serde::Serialize;
 use ulog::reader::{Log, ReadError};
 
 use crate::closed_loop::{FlightSetup, fault_known};
-use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::configuration::{AircraftArgs, ConfigurationError, Named, fitted, preset_note};
 use crate::page::GENERATOR;
 use crate::plot;
 use crate::runner::Progress;
@@ -306,6 +306,11 @@ impl FlyArgs {
     /// Whether every aircraft was kept.
     fn fly(&self) -> Result<bool, FlyError> {
         let setup = self.setup()?;
+        let preset = setup.parameters.gains.selection.estimator;
+        if let Some(note) = preset_note(preset, &setup.plant.sensors) {
+            // Nobody may read it.
+            let _ = writeln!(console::err(), "{note}");
+        }
         if let Some(Seeds::Range { from, to }) = self.seed {
             return self.fly_seeds(&setup, from, to);
         }
@@ -376,12 +381,12 @@ impl FlyArgs {
         plant.check()?;
         plant.check_faults().map_err(|source| self.of_scenario(source.into()))?;
         let model = aircraft.model()?;
-        let mut parameters = model.defaults;
+        let mut parameters = fitted(model.defaults, &plant.sensors);
         self.laws.apply(&mut parameters).map_err(|error| FlyError::Laws(Box::new(error)))?;
         if let Some(ftc) = self.ftc {
             parameters.set("FTC_MODE", ftc.value())?;
         }
-        let mut parameters = aircraft.parameters(parameters, &plant.sensors)?;
+        let mut parameters = aircraft.parameters(parameters)?;
         parameters.brings_law = self.own_law.is_some();
         parameters.check_law().map_err(FlyError::Law)?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);

@@ -15,7 +15,7 @@ use icd::{ControlPeriod, EffectorKind, PerEffector};
 use nalgebra::Complex;
 use plant_sim::servos::Servo;
 use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, EarthModel, PlantPart, SensorSettings};
+use plant_sim::{Airframe, EarthModel, PlantPart};
 
 use crate::configuration::{AircraftArgs, Named};
 use crate::runner;
@@ -176,7 +176,7 @@ impl MarginsArgs {
         let model = aircraft.model()?;
         let mut parameters = model.defaults;
         self.laws.apply(&mut parameters)?;
-        let mut parameters = aircraft.parameters(parameters, &SensorSettings::IDEAL)?;
+        let mut parameters = aircraft.parameters(parameters)?;
         let selection = &mut parameters.gains.selection;
         (selection.main, selection.compensator) = (laws.main, CompensatorMode::Off);
         if let Some(compensator) = laws.compensator {

@@ -24,7 +24,7 @@ use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::closed_loop::{FlightSetup, Observation, TimedCommand, fly_while};
-use crate::configuration::{AircraftArgs, Named, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{AircraftArgs, Named, TURBULENCE_MAX_M_S, fitted, up_to};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
@@ -158,7 +158,7 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.seed = options.seed;
     let model = aircraft.model()?;
-    let parameters = aircraft.parameters(model.defaults, &plant.sensors)?;
+    let parameters = aircraft.parameters(fitted(model.defaults, &plant.sensors))?;
     Ok(FlightSetup {
         plant,
         model: model.aircraft,

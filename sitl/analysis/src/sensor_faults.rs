@@ -379,24 +379,30 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
         options.seed,
     );
     for (sensor, rms, turns, flights) in rows {
+        // A flight that was lost before has no number, and a row of such flights none at all.
+        let judged: Vec<&Lost> = flights.iter().filter(|flown| flown.seconds > 0.0).collect();
+        let number = |value: f64, decimals: usize, unit: &str| match judged.is_empty() {
+            true => "-".to_owned(),
+            false => format!("{value:.decimals$}{unit}"),
+        };
         let mean = |of: &dyn Fn(&Lost) -> f64| {
-            flights.iter().map(of).sum::<f64>() / flights.len().max(1) as f64
+            judged.iter().map(|flown| of(flown)).sum::<f64>() / judged.len().max(1) as f64
         };
         let largest =
-            |place: usize| flights.iter().map(|flown| flown.largest[place]).fold(0.0, f64::max);
+            |place: usize| judged.iter().map(|flown| flown.largest[place]).fold(0.0, f64::max);
         // Writing to a string cannot fail.
         let _ = writeln!(
             text,
-            "| {} | {rms} | {} | {} | {:.2} m/s | {:.2} m/s | {:.1} m/s | {:.1} m | {:.2} deg | {:.2} |",
+            "| {} | {rms} | {} | {} | {} | {} | {} | {} | {} | {} |",
             sensor.map_or("-", |sensor| sensor.name()),
             if *turns { "turns" } else { "straight" },
             flights.iter().filter(|flown| flown.lost_at_s.is_some()).count(),
-            mean(&|flown| flown.airspeed[0]).sqrt(),
-            mean(&|flown| flown.airspeed[1]).sqrt(),
-            largest(0),
-            largest(1),
-            largest(2),
-            mean(&|flown| flown.wind_nees),
+            number(mean(&|flown| flown.airspeed[0]).sqrt(), 2, " m/s"),
+            number(mean(&|flown| flown.airspeed[1]).sqrt(), 2, " m/s"),
+            number(largest(0), 1, " m/s"),
+            number(largest(1), 1, " m"),
+            number(largest(2), 2, " deg"),
+            number(mean(&|flown| flown.wind_nees), 2, ""),
         );
     }
     text
@@ -438,6 +444,8 @@ fn table(options: &Options, rows: &[Row]) -> String {
         let both = |place: usize| {
             let (during, after) = (flown.errors[place], flown.errors_after[place]);
             match flown.lost_at_s {
+                // Lost before the onset: there is no number.
+                Some(_) if flown.ticks == 0.0 => "-".to_owned(),
                 Some(_) => format!("{during:.1}"),
                 None => format!("{during:.1} ({after:.1})"),
             }
@@ -454,4 +462,34 @@ fn table(options: &Options, rows: &[Row]) -> String {
         );
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_of_flights_that_were_lost_at_once_have_no_numbers_and_such_flights_do_not_dilute_the_others()
+     {
+        let options = Options {
+            out: PathBuf::new(),
+            grade: GradeName::Tactical,
+            aircraft: AircraftArgs::default(),
+            seed: 1,
+        };
+        let lost = Lost { lost_at_s: Some(41.0), ..Lost::default() };
+        let kept = Lost { airspeed: [4.0, 9.0], wind_nees: 3.0, seconds: 590.0, ..Lost::default() };
+        let rows = [
+            (Some(SensorKind::Pitot), 3.0, false, vec![lost; 4]),
+            (Some(SensorKind::Pitot), 3.0, true, vec![lost, kept]),
+        ];
+        let text = loss_table(&options, &rows);
+        let lines: Vec<&str> = text.lines().rev().take(2).collect();
+        assert!(lines[1].ends_with("| 4 | - | - | - | - | - | - |"), "{text}");
+        assert!(lines[0].contains("| 1 | 2.00 m/s | 3.00 m/s |"), "{text}");
+        assert!(lines[0].ends_with("| 3.00 |"), "{text}");
+        let early = Flown { lost_at_s: Some(20.0), ..Flown::default() };
+        let text = table(&options, &[(None, early)]);
+        assert!(text.contains("| lost at 20.0 s | - | - | - |"), "{text}");
+    }
 }

@@ -1,9 +1,12 @@
 //! Flies the runs of a campaign on all cores, part by part.
 
+use std::collections::BTreeSet;
 use std::io::Write as _;
 use std::num::NonZero;
 use std::str::FromStr;
 
+use flight_analysis::closed_loop::FlightSetup;
+use flight_analysis::configuration::preset_note;
 use flight_analysis::runner::Progress;
 use host_io::console;
 use rayon::prelude::*;
@@ -40,6 +43,19 @@ impl Shard {
     }
 }
 
+/// Presets of the estimator that somebody has set against the fitted sensors: of the first flight of each aircraft with each law.
+fn preset_notes(plan: &Plan) -> BTreeSet<String> {
+    let laws = plan.laws().len();
+    let first = (0..plan.aircraft.len()).map(|airframe| plan.flights_of(airframe).start * laws);
+    let runs = first.flat_map(|first| first..first + laws);
+    // A run that cannot be flown has its own message.
+    let setups = runs.filter_map(|number| plan.setup(&plan.run(number as u64).ok()?).ok());
+    let note = |setup: FlightSetup| {
+        preset_note(setup.parameters.gains.selection.estimator, &setup.plant.sensors)
+    };
+    setups.filter_map(note).collect()
+}
+
 /// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
 ///
 /// # Errors
@@ -59,6 +75,9 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
     if runs < all {
         // Nobody may read any more.
         let _ = writeln!(console::err(), "{} of {all} runs are there already", all - runs);
+    }
+    for note in preset_notes(plan) {
+        let _ = writeln!(console::err(), "{note}");
     }
     let total = usize::try_from(runs).unwrap_or(usize::MAX);
     let progress = Progress::new(&plan.file.spec.name, "runs", total).quiet_at_first();

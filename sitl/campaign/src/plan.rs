@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use autopilot::run::{LawArgs, RunError};
 use flight_analysis::closed_loop::FlightSetup;
-use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
+use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named, fitted};
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::fly::{self, FlyError};
 use flight_analysis::settings::{Setting, Target};
@@ -385,13 +385,11 @@ impl Plan {
         plant.check()?;
         plant.check_faults()?;
         let of_law = |problem: String| PlanError::Parameters { law: law.name.clone(), problem };
-        let mut parameters = model.defaults;
+        let mut parameters = fitted(model.defaults, &plant.sensors);
         law.args
             .apply(&mut parameters)
             .map_err(|error| PlanError::Law { law: law.name.clone(), source: Box::new(error) })?;
-        let parameters = args
-            .parameters(parameters, &plant.sensors)
-            .map_err(|error| of_law(error.to_string()))?;
+        let parameters = args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
         parameters.check_law().map_err(|error| of_law(error.to_string()))?;
         if law.knows_fault && parameters.gains.selection.compensator != CompensatorMode::Off {
             let problem = "fault_known = true needs FTC_MODE = 0: it takes the compensator's place";

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::ops::ControlFlow;
 
 use flight_analysis::closed_loop::{FlightSetup, Operator, Tick, run, settings};
-use flight_analysis::configuration::{AircraftArgs, Named};
+use flight_analysis::configuration::{AircraftArgs, Named, fitted};
 use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
 use host_io::clock;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -121,7 +121,7 @@ fn flight_setup(
     let flight = aircraft.scenario(&nominal, &airframe.effectors)?;
     let model = aircraft.model()?;
     let plant = plant_setup(airframe, step_us, true)?;
-    let parameters = aircraft.parameters(model.defaults, &plant.sensors)?;
+    let parameters = aircraft.parameters(fitted(model.defaults, &plant.sensors))?;
     Ok(FlightSetup {
         plant,
         model: model.aircraft,

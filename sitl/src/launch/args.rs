@@ -5,8 +5,9 @@ use std::path::Path;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
+use flight_analysis::configuration::{fitted, preset_note};
+use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
-use plant_sim::{GradeName, airframe};
 
 use super::keys::PaceState;
 
@@ -118,6 +119,8 @@ pub struct LaunchArgs {
 pub(super) struct Options {
     pub(super) autopilot: Vec<String>,
     pub(super) plant: Vec<String>,
+    /// What the operator has to know at the start.
+    pub(super) note: Option<String>,
 }
 
 /// An option, or a file that it names, is wrong.
@@ -161,19 +164,29 @@ impl LaunchArgs {
         let plant: PlantArgs = parse("sitl plant-sim", &self.plant_options())?;
         let setup = plant.plant_setup()?;
         plant.plant(&setup)?;
-        let mut options =
-            Options { autopilot: self.autopilot_options(), plant: self.plant_options() };
-        // The autopilot knows what it is fitted with, in whatever program.
-        let is_set = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
-        if setup.sensors.name == GradeName::Consumer && !is_set {
-            options.autopilot.push("--param=EST_PRESET=1".to_owned());
-        }
+        let mut options = Options {
+            autopilot: self.autopilot_options(),
+            plant: self.plant_options(),
+            note: None,
+        };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
         autopilot.own_law = self.own_law;
         let model = autopilot.model()?;
         let kept = autopilot.kept_parameters(&model.defaults)?;
         let saved = kept.map_or(model.defaults, |kept| kept.parameters);
-        autopilot.control_setup_over(&model.aircraft, &saved)?;
+        let (_, parameters) = autopilot.control_setup_over(&model.aircraft, &saved)?;
+        // The autopilot knows what it is fitted with, in whatever program, unless an option or the file of gains says otherwise.
+        let fitted = fitted(saved, &setup.sensors);
+        let mut with_gains = fitted;
+        autopilot.laws.apply(&mut with_gains)?;
+        let preset = parameters.gains.selection.estimator;
+        let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
+        let expected = with_gains.gains.selection.estimator;
+        if is_option || preset == expected {
+            options.note = preset_note(preset, &setup.sensors);
+        } else {
+            options.autopilot.push(format!("--param=EST_PRESET={}", expected as u8));
+        }
         autopilot.links()?;
         autopilot.kept_key()?;
         Ok(options)
@@ -298,5 +311,37 @@ mod tests {
             assert!(refusal.contains(words), "{refusal}");
         }
         assert_eq!(refusal(&base()), "accepted");
+    }
+
+    #[test]
+    fn the_preset_of_the_estimator_follows_the_sensors_and_one_that_the_user_sets_stands_and_is_announced()
+     {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let path = |name: &str| folder.path().join(name).display().to_string();
+        let (scenario, gains) = (path("consumer.toml"), path("gains.toml"));
+        std::fs::write(&scenario, "[plant.sensors]\ngrade = \"consumer\"\n").unwrap();
+        std::fs::write(&gains, "EST_PRESET = 0\n").unwrap();
+        let base = || LaunchArgs {
+            parameter_file: Some("none".to_owned()),
+            signing_key: Some("none".to_owned()),
+            scenario: Some(scenario.clone()),
+            ..LaunchArgs::default()
+        };
+        let added = |args: LaunchArgs| {
+            let options = args.check().map_err(|error| error.to_string()).unwrap();
+            let added = options.autopilot.last().is_some_and(|word| word == "--param=EST_PRESET=1");
+            (added, options.note)
+        };
+        let note = "EST_PRESET is 0 as set; for consumer sensors it would be 1".to_owned();
+        let set = |value: &str| vec![format!("EST_PRESET={value}")];
+        for (args, expected) in [
+            (LaunchArgs { scenario: None, ..base() }, (false, None)),
+            (base(), (true, None)),
+            (LaunchArgs { gains: Some(gains.clone()), ..base() }, (false, Some(note.clone()))),
+            (LaunchArgs { param: set("0"), ..base() }, (false, Some(note))),
+        ] {
+            let shown = format!("{args:?}");
+            assert_eq!(added(args), expected, "{shown}");
+        }
     }
 }

@@ -13,7 +13,7 @@ use plant_sim::{Airframe, Plant, PlantPart, Start, scenario};
 
 use super::Case;
 use crate::closed_loop::{FlightSetup, Operator, Tick, run, settings};
-use crate::configuration::{AircraftArgs, Named};
+use crate::configuration::{AircraftArgs, Named, fitted};
 use crate::false_alarms::StudyError;
 use crate::false_alarms::flights::{draws, entry};
 
@@ -97,7 +97,7 @@ impl Sides {
         let model = args.model()?;
         let nominal = Named::shipped("nominal", scenario::NOMINAL);
         let plant = args.scenario(&nominal, &airframe.effectors)?.plant;
-        let parameters = args.parameters(model.defaults, &plant.sensors)?;
+        let parameters = args.parameters(fitted(model.defaults, &plant.sensors))?;
         let duration_s = plant.duration_s.unwrap_or(FLIGHT_S);
         check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS)
             .map_err(|error| plant_sim::ConfigError::Range {

@@ -16,7 +16,7 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
 use super::{Options, StudyError};
 use crate::closed_loop::{FlightSetup, fly};
-use crate::configuration::AircraftArgs;
+use crate::configuration::fitted;
 use crate::metrics::DEG;
 use crate::runner;
 
@@ -171,8 +171,7 @@ pub fn setup(
     }
     plant.seed = seed;
     let period = ControlPeriod::DEFAULT;
-    let mut parameters =
-        AircraftArgs::default().parameters(Parameters::default(), &plant.sensors)?;
+    let mut parameters = fitted(Parameters::default(), &plant.sensors);
     parameters.gains.selection.compensator = CompensatorMode::Off;
     Ok(FlightSetup {
         plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),

@@ -15,7 +15,7 @@ use super::judge::{self, Keep};
 use super::outcome::{Fate, Outcome};
 use super::{DURATION_S, FlyError};
 use crate::closed_loop::FlightSetup;
-use crate::configuration::{AircraftArgs, Named};
+use crate::configuration::{AircraftArgs, Named, fitted};
 use crate::linearize::Condition;
 use crate::metrics::DEG;
 use crate::runner;
@@ -151,10 +151,10 @@ impl JamsArgs {
         let flight = self.aircraft.scenario(&file, &airframe.effectors)?;
         let period = ControlPeriod::DEFAULT;
         let plant = flight.plant.setup(airframe.clone(), 0, period, default_step_us(period));
-        let mut parameters = model.defaults;
+        let mut parameters = fitted(model.defaults, &plant.sensors);
         self.laws.apply(&mut parameters)?;
         parameters.set("FTC_MODE", ftc.value())?;
-        let parameters = self.aircraft.parameters(parameters, &plant.sensors)?;
+        let parameters = self.aircraft.parameters(parameters)?;
         parameters.check_law()?;
         let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
         Ok(FlightSetup {

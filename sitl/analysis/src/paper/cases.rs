@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::trace::{Sample, Trace};
 use super::{Fly, PaperError};
 use crate::closed_loop::FlightSetup;
-use crate::configuration::{AircraftArgs, Named};
+use crate::configuration::{AircraftArgs, Named, fitted};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;
@@ -134,7 +134,7 @@ impl Case {
         let model = aircraft.model()?;
         let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
         conditions.apply(&mut setup);
-        let parameters = aircraft.parameters(model.defaults, &setup.sensors)?;
+        let parameters = aircraft.parameters(fitted(model.defaults, &setup.sensors))?;
         Ok(Self {
             number,
             fault_s,
