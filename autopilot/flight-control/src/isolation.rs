@@ -321,7 +321,8 @@ impl Awake {
 
         let square = |z: Vector3<f64>| z.component_mul(&z).component_div(&noise).sum();
         let expected = self.best.and_then(|best| best.estimate(&columns));
-        let [away, size] = expected.map_or([0.0; 2], |expected| [z2 - expected, expected].map(square));
+        let [away, size] =
+            expected.map_or([0.0; 2], |expected| [z2 - expected, expected].map(square));
         let here = square(z2);
         self.seems_over = away > NOISE_SQUARE && here < ENDED_SQUARE * away;
         let times = match self.seems_over {
@@ -418,9 +419,8 @@ impl Awake {
     fn propose(&mut self, candidates: &Candidates) {
         let is_single = |other: &Candidate| matches!(other.effectors, [Some(_), None]);
         let Some((one, probability)) = most_probable(candidates, is_single) else { return };
-        let rival = most_probable(candidates, |other| {
-            is_single(other) && other.effectors != one.effectors
-        });
+        let rival =
+            most_probable(candidates, |other| is_single(other) && other.effectors != one.effectors);
         if let Some((rival, _)) = rival.filter(|_| probability >= TESTED) {
             self.test.propose(one.effectors, rival.effectors, self.since_us);
         }

@@ -319,7 +319,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder for the test");
         let path = |name: &str| folder.path().join(name).display().to_string();
         let (scenario, gains) = (path("consumer.toml"), path("gains.toml"));
-        std::fs::write(&scenario, "[plant.sensors]\ngrade = \"consumer\"\n").unwrap();
+        std::fs::write(&scenario, "[plant]\nseed = 1\n[plant.sensors]\ngrade = \"consumer\"\n")
+            .unwrap();
         std::fs::write(&gains, "EST_PRESET = 0\n").unwrap();
         let base = || LaunchArgs {
             parameter_file: Some("none".to_owned()),
