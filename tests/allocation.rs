@@ -17,7 +17,6 @@ use icd::tvc_jet;
 use icd::{Actuators, FaultKind, FaultRequest};
 use plant_sim::sensors::{GradeName, SensorSettings};
 use plant_sim::{EarthModel, Plant};
-use sitl::closed_loop::settings;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -78,7 +77,7 @@ fn a_control_step_on_estimated_states_allocates_nothing() {
     let mut setup = flights::case_1(EarthModel::Wgs84);
     setup.plant.sensors = SensorSettings::of_grade(GradeName::Consumer);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
-    let mut autopilot = Autopilot::new(&settings(&setup));
+    let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     let before = allocations();
     for _ in 0..5_000 {
@@ -134,11 +133,12 @@ fn a_control_step_of_a_mission_allocates_nothing() {
         seed: 1,
         out,
         aircraft: sitl::configuration::AircraftArgs::default(),
+        laws: autopilot::run::LawArgs::default(),
     };
     let setup = sitl::mission::setup(&options).expect("the shipped aircraft");
     let plan = std::sync::Arc::new(sitl::mission::demo(&setup));
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
-    let mut autopilot = Autopilot::new(&settings(&setup));
+    let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     autopilot.step(plant.time(), &plant.sense());
     for (number, command) in (1..).zip([

@@ -8,7 +8,7 @@ use flights::{case_1, case_2, fly, healthy};
 use icd::FaultKind;
 use icd::tvc_jet;
 use plant_sim::{EarthModel, Plant};
-use sitl::closed_loop::{FlightSetup, Record, settings};
+use sitl::closed_loop::{FlightSetup, Record};
 
 /// The mirrored flight: faults on the other side, roll references and rudder reversed.
 fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
@@ -157,7 +157,7 @@ fn level_after_start(
     );
     setup.references = autopilot::config::references("start", &text).expect("written here");
     let mut plant = Plant::new(&setup.plant).expect("there is a trim");
-    let mut autopilot = Autopilot::new(&settings(&setup));
+    let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     while let Some(report) = plant.pop_report().filter(|_| with_report) {
         autopilot.handle_report(&report);
@@ -190,7 +190,7 @@ fn off_the_design_point_the_estimate_begins_near_zero_and_not_at_half_its_level(
 fn sensors_with_different_rates_and_one_that_fails_for_a_second_keep_level_flight() {
     let setup = healthy(EarthModel::Wgs84);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
-    let mut autopilot = Autopilot::new(&settings(&setup));
+    let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);
     let mut last = plant.sense();
     for tick in 0..10_000_u32 {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use autopilot::command::Command;
 use autopilot::event::EventKind;
+use autopilot::run::LawArgs;
 use autopilot::vehicle::{LinkLossAction, Mode, Place, Reposition};
 use autopilot::vehicle::{
     VehicleEvent,
@@ -35,7 +36,8 @@ fn setup_of(
     aircraft: AircraftArgs,
 ) -> FlightSetup {
     let out = std::path::PathBuf::new();
-    let options = MissionOptions { earth, wind_m_s, turbulence_m_s, seed: 1, out, aircraft };
+    let laws = LawArgs::default();
+    let options = MissionOptions { earth, wind_m_s, turbulence_m_s, seed: 1, out, aircraft, laws };
     mission::setup(&options).expect("the shipped aircraft")
 }
 

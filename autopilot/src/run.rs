@@ -149,7 +149,7 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         status::start(printer, first, stop.clone())?;
     }
     info!(plant_link = %listening, "autopilot ready");
-    let autopilot = Autopilot::new(&settings).with_own_law(args.own_law);
+    let autopilot = Autopilot::new(&settings);
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
     let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
         .with_health_file(health)

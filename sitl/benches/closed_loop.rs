@@ -11,7 +11,7 @@ use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
-use sitl::closed_loop::{FlightSetup, settings};
+use sitl::closed_loop::FlightSetup;
 
 fn parse<T: Args>(words: &[&str]) -> T {
     let matches = T::augment_args(Command::new("bench")).get_matches_from(words);
@@ -29,6 +29,8 @@ fn setup(step_us: u32) -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::ZERO,
     }
 }
@@ -38,7 +40,7 @@ fn direct(c: &mut Criterion) {
     for step_us in [2_000, 1_000] {
         let setup = setup(step_us);
         let mut plant = Plant::new(&setup.plant).expect("the shipped setup flies");
-        let mut autopilot = Autopilot::new(&settings(&setup));
+        let mut autopilot = Autopilot::new(&setup.settings());
         autopilot.begin_flight(setup.plant.period, plant.time(), false);
         c.bench_function(&format!("closed loop tick, plant step {step_us} us"), |b| {
             b.iter(|| {
@@ -81,7 +83,7 @@ fn link(c: &mut Criterion) {
     let plant_address = std::net::SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 1));
     let mut plant_side = PlantSide::new(1, tvc_jet::aircraft());
     let mut flight_side = FlightSide::new(tvc_jet::aircraft());
-    let mut autopilot = Autopilot::new(&settings(&setup));
+    let mut autopilot = Autopilot::new(&setup.settings());
     let actuators = autopilot.step(plant.time(), &sensors).actuators();
     c.bench_function("link exchange without socket", |b| {
         b.iter(|| {

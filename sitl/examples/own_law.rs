@@ -4,16 +4,17 @@
 
 use std::process::ExitCode;
 
-use flight_control::{Law, LawInput, MainCommand};
+use autopilot::own_law::OwnLaw;
+use flight_control::{Law, LawInput, MainCommand, Visitor};
 
 /// Altitude by climb rate, pitch rate; roll by roll rate; airspeed by thrust; two integrals that trim.
-#[derive(Default)]
-pub struct OwnLaw {
+#[derive(Clone, Default)]
+pub struct MyLaw {
     elevator_rad: f64,
     thrust_m_s2: f64,
 }
 
-impl Law for OwnLaw {
+impl Law for MyLaw {
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
         let LawInput { state, references, model, h, .. } = *input;
         let (aircraft, rates) = (model.aircraft(), state.rates);
@@ -35,8 +36,13 @@ impl Law for OwnLaw {
             ..MainCommand::default()
         }
     }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        visit(&mut self.elevator_rad);
+        visit(&mut self.thrust_m_s2);
+    }
 }
 
 fn main() -> ExitCode {
-    sitl::cli::main(Some(|| Box::new(OwnLaw::default())))
+    sitl::cli::main(Some(OwnLaw::new("my law", MyLaw::default)))
 }

@@ -157,6 +157,8 @@ fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>
         parameters,
         references: control.references,
         script: control.script,
+        own_law: None,
+        knows_fault: false,
         duration,
     })
 }

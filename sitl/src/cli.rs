@@ -47,18 +47,20 @@ pub struct Cli {
     launch: LaunchArgs,
 }
 
-/// The program `sitl`: reads the command line and reports errors on standard error. `own_law` is a law that
-/// the caller brings: it flies unless `--law` names another one.
+/// The program `sitl`: reads the command line and reports errors on standard error. `own` is a law that the caller brings: it flies
+/// unless `--law` names another one.
 #[must_use]
-pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
+pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
     let mut cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     });
-    cli.bring(own_law);
-    run(&cli).unwrap_or_else(|error| {
+    if let Some(own) = &own {
+        cli.bring(own);
+    }
+    run(&cli, own.as_ref()).unwrap_or_else(|error| {
         tracing::error!("{error}");
         ExitCode::FAILURE
     })
@@ -66,13 +68,38 @@ pub fn main(own_law: Option<OwnLaw>) -> ExitCode {
 
 impl Cli {
     /// Takes a law that the program brings.
-    fn bring(&mut self, own_law: Option<OwnLaw>) {
-        self.launch.bring(own_law);
+    fn bring(&mut self, own: &OwnLaw) {
         match &mut self.command {
-            Some(Command::Autopilot(args)) => args.own_law = own_law,
-            Some(Command::Fly(args)) => args.bring(own_law),
-            _ => {}
+            None => self.launch.bring(own),
+            Some(Command::Autopilot(args)) => args.laws.bring(own),
+            Some(Command::Fly(args)) => args.options.laws.bring(own),
+            Some(Command::Mission(args)) => args.laws.bring(own),
+            Some(Command::Jams(args)) => args.bring(own),
+            Some(Command::Margins(args)) => args.bring(own),
+            Some(Command::Replay(args)) => args.bring(own),
+            // It gets the law when it runs.
+            Some(Command::Campaign(_)) => {}
+            Some(command) if command.flies_laws_of_its_own() => {
+                tracing::warn!("this command flies the laws of the program, not {}", own.name());
+            }
+            Some(_) => {}
         }
+    }
+}
+
+impl Command {
+    /// Studies of the laws that the program has.
+    fn flies_laws_of_its_own(&self) -> bool {
+        matches!(
+            self,
+            Self::Paper(_)
+                | Self::PaperEstimated(_)
+                | Self::Envelope(_)
+                | Self::FalseAlarms(_)
+                | Self::Isolation(_)
+                | Self::SensorFaults(_)
+                | Self::Estimator(_)
+        )
     }
 }
 
@@ -159,7 +186,7 @@ pub struct EnvelopeArgs {
 ///
 /// # Errors
 /// Why it cannot be done, as a text for the operator.
-pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
+pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> {
     // This executable starts itself for the two processes.
     let program = std::env::current_exe()?;
     match &cli.command {
@@ -183,7 +210,7 @@ pub fn run(cli: &Cli) -> Result<ExitCode, Box<dyn Error>> {
         Some(Command::Turbulence(args)) => turbulence::run(args)?,
         Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
         Some(Command::Linearize(args)) => linearize::run(args)?,
-        Some(Command::Campaign(command)) => flight_campaign::run(command)?,
+        Some(Command::Campaign(command)) => flight_campaign::run(command, own)?,
         Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
         Some(Command::Actions(args)) => actions::run(args)?,
         Some(Command::Margins(args)) => margins::run(args)?,

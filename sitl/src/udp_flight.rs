@@ -25,7 +25,7 @@ use plant_sim::io::FlightReport;
 use crate::arrangement::Arrangement;
 use crate::process::Process;
 pub use crate::process::UdpFlightError;
-use flight_analysis::closed_loop::{End, FlightSetup, Record, settings};
+use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is checked while the plant flies.
 const WATCH_EVERY: Duration = Duration::from_millis(50);
@@ -82,7 +82,7 @@ fn fly_processes(
 ) -> Result<FlightReport, UdpFlightError> {
     let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
     write(&plant_file, &postcard::to_stdvec(&setup.plant)?)?;
-    write(&control_file, &postcard::to_stdvec(&settings(setup))?)?;
+    write(&control_file, &postcard::to_stdvec(&setup.settings())?)?;
 
     let mut autopilot = Command::new(program);
     autopilot.args([

@@ -18,7 +18,7 @@ use icd::{FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
 use proptest::prelude::*;
-use sitl::closed_loop::{FlightSetup, Record, fly, settings};
+use sitl::closed_loop::{FlightSetup, Record, fly};
 
 /// An unanswered question is sent again after this, us.
 const RESEND_US: u64 = 20_000;
@@ -54,6 +54,8 @@ fn setup() -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(3_000_000),
     }
 }
@@ -227,7 +229,7 @@ fn fly_with_pauses(
     let mut flight = Loop {
         plant,
         plant_side: PlantSide::new(1, tvc_jet::aircraft()),
-        autopilot: Autopilot::new(&settings(&setup)),
+        autopilot: Autopilot::new(&setup.settings()),
         flight_side: FlightSide::new(tvc_jet::aircraft()),
         questions: Wire::new(questions),
         answers: Wire::new(answers),

@@ -30,7 +30,7 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
     flight.start_at(&plant.trim().positions());
     let mut navigator = Navigator::default();
     let demand = Demand { altitude_m: 5_100.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
-    let mut law = example::OwnLaw::default();
+    let mut law = example::MyLaw::default();
     for _ in 0..30_000 {
         let state = navigator.step(plant.time(), &plant.sense());
         let log = flight.step_with(&state, &demand, Some(&mut law));

@@ -28,6 +28,8 @@ fn setup(plant: &[&str], autopilot: &[&str], seconds: u64) -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(1_000_000 * seconds),
     }
 }

@@ -20,6 +20,8 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         // The test sets the duration of a scenario that has none.
         duration: SimTime::from_seconds(scenario.plant.duration_s.unwrap_or(0.0))
             .expect("checked by the scenario"),

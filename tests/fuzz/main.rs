@@ -18,5 +18,5 @@ mod testing;
 
 /// Path at which `testing` expects it.
 mod closed_loop {
-    pub use sitl::closed_loop::{FlightSetup, settings};
+    pub use sitl::closed_loop::FlightSetup;
 }

@@ -45,6 +45,7 @@ impl World {
             navigation: parameters.navigation,
             references: ReferenceSchedule::default(),
             script: None,
+            own_law: None,
             fault_injection: true,
         });
         autopilot.begin_flight(ControlPeriod::DEFAULT, SimTime::ZERO, false);

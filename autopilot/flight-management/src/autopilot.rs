@@ -24,7 +24,7 @@ use crate::vehicle::plan::Plan;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 use event_queue::{EVENTS_MAX, EventQueue};
-use own_law::Brought;
+use own_law::{Brought, OwnLaw};
 use scripts::Scripts;
 
 mod event_queue;
@@ -52,10 +52,16 @@ pub struct Settings {
     pub references: ReferenceSchedule,
     /// The script that begins with each flight.
     pub script: Option<Arc<Script>>,
+    /// The law of the program that flies where `CTL_LAW` is 9. A file of settings has none.
+    #[serde(skip)]
+    pub own_law: Option<OwnLaw>,
 }
 
 /// The control side of the flight software.
-#[derive(Debug)]
+///
+/// A copy continues as the original would, with one exception: a law that cannot be copied starts anew in it
+/// ([`own_law::FlightLaw::copy`]).
+#[derive(Debug, Clone)]
 pub struct Autopilot {
     model: AircraftModel,
     gains: Gains,
@@ -84,8 +90,7 @@ impl Autopilot {
     /// Waits for a flight.
     #[must_use]
     pub fn new(settings: &Settings) -> Self {
-        let Settings { model, gains, limits, navigation, references, script, fault_injection } =
-            settings;
+        let Settings { model, gains, limits, navigation, references, script, .. } = settings;
         let period = ControlPeriod::DEFAULT;
         Self {
             model: *model,
@@ -94,7 +99,7 @@ impl Autopilot {
             navigation: NavigationSource::new(model, gains),
             vehicle: Vehicle::new(references.clone()),
             flight: FlightControl::new(period, model, gains),
-            own_law: None,
+            own_law: settings.own_law.clone().map(Brought::new),
             period,
             in_flight: false,
             on_ground: false,
@@ -104,7 +109,7 @@ impl Autopilot {
             requests: VecDeque::with_capacity(REQUESTS_MAX),
             unanswered: Vec::with_capacity(REQUESTS_MAX),
             restarts: Vec::with_capacity(REQUESTS_MAX),
-            scripts: Scripts::new(script.clone(), *fault_injection),
+            scripts: Scripts::new(script.clone(), settings.fault_injection),
             events: EventQueue::new(),
         }
     }
@@ -143,7 +148,7 @@ impl Autopilot {
         let mut publish = |kind| events.push(time, kind);
         let command =
             self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
-        let own = self.own_law.as_mut().map(Brought::law);
+        let own = self.own_law.as_mut().map(Brought::law_mut);
         let latest = self.latest.insert(Snapshot {
             time,
             period: self.period,
@@ -304,6 +309,7 @@ impl Autopilot {
             navigation: self.rules.navigation,
             references: self.vehicle.references().clone(),
             script: self.scripts.of_scenario().cloned(),
+            own_law: self.own_law.as_ref().map(Brought::own),
             fault_injection: self.scripts.may_fail,
         }
     }

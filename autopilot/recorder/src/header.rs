@@ -67,8 +67,9 @@ impl ControlHeader {
         period_us: u32,
         joined_in_flight: bool,
     ) -> Self {
-        let Settings { model, gains, limits, navigation, references, script, fault_injection } =
-            settings;
+        let Settings {
+            model, gains, limits, navigation, references, script, fault_injection, ..
+        } = settings;
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire_version: wire::VERSION,
@@ -99,6 +100,7 @@ impl ControlHeader {
             references: self.references.clone(),
             script: self.script.clone(),
             fault_injection: self.fault_injection,
+            own_law: None,
         }
     }
 }

@@ -77,7 +77,7 @@ pub struct ParameterSetting {
 }
 
 /// Which laws fly, and with which gains.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
 pub struct LawArgs {
     /// Main controller, parameter CTL_LAW by name: pid, pid-ganged-nozzle, ndi, lqr, own
     #[arg(long, value_name = "LAW", value_parser = parse_law)]
@@ -91,9 +91,18 @@ pub struct LawArgs {
     /// Parameters from a file, as `sitl design` writes them
     #[arg(long, value_name = "FILE")]
     pub gains: Option<PathBuf>,
+    /// The law that `--law own` flies; a program brings it, no option.
+    #[arg(skip)]
+    pub own: Option<OwnLaw>,
 }
 
 impl LawArgs {
+    /// Takes a law that the program brings; it flies unless `--law` names another one.
+    pub fn bring(&mut self, own: &OwnLaw) {
+        self.law.get_or_insert(MainLaw::Own);
+        self.own = Some(own.clone());
+    }
+
     /// Sets the values that the options give, and no others.
     ///
     /// # Errors
@@ -103,6 +112,7 @@ impl LawArgs {
             let refused = |problem| RunError::Gains { file: path.clone(), problem };
             parameters::set_from_text(parameters, &config::read(path)?).map_err(refused)?;
         }
+        parameters.brings_law = self.own.is_some();
         let selection = &mut parameters.gains.selection;
         selection.main = self.law.unwrap_or(selection.main);
         selection.compensator_law = self.compensator.unwrap_or(selection.compensator_law);
@@ -180,9 +190,6 @@ pub struct AutopilotArgs {
     /// Main controller, estimator of the compensator, gains.
     #[command(flatten)]
     pub laws: LawArgs,
-    /// The law that `--law own` flies; a program brings it, no option.
-    #[arg(skip)]
-    pub own_law: Option<OwnLaw>,
     /// Set a parameter; may be repeated
     #[arg(long = "param", value_name = "NAME=VALUE", value_parser = parse_setting)]
     pub parameters: Vec<ParameterSetting>,
@@ -315,16 +322,16 @@ impl AutopilotArgs {
     ) -> Result<(Settings, Parameters), RunError> {
         let mut parameters = *over;
         if let Some(path) = &self.setup {
-            let setup = read_setup(path)?;
+            let mut setup = read_setup(path)?;
+            setup.own_law = self.laws.own.clone();
             parameters.gains = setup.gains;
             parameters.limits = setup.limits;
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
-            parameters.brings_law = self.own_law.is_some();
+            parameters.brings_law = setup.own_law.is_some();
             parameters.check_law()?;
             return Ok((setup, parameters));
         }
-        parameters.brings_law = self.own_law.is_some();
         self.laws.apply(&mut parameters)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
@@ -343,8 +350,17 @@ impl AutopilotArgs {
         let script = self.script.read(config::script(name, &text, list)?, list)?.map(Arc::new);
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
         let fault_injection = failure.enabled;
-        let setup =
-            Settings { model, gains, limits, navigation, fault_injection, references, script };
+        let own_law = self.laws.own.clone();
+        let setup = Settings {
+            model,
+            gains,
+            limits,
+            navigation,
+            fault_injection,
+            references,
+            script,
+            own_law,
+        };
         Ok((setup, parameters))
     }
 }

@@ -1,131 +1,14 @@
-//! The closed loop in one process: plant and autopilot take turns, without sockets, threads or clocks.
-//!
-//! A run is a function of its [`FlightSetup`] and of what operators put in; commands, campaigns, tests and the paper's
-//! figures share it.
-//!
-//! ```text
-//! FlightSetup ─> flight::run ─ every tick ─> Operator ─ inputs ─> flight::run
-//!                                │
-//!                                └─> fly (records), fly_with_commands (by time), replay (a log), fly command (outcome)
-//! ```
+//! What of a flight the design model does not explain, and the flight itself ([`lab_engine`]).
 
-use core::convert::Infallible;
-use core::ops::ControlFlow;
-use std::sync::Arc;
-
-use autopilot::autopilot::Settings;
-use autopilot::parameters::Parameters;
-use autopilot::script::Script;
-use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::{AircraftModel, DesignModel, NavigationState, StepLog};
-use icd::{EulerAngles, PerEffector, SimTime};
+use flight_control::{DesignModel, NavigationState};
+use icd::{EulerAngles, PerEffector};
 use nalgebra::Vector3;
-use plant_sim::{Plant, PlantSetup, SetupError, Truth};
-use serde::{Deserialize, Serialize};
+use plant_sim::Truth;
 
-use crate::fault_known::FaultKnown;
-
-mod flight;
-
-pub use flight::{
-    Exchange, Flown, Observation, Operator, Tick, TimedCommand, fly_while, fly_with_commands, run,
+pub use lab_engine::flight::{End, Exchange, Flight, FlightError, FlightSetup, Held, Tick};
+pub use lab_engine::watch::{
+    Observation, Record, TimedCommand, fly, fly_while, fly_with_commands, watch,
 };
-
-/// Everything that defines a flight of both sides.
-#[derive(Debug, Clone)]
-pub struct FlightSetup {
-    /// The aircraft and the world.
-    pub plant: PlantSetup,
-    /// The controller's model of the aircraft.
-    pub model: AircraftModel,
-    /// Validated parameters of the autopilot.
-    pub parameters: Parameters,
-    /// References by time.
-    pub references: ReferenceSchedule,
-    /// What begins with the flight.
-    pub script: Option<Arc<Script>>,
-    /// The flight ends at this time, or on the ground.
-    pub duration: SimTime,
-}
-
-/// One control tick: what was true, and what the controller made of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// The plant's truth at the tick.
-    pub truth: Truth,
-    /// The signals of the control step at the tick.
-    pub log: StepLog,
-}
-
-/// How a flight ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct End {
-    /// Time of the last tick.
-    pub time: SimTime,
-    /// The aircraft touched the ground.
-    pub on_ground: bool,
-}
-
-/// Flies a setup from its start to its end and hands every tick to `sink`.
-///
-/// # Errors
-/// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
-pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, SetupError> {
-    fly_knowing(setup, None, sink)
-}
-
-/// The same, with the reference that knows the fault if there is one.
-///
-/// # Errors
-/// As [`fly`].
-pub fn fly_knowing(
-    setup: &FlightSetup,
-    fault_known: Option<FaultKnown>,
-    sink: &mut dyn FnMut(&Record),
-) -> Result<End, SetupError> {
-    let mut watcher = Watcher { sink, fault_known };
-    Ok(run(&setup.plant, &settings(setup), setup.duration, &mut watcher)?.end)
-}
-
-/// Looks at every tick and puts nothing in.
-struct Watcher<'a> {
-    sink: &'a mut dyn FnMut(&Record),
-    fault_known: Option<FaultKnown>,
-}
-
-impl Operator for Watcher<'_> {
-    type Stop = Infallible;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Infallible> {
-        (self.sink)(&tick.record());
-        ControlFlow::Continue(())
-    }
-
-    fn reallocates(&mut self, plant: &Plant, log: &StepLog) -> Option<StepLog> {
-        self.fault_known.as_mut()?.step(plant.fault_effects(), &plant.truth().positions, log)
-    }
-}
-
-/// The control side of a setup.
-#[must_use]
-pub fn settings(setup: &FlightSetup) -> Settings {
-    let Parameters { gains, limits, navigation, failure, .. } = setup.parameters;
-    Settings {
-        model: setup.model,
-        gains,
-        limits,
-        navigation,
-        references: setup.references.clone(),
-        script: setup.script.clone(),
-        fault_injection: failure.enabled,
-    }
-}
-
-/// The reference that knows the fault, for a flight of this setup.
-#[must_use]
-pub fn fault_known(setup: &FlightSetup) -> FaultKnown {
-    FaultKnown::new(&setup.model, &setup.parameters.gains, setup.plant.period)
-}
 
 /// F: the truth that z2 estimates, rad/s².
 ///

@@ -18,6 +18,7 @@ use plant_sim::io::whole;
 use plant_sim::{Airframe, GradeName, SetupError};
 
 use crate::chart::RasterError;
+use crate::closed_loop::FlightError;
 use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
 
@@ -91,6 +92,9 @@ pub enum StudyError {
     /// A flight could not start.
     #[error(transparent)]
     Setup(#[from] SetupError),
+    /// The flight.
+    #[error(transparent)]
+    Flight(#[from] FlightError),
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
     Read {

@@ -11,21 +11,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use autopilot::config::ConfigError;
-use autopilot::own_law::OwnLaw;
-use autopilot::parameters::ParameterError;
-use autopilot::run::{Ftc, LawArgs, RunError, ScriptArgs};
-use flight_control::MainLaw;
+use autopilot::run::ScriptArgs;
 use host_io::console;
 use host_io::file::{self, FileProblem};
-use icd::{ControlPeriod, SimTime};
-use plant_sim::io::{parse_earth, parse_period, whole};
-use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, SetupError};
+use plant_sim::EarthModel;
+use plant_sim::io::parse_earth;
 use serde::Serialize;
 use ulog::reader::{Log, ReadError};
 
-use crate::closed_loop::{FlightSetup, fault_known};
-use crate::configuration::{AircraftArgs, ConfigurationError, Named, fitted, preset_note};
+use crate::closed_loop::{FlightError, FlightSetup};
+use crate::configuration::{AircraftArgs, ConfigurationError, SetupOptions, preset_note};
 use crate::page::GENERATOR;
 use crate::plot;
 use crate::runner::Progress;
@@ -41,8 +36,6 @@ use judge::{FlightLog, Keep};
 use outcome::{FIGURES, Folder, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE};
 use seeds::Seeds;
 
-/// Duration of a scenario without one, s.
-const DURATION_S: f64 = 60.0;
 /// Exit status: every aircraft was kept.
 const KEPT: u8 = 0;
 /// Exit status where an aircraft was lost.
@@ -56,18 +49,12 @@ pub struct FlyArgs {
     /// What is flown: nominal, case1, case2, or a file
     #[arg(value_name = "SCENARIO")]
     scenario: String,
-    /// Aircraft and settings.
+    /// Aircraft, settings, laws, steps.
     #[command(flatten)]
-    aircraft: AircraftArgs,
+    pub options: SetupOptions,
     /// What begins with the flight.
     #[command(flatten)]
     script: ScriptArgs,
-    /// Whether the compensator acts
-    #[arg(long, value_enum, value_name = "MODE")]
-    ftc: Option<Ftc>,
-    /// Main controller, estimator of the compensator, gains.
-    #[command(flatten)]
-    laws: LawArgs,
     /// Seed of all random streams, or seeds A..B, both included, each a flight of its own; instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N|A..B")]
     seed: Option<Seeds>,
@@ -83,12 +70,6 @@ pub struct FlyArgs {
     /// A page of figures too (flight.html)
     #[arg(long, requires = "out")]
     figures: bool,
-    /// Control period, 1 to 4 ms
-    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
-    period_ms: ControlPeriod,
-    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
-    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
-    step_us: Option<u32>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     earth: Option<EarthModel>,
@@ -98,9 +79,6 @@ pub struct FlyArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<f64>,
-    /// A law that the program brings.
-    #[arg(skip)]
-    own_law: Option<OwnLaw>,
 }
 
 /// What keeps a flight from being flown, or its results from being written.
@@ -112,26 +90,17 @@ pub enum FlyError {
     /// The script cannot be read.
     #[error(transparent)]
     Script(#[from] ConfigError),
-    /// The compensator's mode cannot be set.
-    #[error("--ftc: {0}")]
-    Ftc(#[from] ParameterError),
-    /// The file of gains cannot be used.
-    #[error(transparent)]
-    Laws(Box<RunError>),
-    /// There is no such law here.
-    #[error("{0}")]
-    Law(#[source] ParameterError),
     /// This aircraft cannot fly this scenario.
     #[error("scenario {scenario}: {source}")]
     Flight {
         /// The scenario.
         scenario: String,
         /// Why not.
-        source: Box<SetupError>,
+        source: Box<FlightError>,
     },
     /// The plant cannot start.
     #[error(transparent)]
-    Start(#[from] SetupError),
+    Start(#[from] FlightError),
     /// An option that is meant for one flight.
     #[error("{option} is for one flight, not for a range of seeds")]
     OneFlight {
@@ -213,10 +182,6 @@ pub struct OneFlight<'a> {
     pub ulog: bool,
     /// A page of figures too.
     pub figures: bool,
-    /// A law that the program brings.
-    pub own_law: Option<OwnLaw>,
-    /// With the reference that knows the fault ([`crate::fault_known`]).
-    pub fault_known: bool,
 }
 
 impl OneFlight<'_> {
@@ -241,8 +206,6 @@ impl OneFlight<'_> {
             table: rows.as_mut(),
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
             progress: Some(&progress),
-            own_law: self.own_law,
-            fault_known: self.fault_known.then(|| fault_known(self.setup)),
         };
         let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
         progress.finish();
@@ -271,14 +234,12 @@ impl OneFlight<'_> {
     }
 }
 
-/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome; with the reference that knows the
-/// fault if `knows_fault`.
+/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
 ///
 /// # Errors
 /// [`FlyError::Start`] if the plant cannot start.
-pub fn outcome(setup: &FlightSetup, knows_fault: bool) -> Result<Outcome, FlyError> {
-    let keep = Keep { fault_known: knows_fault.then(|| fault_known(setup)), ..Keep::default() };
-    judge::fly(setup, true, keep).map(|(outcome, _)| outcome)
+pub fn outcome(setup: &FlightSetup) -> Result<Outcome, FlyError> {
+    judge::fly(setup, true, Keep::default()).map(|(outcome, _)| outcome)
 }
 
 fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Written<'a, T> {
@@ -295,14 +256,6 @@ fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Writt
 }
 
 impl FlyArgs {
-    /// Takes a law that the program brings; it flies unless `--law` names another one.
-    pub fn bring(&mut self, own_law: Option<OwnLaw>) {
-        self.own_law = own_law;
-        if own_law.is_some() {
-            self.laws.law.get_or_insert(MainLaw::Own);
-        }
-    }
-
     /// Whether every aircraft was kept.
     fn fly(&self) -> Result<bool, FlyError> {
         let setup = self.setup()?;
@@ -316,14 +269,12 @@ impl FlyArgs {
         }
         let one = OneFlight {
             scenario: &self.scenario,
-            aircraft: &self.aircraft,
+            aircraft: &self.options.aircraft,
             setup: &setup,
             stops_at_loss: !self.no_stop_at_loss,
             folder: self.out.as_deref(),
             ulog: self.ulog,
             figures: self.figures,
-            own_law: self.own_law,
-            fault_known: false,
         };
         let outcome = one.fly().map_err(|error| self.of_scenario(error))?;
         print(&format!("{}, {outcome}\n", self.scenario))?;
@@ -337,13 +288,13 @@ impl FlyArgs {
             }
         }
         let folder = self.out.as_deref().map(Folder::create).transpose()?;
-        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, self.own_law)
+        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss)
             .map_err(|error| self.of_scenario(error))?;
         if let Some(folder) = &folder {
             folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
             let flown = Many { flights: &flights, lost };
-            folder.write_json(OUTCOME, &written(&self.scenario, &self.aircraft, flown))?;
+            folder.write_json(OUTCOME, &written(&self.scenario, &self.options.aircraft, flown))?;
         }
         print(&seeds::shown(&flights))?;
         Ok(flights.iter().all(Outcome::is_kept))
@@ -361,13 +312,8 @@ impl FlyArgs {
 
     /// The flight of the options.
     fn setup(&self) -> Result<FlightSetup, FlyError> {
-        let aircraft = &self.aircraft;
-        aircraft.check()?;
-        let airframe = aircraft.airframe()?;
-        let effectors = airframe.effectors;
-        let flight = aircraft.scenario(&Named::scenario(&self.scenario)?, &airframe.effectors)?;
-        let step_us = self.step_us.unwrap_or_else(|| default_step_us(self.period_ms));
-        let mut plant = flight.plant.setup(airframe, 0, self.period_ms, step_us);
+        let mut setup = self.options.setup(&self.scenario)?;
+        let plant = &mut setup.plant;
         plant.earth = self.earth.unwrap_or(plant.earth);
         if let Some(Seeds::One(seed)) = self.seed {
             plant.seed = seed;
@@ -378,26 +324,11 @@ impl FlyArgs {
         if let Some(intensity_m_s) = self.turbulence_m_s {
             plant.wind = plant.wind.with_turbulence_m_s(intensity_m_s);
         }
-        plant.check()?;
-        plant.check_faults().map_err(|source| self.of_scenario(source.into()))?;
-        let model = aircraft.model()?;
-        let mut parameters = fitted(model.defaults, &plant.sensors);
-        self.laws.apply(&mut parameters).map_err(|error| FlyError::Laws(Box::new(error)))?;
-        if let Some(ftc) = self.ftc {
-            parameters.set("FTC_MODE", ftc.value())?;
-        }
-        let mut parameters = aircraft.parameters(parameters)?;
-        parameters.brings_law = self.own_law.is_some();
-        parameters.check_law().map_err(FlyError::Law)?;
-        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
-        Ok(FlightSetup {
-            plant,
-            model: model.aircraft,
-            parameters,
-            references: flight.references,
-            script: self.script.read(flight.script, &effectors)?.map(Arc::new),
-            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
-        })
+        plant.check().map_err(FlightError::from)?;
+        let scenario = setup.script.take().map(Arc::unwrap_or_clone);
+        let script = self.script.read(scenario, &plant.airframe.effectors)?;
+        setup.script = script.map(Arc::new);
+        Ok(setup)
     }
 }
 

@@ -35,6 +35,7 @@
 //! ```
 
 pub use host_io::console;
+pub use lab_engine::{configuration, settings};
 
 /// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
 #[macro_export]
@@ -58,12 +59,10 @@ pub mod actuators;
 pub mod chart;
 pub mod checkcase;
 pub mod closed_loop;
-pub mod configuration;
 pub mod design;
 pub mod envelope;
 pub mod estimator;
 pub mod false_alarms;
-pub mod fault_known;
 pub mod fly;
 pub mod isolation;
 pub mod linearize;
@@ -77,7 +76,6 @@ pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
 pub mod sensor_faults;
-pub mod settings;
 pub mod table;
 pub mod trimmable;
 pub mod turbulence;

@@ -9,6 +9,7 @@ use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
+use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
 use icd::{ControlPeriod, EffectorKind, PerEffector};
@@ -122,6 +123,11 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
 }
 
 impl MarginsArgs {
+    /// Takes a law that the program brings; it is looked at unless `--law` names another one.
+    pub fn bring(&mut self, own: &OwnLaw) {
+        self.laws.bring(own);
+    }
+
     fn all_laws(&self) -> Vec<Laws> {
         let one_or_all = |one: Option<MainLaw>| match one {
             Some(law) => vec![law],
@@ -191,7 +197,8 @@ impl MarginsArgs {
             self.period_ms,
             default_step_us(self.period_ms),
         );
-        let settled = ClosedLoop::settled(&setup, &model.aircraft, &parameters.gains)?;
+        let own = self.laws.own.clone().filter(|_| laws.main == MainLaw::Own);
+        let settled = ClosedLoop::settled(&setup, &model.aircraft, &parameters.gains, own)?;
         if !settled.flies() {
             return Err(
                 format!("{}: the aircraft is lost before it is settled", laws.name()).into()

@@ -9,22 +9,22 @@ use std::sync::Arc;
 
 use autopilot::command::Command;
 use autopilot::event::EventKind;
+use autopilot::run::LawArgs;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
 use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
 use host_io::file;
-use icd::{ControlPeriod, SimTime};
+use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
-use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, SetupError, Start, scenario};
+use plant_sim::{EarthModel, Start};
 
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
-use crate::closed_loop::{FlightSetup, Observation, TimedCommand, fly_while};
-use crate::configuration::{AircraftArgs, Named, TURBULENCE_MAX_M_S, fitted, up_to};
+use crate::closed_loop::{FlightError, FlightSetup, Observation, TimedCommand, fly_while};
+use crate::configuration::{AircraftArgs, SetupOptions, TURBULENCE_MAX_M_S, up_to};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
@@ -57,6 +57,9 @@ pub struct MissionOptions {
     /// Aircraft and settings.
     #[command(flatten)]
     pub aircraft: AircraftArgs,
+    /// Main controller, estimator of the compensator, gains.
+    #[command(flatten)]
+    pub laws: LawArgs,
     /// flat, wgs84, round or round_non_rotating
     #[arg(long, value_name = "MODEL", default_value = "wgs84", value_parser = parse_earth)]
     pub earth: EarthModel,
@@ -147,26 +150,16 @@ pub fn demo(setup: &FlightSetup) -> Plan {
 pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     let aircraft = &options.aircraft;
     aircraft.check_beside(&OPTIONS)?;
-    let airframe = aircraft.airframe()?;
-    let file = Named::shipped("nominal.toml", scenario::NOMINAL);
-    let nominal = aircraft.scenario(&file, &airframe.effectors)?;
-    let period = ControlPeriod::DEFAULT;
-    let mut plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
+    let (aircraft, laws) = (aircraft.clone(), options.laws.clone());
+    let mut setup = SetupOptions { aircraft, laws, ..SetupOptions::default() }.setup("nominal")?;
+    let plant = &mut setup.plant;
     plant.earth = options.earth;
     plant.wind.speed_m_s = options.wind_m_s;
     plant.wind.towards_rad = WIND_TOWARDS_RAD;
     plant.wind.turbulence_m_s = options.turbulence_m_s;
     plant.seed = options.seed;
-    let model = aircraft.model()?;
-    let parameters = aircraft.parameters(fitted(model.defaults, &plant.sensors))?;
-    Ok(FlightSetup {
-        plant,
-        model: model.aircraft,
-        parameters,
-        references: nominal.references,
-        script: nominal.script.map(Arc::new),
-        duration: SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO),
-    })
+    setup.duration = SimTime::from_seconds(DURATION_S).unwrap_or(SimTime::ZERO);
+    Ok(setup)
 }
 
 /// Where a setup starts.
@@ -190,8 +183,8 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 /// Flies commands until some time after the plan is complete, and keeps the track.
 ///
 /// # Errors
-/// [`SetupError`] if the plant cannot start.
-pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, SetupError> {
+/// [`FlightError`] if the plant cannot start.
+pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, FlightError> {
     let mut flown = Flown::default();
     let mut tick = 0;
     let mut over_s = f64::INFINITY;

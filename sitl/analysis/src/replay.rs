@@ -8,6 +8,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use autopilot::own_law::OwnLaw;
 use clap::Args;
 use host_io::file;
 use ulog::reader::{Log, ReadError};
@@ -40,6 +41,16 @@ pub struct ReplayArgs {
     /// The flight log (.ulg)
     #[arg(value_name = "LOG")]
     log: PathBuf,
+    /// The law of a log with `CTL_LAW` 9; a program brings it, no option.
+    #[arg(skip)]
+    own: Option<OwnLaw>,
+}
+
+impl ReplayArgs {
+    /// Takes a law that the program brings; it flies where the log has one.
+    pub fn bring(&mut self, own: &OwnLaw) {
+        self.own = Some(own.clone());
+    }
 }
 
 /// Reads a flight log that the user names, whole, if it is an ordinary file of sane size.
@@ -54,7 +65,8 @@ pub fn open_log(path: &Path) -> Result<Log, ReadError> {
 /// whether it is the same is unknown; 3: the log is damaged, and the same flight where it can be read.
 #[must_use]
 pub fn run(args: &ReplayArgs) -> u8 {
-    let recording = match open_log(&args.log).map_err(CannotFly::from).and_then(Recording::of) {
+    let log = open_log(&args.log).map_err(CannotFly::from);
+    let recording = match log.and_then(|log| Recording::with_law(log, args.own.clone())) {
         Ok(recording) => recording,
         Err(reason) => return cannot(args, &reason),
     };

@@ -20,7 +20,7 @@ use icd::sensors::SensorKind;
 use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
 
-use crate::closed_loop::{Operator, Tick, run as fly_loop, settings};
+use crate::closed_loop::{Tick, watch};
 use crate::configuration::AircraftArgs;
 use crate::estimator::Case;
 use crate::estimator::flights::Sides;
@@ -147,7 +147,7 @@ pub fn fly(
     setup.plant.faults = scheduled.into_iter().collect();
     let sensor = fault.map(|(sensor, _)| sensor);
     let mut judge = Judge { flown: Flown::default(), sensor };
-    fly_loop(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+    watch(&setup, |tick| judge.tick(tick))?;
     judge.flown.active /= judge.flown.ticks.max(1.0);
     Ok(judge.flown)
 }
@@ -157,9 +157,7 @@ struct Judge {
     sensor: Option<SensorKind>,
 }
 
-impl Operator for Judge {
-    type Stop = ();
-
+impl Judge {
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
         let truth = tick.plant.truth();
         let (now_s, state, flown) = (truth.time.as_seconds(), &tick.log.state, &mut self.flown);
@@ -253,7 +251,7 @@ pub fn fly_without(
     setup.plant.faults = scheduled.into_iter().collect();
     let sensor = fault.map(|(sensor, _)| sensor);
     let mut judge = LossJudge { lost: Lost::default(), sensor, altitude_m };
-    fly_loop(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+    watch(&setup, |tick| judge.tick(tick))?;
     let mut lost = judge.lost;
     let seconds = lost.seconds.max(1.0);
     lost.airspeed = lost.airspeed.map(|sum| sum / seconds);
@@ -267,9 +265,7 @@ struct LossJudge {
     altitude_m: f64,
 }
 
-impl Operator for LossJudge {
-    type Stop = ();
-
+impl LossJudge {
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
         let truth = tick.plant.truth();
         let (now_s, state, lost) = (truth.time.as_seconds(), &tick.log.state, &mut self.lost);

@@ -66,6 +66,8 @@ fn setup(text: &str, law: Law, duration_s: f64) -> FlightSetup {
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_seconds(duration_s).expect("seconds of a flight"),
     }
 }

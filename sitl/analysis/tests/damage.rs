@@ -39,6 +39,8 @@ fn fly(part: AirframePart, lost: f64, law: (CompensatorMode, AllocationMode)) ->
         parameters: Parameters { gains, ..Parameters::default() },
         references: config::references("nominal", scenario::NOMINAL).expect("a shipped scenario"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
     };
     let (limits, model) = (setup.plant.airframe.limits, DesignModel::new(setup.model));

@@ -3,7 +3,7 @@
 use core::ops::ControlFlow;
 use std::path::PathBuf;
 
-use flight_analysis::closed_loop::{Operator, Tick, run, settings};
+use flight_analysis::closed_loop::{Tick, watch};
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::estimator::flights::{GROUPS, Sides};
 use flight_analysis::estimator::{CASES, Options, band, mean_nees, study};
@@ -46,20 +46,6 @@ fn an_estimator_that_trusts_its_sensors_too_much_is_outside_the_band() {
     }
 }
 
-struct Kept {
-    is_lost: bool,
-}
-
-impl Operator for Kept {
-    type Stop = ();
-
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
-        let limits = &tick.plant.dynamics().airframe().limits;
-        self.is_lost = limits.are_exceeded(&tick.plant.truth().into());
-        if self.is_lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-}
-
 /// Places spread over the sphere, those where the field is steep among them; another heading at each.
 #[test]
 fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
@@ -79,9 +65,14 @@ fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
         for case in [&CASES[0], &CASES[2]] {
             let mut setup = sides.setup(case, 1.5, SEED + u64::from(number)).expect("a flight");
             setup.duration = icd::SimTime::from_micros(60_000_000);
-            let mut kept = Kept { is_lost: false };
-            run(&setup.plant, &settings(&setup), setup.duration, &mut kept).expect("it begins");
-            assert!(!kept.is_lost, "{} at {latitude}, {longitude}, {heading} deg", case.name);
+            let mut is_lost = false;
+            let look = |tick: &Tick<'_>| {
+                let limits = &tick.plant.dynamics().airframe().limits;
+                is_lost = limits.are_exceeded(&tick.plant.truth().into());
+                if is_lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            };
+            let _ = watch(&setup, look).expect("it begins");
+            assert!(!is_lost, "{} at {latitude}, {longitude}, {heading} deg", case.name);
         }
     }
 }

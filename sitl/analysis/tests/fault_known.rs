@@ -1,7 +1,8 @@
 //! The reference that knows the fault: blind before the onset, exact after it.
 
 use autopilot::config;
-use flight_analysis::closed_loop::{FlightSetup, Record, fault_known, fly, fly_knowing};
+use flight_analysis::closed_loop::{FlightSetup, Record, fly};
+use flight_analysis::fly::outcome;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel};
 use icd::{ControlPeriod, SimTime};
 use nalgebra::Vector3;
@@ -24,14 +25,16 @@ fn setup(fault: &str, mode: CompensatorMode, duration_s: f64) -> FlightSetup {
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_seconds(duration_s).expect("seconds of a flight"),
     }
 }
 
 fn records(setup: &FlightSetup, knows_fault: bool) -> Vec<Record> {
     let mut all = Vec::new();
-    let known = knows_fault.then(|| fault_known(setup));
-    let _ = fly_knowing(setup, known, &mut |record| all.push(*record)).expect("it can start");
+    let setup = FlightSetup { knows_fault, ..setup.clone() };
+    let _ = fly(&setup, &mut |record| all.push(*record)).expect("it can start");
     all
 }
 
@@ -54,10 +57,6 @@ fn before_the_onset_and_without_anything_to_reallocate_it_changes_no_bit() {
         3.0,
     );
     assert_eq!(records(&late, false), records(&late, true));
-    // `fly` is the flight without the reference.
-    let mut plain = Vec::new();
-    let _ = fly(&jam, &mut |record| plain.push(*record)).expect("it can start");
-    assert_eq!(plain, alone);
 }
 
 /// What all effectors give in the last step before the end, by the controller's model, minus what the main controller asks for.
@@ -98,9 +97,6 @@ fn knowledge_keeps_a_jammed_nozzle_that_the_blind_law_loses() {
     let fault = "effector = \"nozzle_yaw\"\nkind = \"stuck_at\"\nangle_deg = 15.0";
     let blind = setup(fault, CompensatorMode::Armed, 40.0);
     let known = setup(fault, CompensatorMode::Off, 40.0);
-    assert!(!outcome_of(&blind, false) && outcome_of(&known, true));
-}
-
-fn outcome_of(setup: &FlightSetup, knows_fault: bool) -> bool {
-    flight_analysis::fly::outcome(setup, knows_fault).expect("it can start").is_kept()
+    let is_kept = |setup| outcome(&setup).expect("it can start").is_kept();
+    assert!(!is_kept(blind) && is_kept(FlightSetup { knows_fault: true, ..known }));
 }

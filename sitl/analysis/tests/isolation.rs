@@ -33,6 +33,8 @@ fn setup(text: &str, mode: IsolationMode, allocation: AllocationMode) -> FlightS
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_seconds(30.0).expect("seconds of a flight"),
     }
 }

@@ -29,6 +29,8 @@ fn setup(name: &str, text: &str, gains: Gains) -> FlightSetup {
         parameters,
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
     }
 }

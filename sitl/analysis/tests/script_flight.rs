@@ -30,6 +30,8 @@ fn flight() -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
     }
 }

@@ -28,6 +28,8 @@ fn setup(aircraft: (&str, &str), text: &str, allocation: AllocationMode) -> Flig
         references: config::references("scenario", text)
             .expect("a shipped aircraft and a scenario for it"),
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
     }
 }

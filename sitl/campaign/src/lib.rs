@@ -11,6 +11,7 @@ use std::error::Error;
 use std::io::Write as _;
 use std::path::PathBuf;
 
+use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
@@ -168,14 +169,17 @@ pub struct CompareArgs {
     other: PathBuf,
 }
 
-/// Carries out a command.
+/// Carries out a command, with the law that the program brings.
 ///
 /// # Errors
 /// What is wrong with the specification, the folder or an option, as a text for the operator.
-pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
+pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>> {
+    let plan = |spec: &str, settings: &[Setting]| {
+        Ok::<_, PlanError>(Plan::new(SpecFile::read_with(spec, own, settings)?)?)
+    };
     match command {
         Command::Run(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
+            let plan = plan(&args.spec, &args.settings)?;
             let store = Store::open(&plan, &args.out)?;
             let _ = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
@@ -187,7 +191,7 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             }
         }
         Command::Merge(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
+            let plan = plan(&args.spec, &args.settings)?;
             let store = Store::open(&plan, &args.out)?;
             for folder in &args.from {
                 let taken = store.take(folder)?;
@@ -196,13 +200,13 @@ pub fn run(command: &Command) -> Result<(), Box<dyn Error>> {
             store.check_complete()?;
             write(&plan, &store).map(drop)
         }
-        Command::Replay(args) => replay(args),
+        Command::Replay(args) => replay(args, &plan(&args.spec, &args.settings)?),
         Command::Worst(args) => {
-            let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
+            let plan = plan(&args.spec, &args.settings)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
-        Command::Tune(args) => tune::run(&SpecFile::read(&args.spec)?, &args.out),
-        Command::Suite(args) => suite::run(&args.out, &args.settings),
+        Command::Tune(args) => tune::run(&SpecFile::read_with(&args.spec, own, &[])?, &args.out),
+        Command::Suite(args) => suite::run(&args.out, &args.settings, own),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);
             Ok(())
@@ -286,8 +290,7 @@ fn beginning_of(name: &str) -> &'static [u8] {
     file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" })
 }
 
-fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
-    let plan = Plan::new(SpecFile::read(&args.spec)?.with(&args.settings)?)?;
+fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Box<dyn Error>> {
     let last = plan.runs() - 1;
     let number = u64::try_from(args.run).ok().filter(|number| *number <= last);
     let number =
@@ -303,8 +306,6 @@ fn replay(args: &ReplayArgs) -> Result<(), Box<dyn Error>> {
         folder: args.out.as_deref(),
         ulog: args.out.is_some(),
         figures: args.out.is_some(),
-        own_law: None,
-        fault_known: plan.knows_fault(&run),
     };
     let law = plan.laws()[run.law];
     print_line!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);

@@ -38,7 +38,7 @@ impl Jams {
     pub fn of(plan: &Plan) -> Option<Self> {
         let place = |key| plan.variables().iter().position(|variable| variable.key == key);
         let has = |setting: &flight_analysis::settings::Setting, key: &str, value: &str| {
-            setting.key == key && setting.value == value
+            setting.key == key && setting.value.as_str() == Some(value)
         };
         let is_jam = plan.aircraft.iter().all(|aircraft| {
             aircraft.args.settings.iter().any(|setting| has(setting, KIND, "stuck_at"))

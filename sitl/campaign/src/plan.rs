@@ -7,16 +7,16 @@
 
 use std::path::PathBuf;
 
-use autopilot::run::{LawArgs, RunError};
+use autopilot::run::LawArgs;
 use flight_analysis::closed_loop::FlightSetup;
-use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named, fitted};
+use flight_analysis::configuration::{
+    AircraftArgs, ConfigurationError, Named, SetupBuilder, SetupOptions,
+};
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::fly::{self, FlyError};
-use flight_analysis::settings::{Setting, Target};
+use flight_analysis::settings::{Setting, SettingError, Target, written};
 use flight_control::CompensatorMode;
-use icd::{ControlPeriod, SimTime};
-use plant_sim::SetupError;
-use plant_sim::setup::default_step_us;
+use icd::SimTime;
 use rand_chacha::rand_core::Rng;
 use sha2::{Digest, Sha256};
 
@@ -44,7 +44,7 @@ pub enum PlanError {
         /// The law.
         law: String,
         /// What is wrong with it.
-        source: Box<RunError>,
+        source: Box<ConfigurationError>,
     },
     /// A variable that this campaign cannot have.
     #[error("{file}: {key}: {problem}")]
@@ -86,12 +86,22 @@ pub enum PlanError {
         /// What is wrong with them.
         problem: String,
     },
-    /// This aircraft cannot fly this scenario.
-    #[error("{0}")]
-    Setup(#[from] SetupError),
     /// The flight cannot be flown.
     #[error("{0}")]
     Flight(#[from] FlyError),
+}
+
+impl PlanError {
+    /// An error of a setup, which names the law where the law is the cause.
+    fn of_law(law: &str, source: ConfigurationError) -> Self {
+        use ConfigurationError as E;
+        match source {
+            E::Laws(_) | E::Law(_) | E::Setting(SettingError::Parameter(_)) => {
+                Self::Law { law: law.to_owned(), source: Box::new(source) }
+            }
+            other => other.into(),
+        }
+    }
 }
 
 /// A value of a variable.
@@ -104,6 +114,15 @@ pub enum Value {
 }
 
 impl Value {
+    /// As it would stand in a file.
+    #[must_use]
+    pub fn of_file(&self) -> toml::Value {
+        match self {
+            Self::Number(number) => toml::Value::Float(*number),
+            Self::Text(text) => written(text),
+        }
+    }
+
     /// As `--set` takes it.
     #[must_use]
     pub fn setting(&self) -> String {
@@ -151,8 +170,9 @@ pub struct Plan {
     pub fingerprint: String,
     inputs: Vec<InputText>,
     laws: Vec<Law>,
+    /// Of each aircraft with each law.
+    builders: Vec<SetupBuilder>,
     scenario: Named,
-    period: ControlPeriod,
     step_us: u32,
     flights: u64,
 }
@@ -194,10 +214,29 @@ impl Plan {
         let mut all = Sha256::new();
         inputs.iter().for_each(|input| all.update(input.sha256));
         let fingerprint = all.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        let period = spec.period().unwrap_or_default();
-        let step_us = spec.step_us.unwrap_or_else(|| default_step_us(period));
-        let plan =
-            Self { aircraft, fingerprint, inputs, laws, scenario, period, step_us, flights, file };
+        let period_ms = spec.period().unwrap_or_default();
+        let step_us = spec.step_us;
+        let both = aircraft.iter().flat_map(|aircraft| laws.iter().map(move |law| (aircraft, law)));
+        let builders: Vec<SetupBuilder> = both
+            .map(|(aircraft, law)| {
+                let (args, laws) = (aircraft.args.clone(), law.args.clone());
+                let options = SetupOptions { aircraft: args, laws, ftc: None, period_ms, step_us };
+                SetupBuilder::of(aircraft.airframe.clone(), aircraft.model, options)
+            })
+            .collect();
+        let step_us =
+            SetupOptions { period_ms, step_us, ..SetupOptions::default() }.plant_step_us();
+        let plan = Self {
+            aircraft,
+            fingerprint,
+            inputs,
+            laws,
+            builders,
+            scenario,
+            step_us,
+            flights,
+            file,
+        };
         plan.check()?;
         Ok(plan)
     }
@@ -350,7 +389,7 @@ impl Plan {
         settings.extend(varied.flat_map(|(variable, value)| {
             let is_key = variable.meaning != Meaning::Level;
             let keys = is_key.then_some(&variable.key).into_iter().chain(&variable.sets);
-            keys.map(|key| Setting { key: key.clone(), value: value.setting() })
+            keys.map(|key| Setting::new(key, value.of_file()))
         }));
         settings
     }
@@ -367,43 +406,22 @@ impl Plan {
     /// # Errors
     /// [`PlanError`] names file, key, value and range.
     pub fn setup(&self, run: &Run) -> Result<FlightSetup, PlanError> {
-        let aircraft = &self.aircraft[run.airframe];
         let law = &self.laws[run.law];
-        let args = self.args(run);
-        let beyond = aircraft.args.settings.len();
-        let changes =
-            |target| args.settings[beyond..].iter().any(|setting| setting.target() == Ok(target));
-        // Read anew only where this run has another one.
-        let airframe = match changes(Target::Airframe) {
-            true => args.airframe()?,
-            false => aircraft.airframe.clone(),
-        };
-        let model = if changes(Target::Model) { args.model()? } else { aircraft.model };
-        let flight = args.scenario(&self.scenario, &airframe.effectors)?;
-        let mut plant = flight.plant.setup(airframe, 0, self.period, self.step_us);
-        plant.seed = run.seed;
-        plant.check()?;
-        plant.check_faults()?;
-        let of_law = |problem: String| PlanError::Parameters { law: law.name.clone(), problem };
-        let mut parameters = fitted(model.defaults, &plant.sensors);
-        law.args
-            .apply(&mut parameters)
-            .map_err(|error| PlanError::Law { law: law.name.clone(), source: Box::new(error) })?;
-        let parameters = args.parameters(parameters).map_err(|error| of_law(error.to_string()))?;
-        parameters.check_law().map_err(|error| of_law(error.to_string()))?;
-        if law.knows_fault && parameters.gains.selection.compensator != CompensatorMode::Off {
+        let builder = &self.builders[run.airframe * self.laws.len() + run.law];
+        let beyond = self.aircraft[run.airframe].args.settings.len();
+        let of_law = |source| PlanError::of_law(&law.name, source);
+        let mut setup =
+            builder.setup(&self.scenario, &self.settings(run)[beyond..]).map_err(of_law)?;
+        setup.plant.seed = run.seed;
+        setup.knows_fault = law.knows_fault;
+        setup.duration = SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO);
+        let compensator = setup.parameters.gains.selection.compensator;
+        if law.knows_fault && compensator != CompensatorMode::Off {
             let problem = "fault_known = true needs FTC_MODE = 0: it takes the compensator's place";
-            return Err(of_law(problem.to_owned()));
+            let (law, problem) = (law.name.clone(), problem.to_owned());
+            return Err(PlanError::Parameters { law, problem });
         }
-        let script = flight.script.map(std::sync::Arc::new);
-        Ok(FlightSetup {
-            plant,
-            model: model.aircraft,
-            parameters,
-            references: flight.references,
-            script,
-            duration: SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO),
-        })
+        Ok(setup)
     }
 
     /// Whether a run has the reference that knows the fault.
@@ -417,7 +435,7 @@ impl Plan {
     /// # Errors
     /// As [`Plan::setup`], and what keeps the plant from starting.
     pub fn fly(&self, run: &Run) -> Result<Outcome, PlanError> {
-        Ok(fly::outcome(&self.setup(run)?, self.knows_fault(run))?)
+        Ok(fly::outcome(&self.setup(run)?)?)
     }
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.
@@ -482,7 +500,7 @@ fn inputs(
 impl Law {
     fn read(law: &LawSpec, file: &SpecFile) -> Result<Self, PlanError> {
         let gains = law.gains.as_deref().map(|path| file.beside(path));
-        let args = LawArgs { gains, ..LawArgs::default() };
+        let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
         let settings = settings_of(&law.set, &file.name)?;
         let knows_fault = law.fault_known;
         Ok(Self { name: law.name.clone(), args, settings, knows_fault })

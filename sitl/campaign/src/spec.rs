@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use autopilot::own_law::OwnLaw;
 use flight_analysis::configuration::Named;
-use flight_analysis::settings::{self, Setting, SettingError};
+use flight_analysis::settings::{self, Setting, SettingError, number, written};
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::ControlPeriod;
 use plant_sim::scenario::SCENARIOS;
@@ -208,6 +209,8 @@ pub struct SpecFile {
     pub folder: PathBuf,
     /// What it says.
     pub spec: Spec,
+    /// The law of the program that flies where a `[[law]]` sets `CTL_LAW` to 9.
+    pub own_law: Option<OwnLaw>,
 }
 
 impl SpecFile {
@@ -225,6 +228,23 @@ impl SpecFile {
         Self::parse(name, text, path.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
+    /// Reads a campaign, with the law that the program brings and with more settings that every flight has.
+    ///
+    /// # Errors
+    /// As [`SpecFile::read`], [`SpecFile::bring`] and [`SpecFile::with`].
+    pub fn read_with(
+        name: &str,
+        own: Option<&OwnLaw>,
+        settings: &[Setting],
+    ) -> Result<Self, SpecError> {
+        let file = Self::read(name)?;
+        let file = match own {
+            Some(own) => file.bring(own)?,
+            None => file,
+        };
+        file.with(settings)
+    }
+
     /// Parses a text.
     ///
     /// # Errors
@@ -237,23 +257,39 @@ impl SpecFile {
         spec.check(name)?;
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
-        Ok(Self { name: name.to_owned(), text, folder, spec })
+        Ok(Self { name: name.to_owned(), text, folder, spec, own_law: None })
     }
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
     /// are those of another one.
     ///
     /// # Errors
-    /// [`SpecError`] for a key that does not exist.
+    /// [`SpecError`] for a key that does not exist, or a value that no file of a campaign can have.
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
         for setting in settings {
-            check_key(&setting.key, "--set")?;
-            let value = Toml::String(setting.value.clone());
-            drop(self.spec.set.insert(setting.key.clone(), value));
+            let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
+            drop(self.spec.set.insert(key, value));
             self.text += &format!("\n# --set {setting}\n");
             self.spec.name += &format!(", {setting}");
         }
         Ok(self)
+    }
+
+    /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW` to 9, and where none does, it is one
+    /// law more. Its name belongs to the text of the specification.
+    ///
+    /// # Errors
+    /// [`SpecError`] if another law has its name.
+    pub fn bring(self, own: &OwnLaw) -> Result<Self, SpecError> {
+        let Self { name, mut text, folder, spec, .. } = self;
+        let is_own = |set: &toml::Table| set.get("CTL_LAW").and_then(number) == Some(9.0);
+        let mut sets = [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));
+        let own_name = Toml::String(own.name().to_owned());
+        text += &match sets.any(is_own) {
+            true => format!("\n# CTL_LAW = 9 is {own_name}\n"),
+            false => format!("\n[[law]]\nname = {own_name}\nset = {{ CTL_LAW = 9 }}\n"),
+        };
+        Ok(Self { own_law: Some(own.clone()), ..Self::parse(&name, text, folder)? })
     }
 
     /// A file that the specification names.
@@ -341,8 +377,17 @@ impl Spec {
     }
 }
 
+/// A finite number, a text, true or false.
+fn is_scalar(value: &Toml) -> bool {
+    match value {
+        Toml::Float(number) => number.is_finite(),
+        Toml::String(_) | Toml::Integer(_) | Toml::Boolean(_) => true,
+        _ => false,
+    }
+}
+
 fn check_key(key: &str, file: &str) -> Result<(), SpecError> {
-    let setting = Setting { key: key.to_owned(), value: String::new() };
+    let setting = Setting::new(key, "");
     settings::check_keys(std::slice::from_ref(&setting))
         .map_err(|source| SpecError::Key { file: file.to_owned(), source })
 }
@@ -360,19 +405,25 @@ pub fn text_of(value: &Toml) -> Option<String> {
 /// Settings of a table of keys and values.
 ///
 /// # Errors
-/// [`SpecError`] for an unknown key, or a value that is a list or table.
+/// [`SpecError`] for an unknown key, or a value that is no finite number, a list or a table.
 pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, SpecError> {
-    let of = |(key, value): (&String, &Toml)| {
-        check_key(key, file)?;
-        let value = text_of(value).ok_or_else(|| SpecError::Value {
+    table.iter().map(|(key, value)| checked(key, value, file)).collect()
+}
+
+/// A setting whose key exists and whose value has one place in a table.
+fn checked(key: &str, given: &Toml, file: &str) -> Result<Setting, SpecError> {
+    check_key(key, file)?;
+    let value = given.as_str().map_or_else(|| given.clone(), written);
+    match is_scalar(&value) {
+        true => Ok(Setting { key: key.to_owned(), value }),
+        false => Err(SpecError::Value {
             file: file.to_owned(),
-            key: key.clone(),
-            value: value.to_string(),
-            expected: "a number, a text, true or false (keys with dots stand in quotes)".to_owned(),
-        })?;
-        Ok(Setting { key: key.clone(), value })
-    };
-    table.iter().map(of).collect()
+            key: key.to_owned(),
+            value: given.to_string(),
+            expected: "a finite number, a text, true or false (keys with dots stand in quotes)"
+                .to_owned(),
+        }),
+    }
 }
 
 fn one() -> u64 {

@@ -9,6 +9,7 @@ use crate::plan::Plan;
 use crate::spec::{SUITE, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
+use autopilot::own_law::OwnLaw;
 use flight_analysis::settings::Setting;
 use flight_analysis::{print_line, print_text};
 
@@ -17,14 +18,19 @@ const TABLE: &str = "suite.md";
 /// First line of the table.
 const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
-/// Flies the suite with these settings besides its own, each campaign in a folder of its own, and writes the table.
+/// Flies the suite with these settings besides its own and with the law that the program brings, each campaign in a folder of its
+/// own, and writes the table.
 ///
 /// # Errors
 /// As for each campaign.
-pub fn run(folder: &Path, settings: &[Setting]) -> Result<(), Box<dyn Error>> {
+pub fn run(
+    folder: &Path,
+    settings: &[Setting],
+    own: Option<&OwnLaw>,
+) -> Result<(), Box<dyn Error>> {
     let mut flown = Vec::new();
     for (name, _) in SUITE {
-        let plan = Plan::new(SpecFile::read(name)?.with(settings)?)?;
+        let plan = Plan::new(SpecFile::read_with(name, own, settings)?)?;
         print_line!("{}", plan.file.spec.name);
         let store = Store::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;

@@ -214,7 +214,7 @@ fn score(
             law: plan.laws()[law].to_owned(),
             problem: error.to_string(),
         })?;
-        let outcome = fly::outcome(&setup, plan.knows_fault(&run))?;
+        let outcome = fly::outcome(&setup)?;
         progress.one_done();
         Ok((cost(plan, run.airframe, &outcome), !outcome.is_kept()))
     };

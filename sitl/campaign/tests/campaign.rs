@@ -35,7 +35,7 @@ fn try_command(words: &[&str]) -> Result<(), String> {
     }
     let words = std::iter::once("campaign").chain(words.iter().copied());
     let line = <Line as clap::Parser>::try_parse_from(words).map_err(|error| error.to_string())?;
-    run(&line.command).map_err(|error| error.to_string())
+    run(&line.command, None).map_err(|error| error.to_string())
 }
 
 fn command(words: &[&str]) {

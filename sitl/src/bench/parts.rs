@@ -1,13 +1,12 @@
 //! What sensors with errors, turbulence and the estimator cost, in one process on one core.
 
-use std::convert::Infallible;
 use std::error::Error;
 use std::hint::black_box;
 use std::io::Write;
 use std::ops::ControlFlow;
 
-use flight_analysis::closed_loop::{FlightSetup, Operator, Tick, run, settings};
-use flight_analysis::configuration::{AircraftArgs, Named, fitted};
+use flight_analysis::closed_loop::{FlightSetup, watch};
+use flight_analysis::configuration::{AircraftArgs, Named, SetupOptions};
 use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
 use host_io::clock;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
@@ -116,20 +115,10 @@ fn flight_setup(
     step_us: u32,
     flight_s: f64,
 ) -> Result<FlightSetup, Box<dyn Error>> {
-    let aircraft = AircraftArgs::default();
-    let nominal = Named::scenario("nominal")?;
-    let flight = aircraft.scenario(&nominal, &airframe.effectors)?;
-    let model = aircraft.model()?;
-    let plant = plant_setup(airframe, step_us, true)?;
-    let parameters = aircraft.parameters(fitted(model.defaults, &plant.sensors))?;
-    Ok(FlightSetup {
-        plant,
-        model: model.aircraft,
-        parameters,
-        references: flight.references,
-        script: None,
-        duration: SimTime::from_seconds(flight_s).unwrap_or(SimTime::ZERO),
-    })
+    let mut setup = SetupOptions::default().setup("nominal")?;
+    setup.plant = plant_setup(airframe, step_us, true)?;
+    setup.duration = SimTime::from_seconds(flight_s).unwrap_or(SimTime::ZERO);
+    Ok(setup)
 }
 
 /// Plant steps a second with the controls of the trimmed flight.
@@ -155,20 +144,13 @@ fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Box<dyn Error>>
 /// What went into navigation and laws in a flight.
 struct Recorded(Vec<(SimTime, Sensors, NavigationState, Demand)>);
 
-impl Operator for Recorded {
-    type Stop = Infallible;
-
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Infallible> {
-        let Tick { exchange, sensors, log, snapshot, .. } = tick;
-        self.0.push((exchange.time, **sensors, log.state, snapshot.demand));
-        ControlFlow::Continue(())
-    }
-}
-
 impl Recorded {
     fn of(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
         let mut flown = Self(Vec::new());
-        run(&setup.plant, &settings(setup), setup.duration, &mut flown)?;
+        watch(setup, |tick| {
+            flown.0.push((tick.exchange.time, *tick.sensors, tick.log.state, tick.snapshot.demand));
+            ControlFlow::Continue(())
+        })?;
         match flown.0.last() {
             Some((_, _, state, _)) if flown.0.len() > WARM && state.estimate.is_some() => Ok(flown),
             _ => {

@@ -170,7 +170,7 @@ impl LaunchArgs {
             note: None,
         };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
-        autopilot.own_law = self.own_law;
+        autopilot.laws.own = self.own_law.clone();
         let model = autopilot.model()?;
         let kept = autopilot.kept_parameters(&model.defaults)?;
         let saved = kept.map_or(model.defaults, |kept| kept.parameters);
@@ -193,11 +193,9 @@ impl LaunchArgs {
     }
 
     /// Takes a law that the program brings; it flies unless `--law` names another one.
-    pub(crate) fn bring(&mut self, own_law: Option<OwnLaw>) {
-        self.own_law = own_law;
-        if own_law.is_some() {
-            self.law.get_or_insert_with(|| "own".to_owned());
-        }
+    pub(crate) fn bring(&mut self, own: &OwnLaw) {
+        self.own_law = Some(own.clone());
+        self.law.get_or_insert_with(|| "own".to_owned());
     }
 
     fn autopilot_options(&self) -> Vec<String> {

@@ -11,7 +11,7 @@ use crate::script::ScriptEvent;
 pub(super) const EVENTS_MAX: usize = 256;
 
 /// Events that wait to be fetched.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct EventQueue {
     events: VecDeque<Event>,
     /// Dropped events that no event has reported yet.

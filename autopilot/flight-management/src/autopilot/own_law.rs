@@ -1,55 +1,130 @@
 //! A law that the program provides: it flies where `CTL_LAW` is 9 (`--law own`).
 
+use std::error::Error;
 use std::fmt;
+use std::sync::Arc;
 
 use flight_control::Law;
 
 use super::Autopilot;
 
-/// Creates the law for each flight.
-pub type OwnLaw = fn() -> Box<dyn Law + Send>;
+/// Why a law has failed.
+pub type Failure = Arc<dyn Error + Send + Sync>;
 
-/// The law and its constructor.
-pub(crate) struct Brought {
-    make: OwnLaw,
-    law: Box<dyn Law + Send>,
+/// A law with the state of one flight. Every [`Law`] that can be cloned is one.
+pub trait FlightLaw: Law + Send {
+    /// The law with its present state; `None` if it cannot be copied, so that a copy of the flight is refused.
+    fn copy(&self) -> Option<Box<dyn FlightLaw>>;
+
+    /// Why the law gives no more commands, if it has failed. A [`Law`] is total; one that wraps something that is not repeats its
+    /// last command from then on.
+    fn failure(&self) -> Option<Failure> {
+        None
+    }
+}
+
+impl<L: Law + Clone + Send + 'static> FlightLaw for L {
+    fn copy(&self) -> Option<Box<dyn FlightLaw>> {
+        Some(Box::new(self.clone()))
+    }
+}
+
+/// A law that the program brings: its name, and what makes one for each flight.
+#[derive(Clone)]
+pub struct OwnLaw {
+    name: Arc<str>,
+    make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
+}
+
+impl OwnLaw {
+    /// `make` is called at the start of each flight, on any thread.
+    pub fn new<L: FlightLaw + 'static>(
+        name: &str,
+        make: impl Fn() -> L + Send + Sync + 'static,
+    ) -> Self {
+        Self { name: name.into(), make: Arc::new(move || Box::new(make())) }
+    }
+
+    /// Name in tables and outcomes.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+}
+
+impl fmt::Debug for OwnLaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("OwnLaw").field(&self.name).finish()
+    }
+}
+
+/// The same law, not only one of the same name.
+impl PartialEq for OwnLaw {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.make, &other.make)
+    }
+}
+
+impl Eq for OwnLaw {}
+
+/// The law of a flight and its constructor.
+pub struct Brought {
+    own: OwnLaw,
+    law: Box<dyn FlightLaw>,
 }
 
 impl Brought {
-    /// Ready for a flight.
-    pub(crate) fn new(make: OwnLaw) -> Self {
-        Self { make, law: make() }
+    /// With a law that has not flown yet.
+    #[must_use]
+    pub fn new(own: OwnLaw) -> Self {
+        let law = (own.make)();
+        Self { own, law }
     }
 
-    /// Resets the law to the start of a flight.
-    pub(crate) fn reset(&mut self) {
-        *self = Self::new(self.make);
+    /// What the program brought.
+    #[must_use]
+    pub fn own(&self) -> OwnLaw {
+        self.own.clone()
     }
 
     /// The law of this flight.
-    pub(crate) fn law(&mut self) -> &mut dyn Law {
+    #[must_use]
+    pub fn law(&self) -> &dyn FlightLaw {
+        &*self.law
+    }
+
+    /// The same, to be flown.
+    pub fn law_mut(&mut self) -> &mut dyn Law {
         &mut *self.law
+    }
+}
+
+/// A law that cannot be copied starts anew in the copy: see [`Autopilot::own_law`].
+impl Clone for Brought {
+    fn clone(&self) -> Self {
+        let own = self.own.clone();
+        let law = self.law.copy().unwrap_or_else(|| (own.make)());
+        Self { own, law }
     }
 }
 
 impl fmt::Debug for Brought {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("Brought")
+        self.own.fmt(f)
     }
 }
 
 impl Autopilot {
-    /// Flies `law` where [`flight_control::MainLaw::Own`] is selected.
+    /// The law that the program brought, as it is in this flight.
     #[must_use]
-    pub fn with_own_law(mut self, law: Option<OwnLaw>) -> Self {
-        self.own_law = law.map(Brought::new);
-        self
+    pub fn own_law(&self) -> Option<&dyn FlightLaw> {
+        self.own_law.as_ref().map(Brought::law)
     }
 
     /// Creates the law again.
     pub(super) fn reset_own_law(&mut self) {
-        if let Some(own) = &mut self.own_law {
-            own.reset();
+        if let Some(brought) = &mut self.own_law {
+            brought.law = (brought.own.make)();
         }
     }
 }

@@ -22,6 +22,7 @@ fn settings() -> Settings {
         navigation: Parameters::default().navigation,
         references: ReferenceSchedule::default(),
         script: None,
+        own_law: None,
         fault_injection: true,
     }
 }

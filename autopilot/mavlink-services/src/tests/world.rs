@@ -126,6 +126,7 @@ impl World {
                 navigation: parameters.navigation,
                 references: ReferenceSchedule::default(),
                 script: None,
+                own_law: None,
                 fault_injection: true,
             }),
             plant: PlantManner::Willing,

@@ -26,6 +26,7 @@ fn encoder() -> Encoder<Vec<u8>> {
         navigation: parameters.navigation,
         references: ReferenceSchedule::default(),
         script: None,
+        own_law: None,
         fault_injection: false,
     };
     let header = ControlHeader::new(settings, "00000001".to_owned(), 2_000, false);

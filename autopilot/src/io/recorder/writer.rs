@@ -276,6 +276,7 @@ mod tests {
                 navigation,
                 references: ReferenceSchedule::default(),
                 script: None,
+                own_law: None,
                 fault_injection: false,
             };
             let header = ControlHeader::new(settings, session.to_owned(), 2_000, false);

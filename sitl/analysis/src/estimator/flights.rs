@@ -12,7 +12,7 @@ use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, Plant, PlantPart, Start, scenario};
 
 use super::Case;
-use crate::closed_loop::{FlightSetup, Operator, Tick, run, settings};
+use crate::closed_loop::{FlightSetup, Tick, watch};
 use crate::configuration::{AircraftArgs, Named, fitted};
 use crate::false_alarms::StudyError;
 use crate::false_alarms::flights::{draws, entry};
@@ -136,6 +136,8 @@ impl Sides {
             parameters,
             references: autopilot::config::references("the study", &programme)?,
             script: None,
+            own_law: None,
+            knows_fault: false,
             duration: SimTime::from_seconds(self.duration_s).unwrap_or(SimTime::ZERO),
         })
     }
@@ -147,9 +149,9 @@ impl Sides {
     pub fn fly(&self, case: &Case, turbulence_m_s: f64, seed: u64) -> Result<Flown, StudyError> {
         let setup = self.setup(case, turbulence_m_s, seed)?;
         let mut judge = Judge { flown: Flown::default() };
-        let end = run(&setup.plant, &settings(&setup), setup.duration, &mut judge)?;
+        let end = watch(&setup, |tick| judge.tick(tick))?;
         let mut flown = judge.flown;
-        flown.lost = end.end.on_ground;
+        flown.lost = end.on_ground;
         Ok(flown)
     }
 }
@@ -158,9 +160,7 @@ struct Judge {
     flown: Flown,
 }
 
-impl Operator for Judge {
-    type Stop = ();
-
+impl Judge {
     fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
         let time = tick.exchange.time.as_micros();
         if let Some(estimator) = tick.estimator

@@ -179,6 +179,8 @@ pub fn setup(
         parameters,
         references: autopilot::config::references("the study", references)?,
         script: None,
+        own_law: None,
+        knows_fault: false,
         duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
     })
 }

@@ -4,18 +4,18 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use autopilot::config::Model;
-use autopilot::run::{Ftc, LawArgs};
+use autopilot::own_law::OwnLaw;
+use autopilot::run::LawArgs;
+use flight_control::CompensatorMode;
 use host_io::file;
-use icd::{ControlPeriod, EffectorKind, SimTime};
+use icd::EffectorKind;
 use plant_sim::Airframe;
-use plant_sim::setup::default_step_us;
 
+use super::FlyError;
 use super::judge::{self, Keep};
 use super::outcome::{Fate, Outcome};
-use super::{DURATION_S, FlyError};
 use crate::closed_loop::FlightSetup;
-use crate::configuration::{AircraftArgs, Named, fitted};
+use crate::configuration::{AircraftArgs, ConfigurationError, Named, SetupBuilder, SetupOptions};
 use crate::linearize::Condition;
 use crate::metrics::DEG;
 use crate::runner;
@@ -44,6 +44,18 @@ pub struct JamsArgs {
     out: Option<PathBuf>,
 }
 
+impl JamsArgs {
+    /// Takes a law that the program brings.
+    pub fn bring(&mut self, own: &OwnLaw) {
+        self.laws.bring(own);
+    }
+
+    fn options(&self) -> SetupOptions {
+        let (aircraft, laws) = (self.aircraft.clone(), self.laws.clone());
+        SetupOptions { aircraft, laws, ..SetupOptions::default() }
+    }
+}
+
 /// A surface that is jammed.
 #[derive(Debug, Clone)]
 struct Jam {
@@ -57,16 +69,17 @@ struct Jam {
 /// # Errors
 /// What is wrong with files, options or the place of the table.
 pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
-    let airframe = args.aircraft.airframe()?;
+    let builder = args.options().builder()?;
+    let airframe = &builder.airframe;
     let start = &airframe.design_point;
     let design = Condition { altitude_m: start.altitude_m, airspeed_m_s: start.airspeed_m_s };
     let conditions = if args.at.is_empty() { vec![design] } else { args.at.clone() };
-    let (jams, model) = (jams(&airframe), args.aircraft.model()?);
+    let jams = jams(airframe);
     let mut setups = Vec::new();
     for condition in &conditions {
         for jam in &jams {
-            for ftc in [Ftc::Off, Ftc::Armed] {
-                setups.push(args.setup((&airframe, &model), condition, jam, ftc)?);
+            for is_armed in [false, true] {
+                setups.push(jam.setup(&builder, condition, is_armed)?);
             }
         }
     }
@@ -132,39 +145,25 @@ fn cell(outcome: &Outcome) -> String {
     }
 }
 
-impl JamsArgs {
+impl Jam {
+    /// The flight with this jam, without or with the compensator.
     fn setup(
         &self,
-        (airframe, model): (&Airframe, &Model),
+        builder: &SetupBuilder,
         at: &Condition,
-        jam: &Jam,
-        ftc: Ftc,
-    ) -> Result<FlightSetup, Box<dyn Error>> {
+        is_armed: bool,
+    ) -> Result<FlightSetup, ConfigurationError> {
         let Condition { altitude_m, airspeed_m_s } = at;
-        let Jam { key, angle_deg, .. } = jam;
+        let Self { key, angle_deg, .. } = self;
         let scenario = format!(
             "[plant]\nseed = 1\nearth = \"flat\"\n[plant.start]\naltitude_m = {altitude_m:?}\nairspeed_m_s = {airspeed_m_s:?}\n\
              [[plant.fault]]\neffector = \"{key}\"\nkind = \"stuck_at\"\nangle_deg = {angle_deg:?}\nonset_s = {ONSET_S:?}\n"
         );
         let name = format!("{key} jammed at {angle_deg} deg");
-        let file = Named { name, text: scenario.into() };
-        let flight = self.aircraft.scenario(&file, &airframe.effectors)?;
-        let period = ControlPeriod::DEFAULT;
-        let plant = flight.plant.setup(airframe.clone(), 0, period, default_step_us(period));
-        let mut parameters = fitted(model.defaults, &plant.sensors);
-        self.laws.apply(&mut parameters)?;
-        parameters.set("FTC_MODE", ftc.value())?;
-        let parameters = self.aircraft.parameters(parameters)?;
-        parameters.check_law()?;
-        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
-        Ok(FlightSetup {
-            plant,
-            model: model.aircraft,
-            parameters,
-            references: flight.references,
-            script: None,
-            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
-        })
+        let ftc = if is_armed { CompensatorMode::Armed } else { CompensatorMode::Off };
+        let mut setup = builder.setup(&Named { name, text: scenario.into() }, &[])?;
+        setup.parameters.gains.selection.compensator = ftc;
+        Ok(setup)
     }
 }
 

@@ -1,15 +1,13 @@
 //! Looks at every tick of a flight: measures it, writes its row and its entries of the flight log, and ends it when the
 //! aircraft is lost.
 
-use core::ops::ControlFlow;
 use std::io;
 
-use autopilot::own_law::OwnLaw;
 use autopilot::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Recorded, Step};
-use flight_control::{DesignModel, StepLog};
+use flight_control::DesignModel;
 use host_io::session;
 use icd::SimTime;
-use icd::fault::{PlantReport, PlantRequest};
+use icd::fault::PlantReport;
 use icd::sensors::SensorKind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
@@ -17,13 +15,12 @@ use plant_sim::{Attained, FlightLimits, Plant};
 use super::FlyError;
 use super::measures::{Measured, Measures};
 use super::outcome::{Fate, Loss, LossBy, Outcome, SensorLost};
-use crate::closed_loop::{Exchange, FlightSetup, Flown, Operator, Tick, run, settings};
-use crate::fault_known::FaultKnown;
+use crate::closed_loop::{Exchange, Flight, FlightError, FlightSetup, Tick};
 use crate::paper::trace::Sample;
 use crate::runner::Progress;
 use crate::table::{self, Columns};
 
-/// What goes with a flight beside its setup: what is kept of it, and a law that the program brings.
+/// What is kept of a flight.
 #[derive(Default)]
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
@@ -32,20 +29,10 @@ pub(super) struct Keep<'a> {
     pub(super) log: Option<FlightLog>,
     /// Counts the seconds of simulation time.
     pub(super) progress: Option<&'a Progress>,
-    /// What flies where `CTL_LAW` is 9.
-    pub(super) own_law: Option<OwnLaw>,
-    /// The reference that knows the fault.
-    pub(super) fault_known: Option<FaultKnown>,
 }
 
 /// One second, us.
 const SECOND_US: u64 = 1_000_000;
-
-/// Why a flight is ended before its time.
-enum Stop {
-    Lost,
-    Failed(FlyError),
-}
 
 /// Flies a setup and reports the outcome; ends it with the loss of the aircraft if `stops_at_loss`.
 pub(super) fn fly(
@@ -70,16 +57,25 @@ pub(super) fn fly(
         altitude_m: [f64::NAN; 2],
         loss: None,
         sensors_lost: Vec::new(),
-        stops_at_loss,
         next_second: SimTime::ZERO,
         keep,
     };
     if let Some(output) = judge.keep.table.as_mut() {
         output.write(judge.columns.header().as_bytes())?;
     }
-    let Flown { end, stopped } = run(&setup.plant, &settings(setup), setup.duration, &mut judge)?;
-    if let Some(Stop::Failed(error)) = stopped {
-        return Err(error);
+    let mut flight = Flight::new(setup).map_err(FlightError::from)?;
+    while let Some(tick) = flight.step([]) {
+        judge.look(&tick)?;
+        if stops_at_loss && judge.loss.is_some() {
+            break;
+        }
+    }
+    if let Some(failure) = flight.failure() {
+        return Err(FlightError::from(failure).into());
+    }
+    let end = flight.end();
+    if end.on_ground {
+        judge.landed(end.time, flight.plant())?;
     }
     let lost_s = judge.loss.map(|loss| loss.at_s);
     let outcome = Outcome {
@@ -106,7 +102,6 @@ struct Judge<'a> {
     altitude_m: [f64; 2],
     loss: Option<Loss>,
     sensors_lost: Vec<SensorLost>,
-    stops_at_loss: bool,
     /// Simulation time of the next count of the progress.
     next_second: SimTime,
     keep: Keep<'a>,
@@ -156,6 +151,7 @@ impl Judge<'_> {
             output.write(self.line.as_bytes())?;
         }
         if let Some(log) = self.keep.log.as_mut() {
+            tick.reports.iter().for_each(|report| log.report(tick.exchange.time, report));
             log.tick(tick)?;
         }
         if let Some(progress) = self.keep.progress
@@ -168,58 +164,12 @@ impl Judge<'_> {
         Ok(())
     }
 
-    fn over(&self) -> ControlFlow<Stop> {
-        if self.stops_at_loss && self.loss.is_some() {
-            return ControlFlow::Break(Stop::Lost);
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-fn until_failed(done: Result<(), FlyError>) -> ControlFlow<Stop> {
-    done.map_or_else(|error| ControlFlow::Break(Stop::Failed(error)), ControlFlow::Continue)
-}
-
-impl Operator for Judge<'_> {
-    type Stop = Stop;
-
-    fn own_law(&self) -> Option<OwnLaw> {
-        self.keep.own_law
-    }
-
-    fn reallocates(&mut self, plant: &Plant, log: &StepLog) -> Option<StepLog> {
-        let known = self.keep.fault_known.as_mut()?;
-        known.step(plant.fault_effects(), &plant.truth().positions, log)
-    }
-
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Stop> {
-        until_failed(self.look(tick))?;
-        self.over()
-    }
-
-    fn report(&mut self, exchange: &Exchange, report: &PlantReport) {
-        if let Some(log) = self.keep.log.as_mut() {
-            log.report(exchange, report);
-        }
-    }
-
-    fn request(
-        &mut self,
-        exchange: &Exchange,
-        request: Option<&PlantRequest>,
-    ) -> ControlFlow<Stop> {
-        let (Some(log), Some(request)) = (self.keep.log.as_mut(), request) else {
-            return ControlFlow::Continue(());
-        };
-        until_failed(log.request(exchange, *request))
-    }
-
-    fn landed(&mut self, exchange: &Exchange, plant: &Plant) -> ControlFlow<Stop> {
+    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), FlyError> {
         let by = plant.broken_by().map_or(LossBy::Ground, LossBy::Broken);
-        self.loss.get_or_insert(Loss { at_s: exchange.time.as_seconds(), by });
+        self.loss.get_or_insert(Loss { at_s: time.as_seconds(), by });
         match self.keep.log.as_mut() {
-            Some(log) => until_failed(log.landed(exchange, plant)),
-            None => ControlFlow::Continue(()),
+            Some(log) => log.landed(time, plant),
+            None => Ok(()),
         }
     }
 }
@@ -234,7 +184,7 @@ impl FlightLog {
         // There is no link; the seed tells one flight from another.
         let session = session::shown(setup.plant.seed);
         let period_us = setup.plant.period.as_micros();
-        let header = ControlHeader::new(settings(setup), session, period_us, false);
+        let header = ControlHeader::new(setup.settings(), session, period_us, false);
         let version = header.version.clone();
         let begin = Begin { time: SimTime::ZERO, header };
         let mut log = Encoder::begin(Vec::new(), begin, &setup.parameters, LogRate::Events)?;
@@ -263,31 +213,24 @@ impl FlightLog {
         for event in tick.events {
             self.0.add(Entry::Event(*event))?;
         }
+        if let Some(request) = tick.request {
+            let Exchange { time, moment, .. } = tick.exchange;
+            self.0.add(Entry::Recorded { time, moment, what: Recorded::Request(*request) })?;
+        }
         Ok(())
     }
 
     /// What the plant reports. A log in memory takes everything; what fails is found at the next tick.
-    pub(super) fn report(&mut self, exchange: &Exchange, report: &PlantReport) {
-        if let Some(entry) = Entry::of_report(exchange.time, report) {
+    fn report(&mut self, time: SimTime, report: &PlantReport) {
+        if let Some(entry) = Entry::of_report(time, report) {
             let _ = self.0.add(entry);
         }
     }
 
-    /// A request to the plant.
-    pub(super) fn request(
-        &mut self,
-        exchange: &Exchange,
-        request: PlantRequest,
-    ) -> Result<(), FlyError> {
-        let Exchange { time, moment, .. } = *exchange;
-        let what = Recorded::Request(request);
-        Ok(self.0.add(Entry::Recorded { time, moment, what })?)
-    }
-
     /// The aircraft is on the ground.
-    pub(super) fn landed(&mut self, exchange: &Exchange, plant: &Plant) -> Result<(), FlyError> {
+    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), FlyError> {
         let row = plant.truth().to_row(plant.on_ground(), plant.is_broken());
-        Ok(self.0.add(Entry::Ground { time: exchange.time, row })?)
+        Ok(self.0.add(Entry::Ground { time, row })?)
     }
 
     /// Its bytes.

@@ -3,7 +3,6 @@
 //! A flight is a function of its setup, and results stand in the order of the seeds, so nothing depends on how many
 //! threads there are.
 
-use autopilot::own_law::OwnLaw;
 use std::fmt::Write as _;
 use std::str::FromStr;
 
@@ -63,14 +62,12 @@ pub(super) fn fly(
     from: u64,
     to: u64,
     stops_at_loss: bool,
-    own_law: Option<OwnLaw>,
 ) -> Result<Vec<Outcome>, FlyError> {
     let seeds: Vec<u64> = (from..=to).collect();
     let one = |seed: &u64| {
         let mut setup = setup.clone();
         setup.plant.seed = *seed;
-        let keep = judge::Keep { own_law, ..judge::Keep::default() };
-        judge::fly(&setup, stops_at_loss, keep).map(|(outcome, _)| outcome)
+        judge::fly(&setup, stops_at_loss, judge::Keep::default()).map(|(outcome, _)| outcome)
     };
     runner::map_quietly("seeds", &seeds, one).into_iter().collect()
 }

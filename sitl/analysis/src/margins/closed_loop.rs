@@ -1,10 +1,15 @@
 //! Plant and laws as one discrete system: its states, one period of it, and its linearisation.
 
-use flight_control::{Demand, FlightControl, Gains, Navigator};
+use std::error::Error;
+
+use autopilot::own_law::{Brought, OwnLaw};
+use flight_control::{Demand, FlightControl, Gains, Navigator, Visitor};
 use icd::frames::Attitude;
 use icd::{Actuators, Effector, EulerAngles, PerEffector};
+use lab_engine::flight::CannotCopy;
+use lab_engine::law::LawFailure;
 use nalgebra::{DMatrix, DVector};
-use plant_sim::{Airframe, EarthModel, Plant, PlantSetup, SetupError};
+use plant_sim::{Airframe, EarthModel, Plant, PlantSetup};
 
 use flight_control::AircraftModel;
 
@@ -19,6 +24,7 @@ const BODY_STATES: usize = 9;
 pub struct ClosedLoop {
     plant: Plant,
     control: FlightControl,
+    own: Option<Brought>,
     demand: Demand,
     effectors: Vec<Effector>,
 }
@@ -38,12 +44,13 @@ impl ClosedLoop {
     /// Steady flight at the start of `setup`, over a flat Earth in still air, settled, without deadband and hysteresis.
     ///
     /// # Errors
-    /// [`SetupError`] if there is no steady flight there.
+    /// If there is no steady flight there; or the law that the program brings fails or cannot be copied.
     pub fn settled(
         setup: &PlantSetup,
         model: &AircraftModel,
         gains: &Gains,
-    ) -> Result<Self, SetupError> {
+        own: Option<OwnLaw>,
+    ) -> Result<Self, Box<dyn Error>> {
         let mut setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
         let Airframe { effectors, servos, .. } = &mut setup.airframe;
         for effector in effectors.all() {
@@ -60,14 +67,21 @@ impl ClosedLoop {
             roll_rad: 0.0,
             airspeed_m_s: setup.start.airspeed_m_s,
         };
-        let mut settled = Self { plant, control, demand, effectors };
+        let own = own.map(Brought::new);
+        if own.as_ref().is_some_and(|own| own.law().copy().is_none()) {
+            return Err(CannotCopy.into());
+        }
+        let mut settled = Self { plant, control, own, demand, effectors };
         let periods = SETTLING_S / setup.period.as_seconds();
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
         for _ in 0..periods as u64 {
             let commands = settled.command();
             settled.go_on(&commands);
         }
-        Ok(settled)
+        match settled.own.as_ref().and_then(|own| own.law().failure()) {
+            Some(failure) => Err(LawFailure(failure).into()),
+            None => Ok(settled),
+        }
     }
 
     /// The effectors, in the order of the inputs.
@@ -79,7 +93,8 @@ impl ClosedLoop {
     pub fn command(&mut self) -> PerEffector<f64> {
         // Every sample is good, so the navigator remembers nothing.
         let state = Navigator::default().step(self.plant.time(), &self.plant.sense());
-        self.control.step(&state, &self.demand).actuators().commands
+        let own = self.own.as_mut().map(Brought::law_mut);
+        self.control.step_with(&state, &self.demand, own).actuators().commands
     }
 
     /// The plant moves on with these commands.
@@ -109,7 +124,7 @@ impl ClosedLoop {
         x.push(-state.rigid.position.z);
         x.extend(self.effectors.iter().map(|effector| state.positions[*effector]));
         x.extend(self.plant.actuator_states().map(|state| *state));
-        self.control.states(&mut |state| x.push(*state));
+        self.law_states(&mut |state| x.push(*state));
         DVector::from_vec(x)
     }
 
@@ -127,7 +142,15 @@ impl ClosedLoop {
         }
         self.plant.go_on_from(&state);
         self.plant.set_actuator_states(rest.by_ref().copied());
-        self.control.states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
+        self.law_states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
+    }
+
+    /// The continuous states of the laws.
+    fn law_states(&mut self, visit: &mut Visitor<'_>) {
+        self.control.states(visit);
+        if let Some(own) = &mut self.own {
+            own.law_mut().states(visit);
+        }
     }
 
     /// One period from `x` with `commands`: the states after it, and the commands of the laws.

@@ -145,6 +145,8 @@ impl Case {
                 parameters,
                 references: flight.references,
                 script: None,
+                own_law: None,
+                knows_fault: false,
                 duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),
             },
         })

@@ -1,7 +1,6 @@
 //! The closed loop in one process, with the inputs of a log at their places, compared with its rows.
 
 use core::fmt;
-use core::ops::ControlFlow;
 use std::collections::VecDeque;
 
 use autopilot::recorder::{
@@ -14,7 +13,7 @@ use plant_sim::Plant;
 
 use super::compare::{Difference, Hashes, Rows};
 use super::recording::{CannotFly, Input, Recording};
-use crate::closed_loop::{Exchange, Operator, Tick, run};
+use crate::closed_loop::{Exchange, Flight, Held, Tick};
 
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -128,17 +127,22 @@ impl fmt::Display for Verdict {
 /// Flies the log again up to its end, its first difference, or the ground; `each` gets the number of each step.
 ///
 /// # Errors
-/// [`CannotFly::Start`] if the plant refuses the setup.
+/// [`CannotFly::Start`] if the plant refuses the setup, [`CannotFly::Law`] if the law of the program fails.
 pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, CannotFly> {
     let mut replay = Replay::new(recording, each);
     // A log has its own end.
     let until = SimTime::from_micros(u64::MAX);
-    let flown = run(&recording.plant.setup, &recording.control.settings(), until, &mut replay)?;
+    let mut flight = Flight::of(&recording.plant.setup, &recording.settings(), until)?;
+    let difference = replay.fly(&mut flight).err();
+    let steps = flight.steps();
+    if let Some(failure) = flight.failure().filter(|_| steps < recording.steps()) {
+        return Err(CannotFly::Law { steps, failure });
+    }
     Ok(Verdict {
         steps: replay.hash.steps(),
         run_hash: replay.hash.hex(),
         logged_hash: recording.run_hash().map(str::to_owned),
-        difference: flown.stopped.map(|difference| *difference),
+        difference: difference.map(|difference| *difference),
         missing: recording.missing().len() as u64,
         due: replay.hash.steps().div_ceil(recording.row_every()),
         first_damage: recording.first_damage_us().map(SimTime::from_micros),
@@ -158,10 +162,6 @@ struct Replay<'a> {
     names: Names,
     hashes: Hashes<'a>,
     is_cut: bool,
-    /// Inputs that waited before the present exchange.
-    waiting: usize,
-    /// An input of the present exchange was taken.
-    taken: bool,
 }
 
 type Checked = Result<(), Box<Difference>>;
@@ -183,75 +183,6 @@ impl Names {
     }
 }
 
-impl Operator for Replay<'_> {
-    type Stop = Box<Difference>;
-
-    fn goes_on(&self, step: u64) -> bool {
-        step < self.recording.steps()
-    }
-
-    fn input(&mut self, exchange: &Exchange) -> Option<Recorded> {
-        let Exchange { step, moment, .. } = *exchange;
-        let between = moment != Moment::Step && !self.taken;
-        let input = self.inputs.pop_front_if(|input| {
-            let is_now = moment == Moment::Step
-                || input.moment == moment
-                || (between && input.moment == Moment::Between);
-            is_now && input.step == step && !matches!(input.what, Recorded::Request(_))
-        })?;
-        self.taken |= input.moment == moment;
-        Some(input.what)
-    }
-
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<Box<Difference>> {
-        self.hash.step(
-            tick.exchange.time,
-            tick.sensors,
-            &tick.log.actuators(),
-            self.names.commands.len(),
-        );
-        (self.each)(tick.exchange.step);
-        until_different(self.check_rows(tick))
-    }
-
-    fn request(
-        &mut self,
-        exchange: &Exchange,
-        flown: Option<&PlantRequest>,
-    ) -> ControlFlow<Box<Difference>> {
-        until_different(self.check_request(exchange, flown))
-    }
-
-    /// Something was taken or left in an exchange of this kind before the next control step.
-    fn holds(&mut self, exchange: &Exchange) -> bool {
-        self.taken = false;
-        self.waiting = self.inputs.len();
-        let mut now = self.inputs.iter().take_while(|input| input.step == exchange.step);
-        now.any(|input| input.moment == exchange.moment)
-    }
-
-    fn held(&mut self, exchange: &Exchange) -> ControlFlow<Box<Difference>> {
-        if self.inputs.len() == self.waiting
-            && let Some(input) = self.inputs.pop_front()
-        {
-            let moment = exchange.moment;
-            let flown = format!("nothing of this kind comes before an input of {moment:?}");
-            let logged = format!("{input:?}");
-            return ControlFlow::Break(differ(exchange, "recorded", logged, flown));
-        }
-        ControlFlow::Continue(())
-    }
-
-    fn landed(&mut self, exchange: &Exchange, plant: &Plant) -> ControlFlow<Box<Difference>> {
-        until_different(self.check_truth(exchange, plant))
-    }
-}
-
-/// The first difference ends a replay.
-fn until_different(checked: Checked) -> ControlFlow<Box<Difference>> {
-    checked.map_or_else(ControlFlow::Break, ControlFlow::Continue)
-}
-
 fn differ(exchange: &Exchange, signal: &str, logged: String, flown: String) -> Box<Difference> {
     let Exchange { step, time, .. } = *exchange;
     Box::new(Difference { step, time, signal: signal.to_owned(), logged, flown })
@@ -270,11 +201,74 @@ impl<'a> Replay<'a> {
             names: Names::new(&recording.control.settings().model.effectors.list),
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
-            waiting: 0,
-            taken: false,
             recording,
             each,
         }
+    }
+
+    /// Every exchange of the log; the first difference ends it.
+    fn fly(&mut self, flight: &mut Flight) -> Checked {
+        while flight.steps() < self.recording.steps() {
+            let here =
+                Exchange { step: flight.steps(), time: flight.next_time(), moment: Moment::Step };
+            let inputs = self.inputs(&here);
+            let Some(tick) = flight.step(inputs) else { break };
+            self.check_tick(&tick)?;
+            self.hold(flight, Moment::Holding)?;
+        }
+        if flight.end().on_ground {
+            let time = flight.end().time;
+            let here = Exchange { step: flight.steps(), time, moment: Moment::OnGround };
+            self.check_truth(&here, flight.plant())?;
+            self.hold(flight, Moment::OnGround)?;
+        }
+        Ok(())
+    }
+
+    /// Exchanges without a control step, as long as something was taken or left in one before the next step.
+    fn hold(&mut self, flight: &mut Flight, moment: Moment) -> Checked {
+        loop {
+            let here = Exchange { step: flight.steps(), time: flight.end().time, moment };
+            let mut now = self.inputs.iter().take_while(|input| input.step == here.step);
+            if !now.any(|input| input.moment == moment) {
+                return Ok(());
+            }
+            let waiting = self.inputs.len();
+            let inputs = self.inputs(&here);
+            let Some(Held { exchange, request, .. }) = flight.hold(inputs) else { return Ok(()) };
+            self.check_request(&exchange, request)?;
+            if self.inputs.len() == waiting
+                && let Some(input) = self.inputs.pop_front()
+            {
+                let flown = format!("nothing of this kind comes before an input of {moment:?}");
+                return Err(differ(&exchange, "recorded", format!("{input:?}"), flown));
+            }
+        }
+    }
+
+    /// The inputs of an exchange. What came between two belongs to the first one that has none of its own before it.
+    fn inputs(&mut self, here: &Exchange) -> Vec<Recorded> {
+        let Exchange { step, moment, .. } = *here;
+        let (mut taken, mut all) = (false, Vec::new());
+        while let Some(input) = self.inputs.pop_front_if(|input| {
+            let between = moment != Moment::Step && !taken;
+            let is_now = moment == Moment::Step
+                || input.moment == moment
+                || (between && input.moment == Moment::Between);
+            is_now && input.step == step && !matches!(input.what, Recorded::Request(_))
+        }) {
+            taken |= input.moment == moment;
+            all.push(input.what);
+        }
+        all
+    }
+
+    fn check_tick(&mut self, tick: &Tick<'_>) -> Checked {
+        let commands = self.names.commands.len();
+        self.hash.step(tick.exchange.time, tick.sensors, &tick.log.actuators(), commands);
+        (self.each)(tick.exchange.step);
+        self.check_rows(tick)?;
+        self.check_request(&tick.exchange, tick.request)
     }
 
     /// The request that left in an exchange, if one did.

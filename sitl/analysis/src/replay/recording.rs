@@ -2,12 +2,15 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
+use autopilot::autopilot::Settings;
 use autopilot::command::Command;
 use autopilot::command::Configuration;
+use autopilot::own_law::OwnLaw;
 use autopilot::parameters::{ParameterError, Parameters};
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
 use flight_control::aircraft_model::AircraftModelError;
 use icd::wire;
+use lab_engine::law::LawFailure;
 use plant_sim::io::header::PlantHeader;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -84,6 +87,14 @@ pub enum CannotFly {
     /// The plant refuses the setup.
     #[error("the plant cannot start: {0}")]
     Start(#[from] plant_sim::SetupError),
+    /// The law of the program fails where that of the log did not.
+    #[error("after {steps} of its control steps {failure}")]
+    Law {
+        /// Control steps flown.
+        steps: u64,
+        /// What the law says.
+        failure: LawFailure,
+    },
 }
 
 /// An input, and where in the flight it came.
@@ -105,6 +116,7 @@ pub struct Recording {
     pub(super) log: Log,
     pub(super) control: ControlHeader,
     pub(super) plant: PlantHeader,
+    own_law: Option<OwnLaw>,
     inputs: Vec<Input>,
     steps: u64,
     missing: BTreeSet<u64>,
@@ -118,6 +130,14 @@ impl Recording {
     /// # Errors
     /// [`CannotFly`] names what is missing.
     pub fn of(log: Log) -> Result<Self, CannotFly> {
+        Self::with_law(log, None)
+    }
+
+    /// Of a log, with the law that flies where `CTL_LAW` is 9.
+    ///
+    /// # Errors
+    /// [`CannotFly`] names what is missing.
+    pub fn with_law(log: Log, own_law: Option<OwnLaw>) -> Result<Self, CannotFly> {
         let name = log.info_text("sys_name").unwrap_or("missing");
         if name != "Two-Step" {
             return Err(CannotFly::Foreign(name.to_owned()));
@@ -133,7 +153,9 @@ impl Recording {
         }
         control.model.validate()?;
         let ControlHeader { gains, limits, navigation, .. } = control;
-        let parameters = Parameters { gains, limits, navigation, ..Parameters::default() };
+        let brings_law = own_law.is_some();
+        let parameters =
+            Parameters { gains, limits, navigation, brings_law, ..Parameters::default() };
         let refused = |place: String, why| CannotFly::Parameters { place, why };
         parameters.check().map_err(|why| refused("control_header".to_owned(), why))?;
         let when = "; it comes over the link with the first ticks, and the log may end before";
@@ -179,7 +201,12 @@ impl Recording {
             missing = due.filter(|us| !is_there(us)).collect();
             damaged = log.damages().iter().map(|damage| damaged_us(&topics, damage)).collect();
         }
-        Ok(Self { log, control, plant, inputs, steps, missing, damaged })
+        Ok(Self { log, control, plant, own_law, inputs, steps, missing, damaged })
+    }
+
+    /// The control side at the start.
+    pub(super) fn settings(&self) -> Settings {
+        Settings { own_law: self.own_law.clone(), ..self.control.settings() }
     }
 
     /// The same recording, of which no more than this many control steps are flown.

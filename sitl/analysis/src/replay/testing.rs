@@ -9,7 +9,7 @@ use plant_sim::Plant;
 use plant_sim::io::header::PlantHeader;
 use ulog::writer::{Data, Definitions, Row, Topic, Value};
 
-use crate::closed_loop::{FlightSetup, settings};
+use crate::closed_loop::FlightSetup;
 
 /// An operator's command, and before which control step it comes.
 pub type StepCommand = (u64, Moment, Command);
@@ -27,7 +27,7 @@ pub struct Without {
 /// Flies a setup and writes its log.
 pub fn log(setup: &FlightSetup, commands: &[StepCommand], without: Without) -> Vec<u8> {
     let mut plant = Plant::new(&setup.plant).unwrap();
-    let settings = settings(setup);
+    let settings = setup.settings();
     let period_us = setup.plant.period.as_micros();
     let control = ControlHeader {
         row_every: without.rows.max(1),

@@ -159,7 +159,8 @@ impl Aircraft {
         let varied =
             varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
         let set = self.args.settings.iter().rfind(|setting| setting.key == wanted);
-        let Some(name) = varied.or(set.map(|setting| setting.value.clone())) else {
+        let set = set.and_then(|setting| setting.value.as_str()).map(str::to_owned);
+        let Some(name) = varied.or(set) else {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
         };
         let list = &self.airframe.effectors;

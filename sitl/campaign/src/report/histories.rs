@@ -88,12 +88,11 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
     let run = flight * plan.laws().len() + law;
     let drawn = plan.run(run as u64).ok()?;
     let setup = plan.setup(&drawn).ok()?;
-    let known = plan.knows_fault(&drawn).then(|| closed_loop::fault_known(&setup));
     let limits = setup.plant.airframe.limits;
     let model = DesignModel::new(setup.model);
     let mut history = History { law, run, time_s: Vec::new(), curves: Default::default() };
     let (mut steps, mut is_lost) = (0_u64, false);
-    let flown = closed_loop::fly_knowing(&setup, known, &mut |record| {
+    let flown = closed_loop::fly(&setup, &mut |record| {
         if is_lost {
             return;
         }

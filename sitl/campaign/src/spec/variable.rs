@@ -1,9 +1,10 @@
 //! A variable of a campaign: which key is varied, and how.
 
+use flight_analysis::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 
-use super::{SpecError, check_key};
+use super::{SpecError, check_key, is_scalar};
 
 /// Most values of one variable.
 const VALUES_MAX: u32 = 100_000;
@@ -141,10 +142,8 @@ impl Variable {
         }
         if let Some(values) = &self.values {
             let is_fit = |value: &Toml| match value {
-                Toml::Float(number) => number.is_finite(),
-                Toml::Integer(_) | Toml::Boolean(_) => true,
-                Toml::String(_) => self.meaning == Meaning::Value,
-                _ => false,
+                Toml::String(text) => self.meaning == Meaning::Value && is_scalar(&written(text)),
+                other => is_scalar(other),
             };
             if values.is_empty() || values.len() > VALUES_MAX as usize {
                 let expected = format!("1 to {VALUES_MAX} values");

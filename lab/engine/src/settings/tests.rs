@@ -98,10 +98,10 @@ fn a_setting_goes_where_its_key_says() {
 
 #[test]
 fn a_value_is_one_value_whatever_is_in_it() {
-    assert_eq!(value("1.5"), Value::Float(1.5));
-    assert_eq!(value("[1, 2]"), Value::Array(vec![Value::Integer(1), Value::Integer(2)]));
+    assert_eq!(written("1.5"), Value::Float(1.5));
+    assert_eq!(written("[1, 2]"), Value::Array(vec![Value::Integer(1), Value::Integer(2)]));
     for text in ["flat", "1\nother = 2", "", "\"", "a = b"] {
-        assert_eq!(value(text), Value::String(text.to_owned()));
+        assert_eq!(written(text), Value::String(text.to_owned()));
     }
 }
 

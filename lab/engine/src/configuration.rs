@@ -1,24 +1,36 @@
-//! From names, files and `--set` to a flight: what the commands that fly in one process have in common.
+//! From names, files and `--set` to a flight: the options that every command which flies in one process takes.
+//!
+//! ```text
+//! SetupOptions ─> SetupBuilder (aircraft, model, laws, read once) ─ scenario, more settings ─> FlightSetup
+//! ```
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use autopilot::config::{self, MODELS, Model};
-use autopilot::parameters::Parameters;
+use autopilot::parameters::{ParameterError, Parameters};
+use autopilot::run::{Ftc, LawArgs, RunError};
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::estimator::EstimatorPreset;
 use host_io::file::{self, FileProblem, TEXT_MAX};
-use icd::EffectorList;
+use icd::{ControlPeriod, EffectorList, SimTime};
 use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
+use plant_sim::io::{parse_period, whole};
 use plant_sim::scenario::{self, SCENARIOS};
-use plant_sim::{Airframe, GradeName, PlantPart, Scenario, SensorSettings};
-use toml::Table;
+use plant_sim::setup::default_step_us;
+use plant_sim::{Airframe, GradeName, PlantPart, Scenario, SensorSettings, SetupError};
+use toml::{Table, Value};
 
+use crate::flight::FlightSetup;
 use crate::settings::{self, Setting, SettingError, Target};
 
+/// Duration of a scenario without one, s.
+const DURATION_S: f64 = 60.0;
+
 /// Which aircraft, which model of it, and what is changed in all that is flown.
-#[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct AircraftArgs {
     /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file [default: tvc_jet]
     #[arg(long, value_name = "NAME|FILE")]
@@ -32,8 +44,142 @@ pub struct AircraftArgs {
     pub settings: Vec<Setting>,
 }
 
+/// Everything about a flight but what is flown.
+///
+/// ```
+/// use lab_engine::SetupOptions;
+///
+/// let mut options = SetupOptions::default();
+/// options.aircraft("f16").set("plant.wind.turbulence_m_s", 3.0).set("plant.seed", 7);
+/// options.laws.law = Some(flight_control::MainLaw::Ndi);
+/// let setup = options.setup("nominal")?;
+/// assert_eq!(setup.plant.seed, 7);
+/// # Ok::<(), lab_engine::configuration::ConfigurationError>(())
+/// ```
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
+pub struct SetupOptions {
+    /// Aircraft and settings.
+    #[command(flatten)]
+    pub aircraft: AircraftArgs,
+    /// Main controller, estimator of the compensator, gains.
+    #[command(flatten)]
+    pub laws: LawArgs,
+    /// Whether the compensator acts
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub ftc: Option<Ftc>,
+    /// Control period, 1 to 4 ms
+    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
+    pub period_ms: ControlPeriod,
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
+    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
+    pub step_us: Option<u32>,
+}
+
+/// Aircraft, model and laws, read once, for any number of flights.
+#[derive(Debug, Clone)]
+pub struct SetupBuilder {
+    /// The aircraft.
+    pub airframe: Airframe,
+    /// The controller's model, with the defaults of its parameters.
+    pub model: Model,
+    options: SetupOptions,
+}
+
+impl SetupOptions {
+    /// Flies another aircraft, by name or from a file.
+    pub fn aircraft(&mut self, name: impl Into<PathBuf>) -> &mut Self {
+        self.aircraft.airframe = Some(name.into());
+        self
+    }
+
+    /// Sets a key, as `--set` does.
+    pub fn set(&mut self, key: &str, value: impl Into<Value>) -> &mut Self {
+        self.aircraft.settings.push(Setting::new(key, value));
+        self
+    }
+
+    /// Integration step of the plant, us.
+    #[must_use]
+    pub fn plant_step_us(&self) -> u32 {
+        self.step_us.unwrap_or_else(|| default_step_us(self.period_ms))
+    }
+
+    /// The flight of a scenario, by name or from a file.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn setup(&self, scenario: &str) -> Result<FlightSetup, ConfigurationError> {
+        self.builder()?.setup(&Named::scenario(scenario)?, &[])
+    }
+
+    /// Reads aircraft and model.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn builder(&self) -> Result<SetupBuilder, ConfigurationError> {
+        self.aircraft.check()?;
+        let (airframe, model) = (self.aircraft.airframe()?, self.aircraft.model()?);
+        Ok(SetupBuilder { airframe, model, options: self.clone() })
+    }
+}
+
+impl SetupBuilder {
+    /// Of an aircraft and a model that were read with these options.
+    #[must_use]
+    pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
+        Self { airframe, model, options }
+    }
+
+    /// The flight of a scenario with `more` settings, which win over those of the options.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names file, key, value and range.
+    pub fn setup(
+        &self,
+        scenario: &Named,
+        more: &[Setting],
+    ) -> Result<FlightSetup, ConfigurationError> {
+        let SetupOptions { aircraft, laws, ftc, period_ms, .. } = &self.options;
+        let settings = aircraft.settings.iter().chain(more).cloned().collect();
+        let all = AircraftArgs { settings, ..aircraft.clone() };
+        let changes = |target| more.iter().any(|setting| setting.target() == Ok(target));
+        // Read anew only where this flight has another one.
+        let airframe = match changes(Target::Airframe) {
+            true => all.airframe()?,
+            false => self.airframe.clone(),
+        };
+        let model = if changes(Target::Model) { all.model()? } else { self.model };
+        let flight = all.scenario(scenario, &airframe.effectors)?;
+        let step_us = self.options.plant_step_us();
+        let plant = flight.plant.setup(airframe, 0, *period_ms, step_us);
+        plant.check()?;
+        plant.check_faults().map_err(|source| {
+            let (scenario, source) = (scenario.name.clone(), Box::new(source));
+            ConfigurationError::Flight { scenario, source }
+        })?;
+        let mut parameters = fitted(model.defaults, &plant.sensors);
+        laws.apply(&mut parameters).map_err(|error| ConfigurationError::Laws(Box::new(error)))?;
+        if let Some(ftc) = ftc {
+            parameters.set("FTC_MODE", ftc.value()).map_err(ConfigurationError::Ftc)?;
+        }
+        settings::set_parameters(&mut parameters, &all.settings)?;
+        parameters.check_law().map_err(ConfigurationError::Law)?;
+        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
+        Ok(FlightSetup {
+            plant,
+            model: model.aircraft,
+            parameters,
+            references: flight.references,
+            script: flight.script.map(Arc::new),
+            own_law: laws.own.clone(),
+            knows_fault: false,
+            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
+        })
+    }
+}
+
 /// Parser of a number of an option, from 0 to `max`.
-pub(crate) fn up_to(
+pub fn up_to(
     max: f64,
     unit: &'static str,
 ) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
@@ -45,9 +191,9 @@ pub(crate) fn up_to(
 }
 
 /// Largest gyro noise that an option takes, deg/s rms.
-pub(crate) const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
+pub const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
 /// Largest turbulence that an option takes, m/s rms.
-pub(crate) const TURBULENCE_MAX_M_S: f64 = 20.0;
+pub const TURBULENCE_MAX_M_S: f64 = 20.0;
 
 /// What cannot be flown.
 #[derive(Debug, thiserror::Error)]
@@ -87,6 +233,26 @@ pub enum ConfigurationError {
         /// The option.
         option: &'static str,
     },
+    /// The file of gains cannot be used.
+    #[error(transparent)]
+    Laws(Box<RunError>),
+    /// The compensator's mode cannot be set.
+    #[error("--ftc: {0}")]
+    Ftc(#[source] ParameterError),
+    /// There is no such law here.
+    #[error("{0}")]
+    Law(#[source] ParameterError),
+    /// This aircraft cannot fly this scenario.
+    #[error("scenario {scenario}: {source}")]
+    Flight {
+        /// The scenario.
+        scenario: String,
+        /// Why not.
+        source: Box<SetupError>,
+    },
+    /// A number of the plant's setup.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
     /// The plant's part of a file.
     #[error(transparent)]
     Plant(#[from] plant_sim::ConfigError),

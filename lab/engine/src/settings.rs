@@ -18,17 +18,25 @@ use toml::{Table, Value};
 pub mod keys;
 
 /// One `--set`.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
     /// What is set.
     pub key: String,
-    /// To what, as written.
-    pub value: String,
+    /// To what, as it would stand in the file.
+    pub value: Value,
 }
 
+impl Setting {
+    /// Of a key and a value of any kind that a file can have.
+    pub fn new(key: &str, value: impl Into<Value>) -> Self {
+        Self { key: key.to_owned(), value: value.into() }
+    }
+}
+
+/// As `--set` takes it: a text without quotes.
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}={}", self.key, self.value)
+        write!(f, "{}={}", self.key, shown(&self.value))
     }
 }
 
@@ -103,7 +111,7 @@ impl Setting {
     pub fn parse(text: &str) -> Result<Self, String> {
         match text.split_once('=') {
             Some((key, value)) if !key.trim().is_empty() => {
-                Ok(Self { key: key.trim().to_owned(), value: value.trim().to_owned() })
+                Ok(Self { key: key.trim().to_owned(), value: written(value.trim()) })
             }
             _ => Err(format!("{text} is not KEY=VALUE")),
         }
@@ -191,7 +199,7 @@ fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), SettingErr
         };
         place = word;
     }
-    *here = value(&setting.value);
+    *here = setting.value.clone();
     Ok(())
 }
 
@@ -208,7 +216,8 @@ fn empty(next: Option<&&str>) -> Value {
 }
 
 /// A value as it would stand in the file; what is none is a text, so that names need no quotes.
-fn value(text: &str) -> Value {
+#[must_use]
+pub fn written(text: &str) -> Value {
     let line: Result<Table, _> = toml::from_str(&format!("value = {text}"));
     match line {
         Ok(mut table) if table.len() == 1 => table.remove("value"),
@@ -228,9 +237,9 @@ pub fn set_parameters(
     let mut values = Vec::new();
     for setting in of(settings, Target::Parameter) {
         let Some(row) = table().iter().find(|row| row.name == setting.key) else { continue };
-        let value = setting.value.parse::<f64>().map_err(|_| SettingError::NotANumber {
+        let value = number(&setting.value).ok_or_else(|| SettingError::NotANumber {
             name: row.name,
-            value: setting.value.clone(),
+            value: shown(&setting.value),
             min: row.min,
             max: row.max,
             unit: row.unit,
@@ -240,6 +249,16 @@ pub fn set_parameters(
     // A warning about Lemma 1 is no reason to refuse: whoever sets gains by hand knows it.
     parameters.set_all(values)?;
     Ok(())
+}
+
+/// A whole number of a file is a number too.
+#[must_use]
+pub fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+}
+
+fn shown(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
 /// A file's name with what was set in it, for messages.

@@ -1,0 +1,124 @@
+//! Loops over the steps of a flight, for whoever looks at it.
+
+use core::ops::ControlFlow;
+
+use autopilot::command::{Command, Intent};
+use autopilot::event::{Event, Snapshot};
+use autopilot::recorder::Recorded;
+use flight_control::StepLog;
+use icd::SimTime;
+use plant_sim::Truth;
+use serde::{Deserialize, Serialize};
+
+use crate::flight::{End, Flight, FlightError, FlightSetup, Tick};
+
+/// One control tick: what was true, and what the controller made of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The plant's truth at the tick.
+    pub truth: Truth,
+    /// The signals of the control step at the tick.
+    pub log: StepLog,
+}
+
+/// An operator's command at a time. Such a flight repeats to the bit like any other.
+#[derive(Debug, Clone)]
+pub struct TimedCommand {
+    /// It is taken before the control step of the first tick at or after this time.
+    pub at: SimTime,
+    /// What.
+    pub command: Command,
+}
+
+/// One tick of a flight with commands.
+#[derive(Debug, Clone, Copy)]
+pub struct Observation<'a> {
+    /// The plant's truth at the tick.
+    pub truth: &'a Truth,
+    /// What the autopilot shows at the tick.
+    pub snapshot: &'a Snapshot,
+    /// Events since the tick before.
+    pub events: &'a [Event],
+}
+
+/// Flies a setup to its end, or until `look` breaks.
+///
+/// # Errors
+/// [`FlightError`] if the plant cannot start, or the program's law fails.
+pub fn watch(
+    setup: &FlightSetup,
+    look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
+) -> Result<End, FlightError> {
+    watch_with_commands(setup, &[], look)
+}
+
+/// The same with commands, in the order of time.
+///
+/// # Errors
+/// As [`watch`].
+pub fn watch_with_commands(
+    setup: &FlightSetup,
+    commands: &[TimedCommand],
+    mut look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
+) -> Result<End, FlightError> {
+    let mut flight = Flight::new(setup)?;
+    let mut commands = commands.iter().zip(1..).peekable();
+    loop {
+        let now = flight.next_time();
+        let due = std::iter::from_fn(|| {
+            let (timed, number) = commands.next_if(|(timed, _)| timed.at <= now)?;
+            Some(Recorded::Intent(Intent { number, command: timed.command.clone() }))
+        });
+        match flight.step(due) {
+            Some(tick) if look(&tick).is_continue() => {}
+            Some(_) => return Ok(flight.end()),
+            None => break,
+        }
+    }
+    match flight.failure() {
+        Some(failure) => Err(failure.into()),
+        None => Ok(flight.end()),
+    }
+}
+
+/// Flies a setup from its start to its end and hands every tick to `sink`.
+///
+/// # Errors
+/// As [`watch`].
+pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
+    watch(setup, |tick| {
+        sink(&tick.record());
+        ControlFlow::Continue(())
+    })
+}
+
+/// Flies a setup with commands, in the order of time, and hands every tick to `sink`.
+///
+/// # Errors
+/// As [`watch`].
+pub fn fly_with_commands(
+    setup: &FlightSetup,
+    commands: &[TimedCommand],
+    sink: &mut dyn FnMut(&Observation<'_>),
+) -> Result<End, FlightError> {
+    fly_while(setup, commands, &mut |observation| {
+        sink(observation);
+        true
+    })
+}
+
+/// The same, ended by a `sink` that returns false.
+///
+/// # Errors
+/// As [`watch`].
+pub fn fly_while(
+    setup: &FlightSetup,
+    commands: &[TimedCommand],
+    sink: &mut dyn FnMut(&Observation<'_>) -> bool,
+) -> Result<End, FlightError> {
+    watch_with_commands(setup, commands, |tick| {
+        let Tick { snapshot, events, plant, .. } = *tick;
+        let goes_on = sink(&Observation { truth: plant.truth(), snapshot, events });
+        if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })
+}
