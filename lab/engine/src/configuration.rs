@@ -252,13 +252,19 @@ pub enum ConfigurationError {
     },
     /// A number of the plant's setup.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    Setup(Box<SetupError>),
     /// The plant's part of a file.
     #[error(transparent)]
     Plant(#[from] plant_sim::ConfigError),
     /// The autopilot's part of a file.
     #[error(transparent)]
     Autopilot(#[from] config::ConfigError),
+}
+
+impl From<SetupError> for ConfigurationError {
+    fn from(source: SetupError) -> Self {
+        Self::Setup(Box::new(source))
+    }
 }
 
 /// The estimator's preset for sensors of a grade.

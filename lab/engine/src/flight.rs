@@ -135,10 +135,16 @@ pub struct End {
 pub enum FlightError {
     /// The plant cannot start, or the model is of another aircraft.
     #[error(transparent)]
-    Setup(#[from] SetupError),
+    Setup(Box<SetupError>),
     /// The law that the program brings has failed.
     #[error(transparent)]
     Law(#[from] LawFailure),
+}
+
+impl From<SetupError> for FlightError {
+    fn from(source: SetupError) -> Self {
+        Self::Setup(Box::new(source))
+    }
 }
 
 /// The law of a flight cannot be copied.

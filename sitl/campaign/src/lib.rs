@@ -175,7 +175,7 @@ pub struct CompareArgs {
 /// What is wrong with the specification, the folder or an option, as a text for the operator.
 pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>> {
     let plan = |spec: &str, settings: &[Setting]| {
-        Ok::<_, PlanError>(Plan::new(SpecFile::read_with(spec, own, settings)?)?)
+        Plan::new(SpecFile::read_with(spec, own, settings)?)
     };
     match command {
         Command::Run(args) => {

@@ -88,7 +88,13 @@ pub enum PlanError {
     },
     /// The flight cannot be flown.
     #[error("{0}")]
-    Flight(#[from] FlyError),
+    Flight(Box<FlyError>),
+}
+
+impl From<FlyError> for PlanError {
+    fn from(source: FlyError) -> Self {
+        Self::Flight(Box::new(source))
+    }
 }
 
 impl PlanError {
