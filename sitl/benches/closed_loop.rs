@@ -1,38 +1,18 @@
 //! One control tick in process: plant, laws, and both sides of the link without a socket.
 
 use autopilot::autopilot::Autopilot;
-use autopilot::run::AutopilotArgs;
-use clap::{Args, Command};
 use criterion::{Criterion, criterion_group, criterion_main};
 use flight_control::{Demand, FlightControl, Navigator};
-use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
 use plant_sim::Plant;
-use plant_sim::io::PlantArgs;
+use sitl::builder::SetupOptions;
 use sitl::closed_loop::FlightSetup;
 
-fn parse<T: Args>(words: &[&str]) -> T {
-    let matches = T::augment_args(Command::new("bench")).get_matches_from(words);
-    T::from_arg_matches(&matches).expect("the words are right")
-}
-
 fn setup(step_us: u32) -> FlightSetup {
-    let step = format!("--step-us={step_us}");
-    let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step]);
-    let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"]);
-    let (control, parameters) = autopilot.control_setup().expect("the shipped files are right");
-    FlightSetup {
-        plant: plant.plant_setup().expect("the shipped files are right"),
-        model: control.model,
-        parameters,
-        references: control.references,
-        script: control.script,
-        own_law: None,
-        knows_fault: false,
-        duration: SimTime::ZERO,
-    }
+    let options = SetupOptions { step_us: Some(step_us), ..SetupOptions::default() };
+    options.setup("case1").expect("the shipped files are right")
 }
 
 /// A tick of the loop without link.

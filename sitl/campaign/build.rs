@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Beside the workspace's `Cargo.toml`. What draws, serves ground stations or writes logs decides nothing.
-const SOURCES: [&str; 12] = [
+const SOURCES: [&str; 13] = [
     "Cargo.lock",
     "icd/src",
     "autopilot/flight-control/src",
@@ -14,6 +14,7 @@ const SOURCES: [&str; 12] = [
     "plant-sim/airframes",
     "plant-sim/scenarios",
     "plant-sim/sensors",
+    "lab/engine/src",
     "sitl/analysis/src",
     "sitl/campaign/src",
     "autopilot/src/run",

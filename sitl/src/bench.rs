@@ -5,15 +5,13 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command as Process, Stdio};
 
-use autopilot::run::AutopilotArgs;
-use clap::{Args, Command};
 use host_io::{clock, console};
 use icd::SimTime;
-use plant_sim::io::PlantArgs;
 use plant_sim::io::whole;
 
 use crate::arrangement::{self, Arrangement};
 use crate::udp_flight::time_udp;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, fly};
 
 mod parts;
@@ -146,21 +144,9 @@ fn link(
 
 /// Case 1 of the paper, as the programs fly it by default.
 fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>> {
-    let step = format!("--step-us={step_us}");
-    let plant: PlantArgs = parse(&["plant-sim", "--scenario=case1", &step])?;
-    let autopilot: AutopilotArgs = parse(&["autopilot", "--scenario=case1"])?;
-    let (control, parameters) = autopilot.control_setup()?;
+    let options = SetupOptions { step_us: Some(step_us), ..SetupOptions::default() };
     let duration = SimTime::from_micros(1_000_000 * u64::from(flight_s));
-    Ok(FlightSetup {
-        plant: plant.plant_setup()?,
-        model: control.model,
-        parameters,
-        references: control.references,
-        script: control.script,
-        own_law: None,
-        knows_fault: false,
-        duration,
-    })
+    Ok(FlightSetup { duration, ..options.setup("case1")? })
 }
 
 /// Wall time of a whole flight as a command, ms.
@@ -169,10 +155,6 @@ fn command(program: &Path) -> Result<f64, Box<dyn Error>> {
     let flown = Process::new(program).args(["fly", COMMAND]).stdout(Stdio::null()).status()?;
     let ms = (clock::now() - began).as_secs_f64() * 1.0e3;
     if flown.success() { Ok(ms) } else { Err(format!("sitl fly {COMMAND}: {flown}").into()) }
-}
-
-fn parse<T: Args>(words: &[&str]) -> Result<T, clap::Error> {
-    T::from_arg_matches(&T::augment_args(Command::new("bench")).try_get_matches_from(words)?)
 }
 
 /// Simulation time per wall time in one process.

@@ -28,9 +28,9 @@
 //! ```
 
 pub use flight_analysis::{
-    chart, checkcase, closed_loop, configuration, design, envelope, estimator, false_alarms, fly,
-    isolation, linearize, margins, metrics, mission, paper, plot, replay, runner, settings, table,
-    trimmable,
+    builder, chart, checkcase, closed_loop, configuration, design, envelope, estimator,
+    false_alarms, fly, isolation, linearize, margins, metrics, mission, paper, plot, replay,
+    runner, settings, table, trimmable,
 };
 
 pub mod actions;

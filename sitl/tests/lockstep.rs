@@ -18,6 +18,7 @@ use icd::{FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
 use proptest::prelude::*;
+use sitl::builder::SetupOptions;
 use sitl::closed_loop::{FlightSetup, Record, fly};
 
 /// An unanswered question is sent again after this, us.
@@ -54,9 +55,8 @@ fn setup() -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(3_000_000),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

@@ -10,6 +10,7 @@ use clap::{Args, Command};
 use icd::SimTime;
 use icd::tvc_jet;
 use plant_sim::io::PlantArgs;
+use sitl::builder::SetupOptions;
 use sitl::closed_loop::{End, FlightSetup, Record, fly};
 use sitl::udp_flight::{UdpFlightError, fly_udp};
 
@@ -28,9 +29,8 @@ fn setup(plant: &[&str], autopilot: &[&str], seconds: u64) -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(1_000_000 * seconds),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

@@ -95,6 +95,7 @@ fn host_io_knows_no_aircraft() {
         "flight-control",
         "autopilot",
         "plant-sim",
+        "lab-engine",
         "flight-analysis",
         "sitl",
         "mavlink",
@@ -110,13 +111,24 @@ fn the_log_format_knows_no_aircraft() {
 
 #[test]
 fn autopilot_does_not_know_the_plant() {
-    assert_without("autopilot", &closure("autopilot"), &["plant-sim", "flight-analysis", "sitl"]);
+    let forbidden = ["plant-sim", "lab-engine", "flight-analysis", "sitl"];
+    assert_without("autopilot", &closure("autopilot"), &forbidden);
 }
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden = ["autopilot", "flight-control", "mavlink", "flight-analysis", "sitl"];
+    let forbidden =
+        ["autopilot", "flight-control", "mavlink", "lab-engine", "flight-analysis", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
+}
+
+#[test]
+fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
+    let judges =
+        ["flight-analysis", "flight-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
+    assert_without("lab-engine", &closure("lab-engine"), &judges);
+    let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
+    assert_without("lab-engine", &direct("lab-engine"), &system);
 }
 
 #[test]
@@ -131,7 +143,8 @@ fn analysis_knows_neither_the_launcher_nor_the_system() {
 fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
     assert!(direct("mavlink-services").contains("mavlink"), "the rule looks for the wrong name");
     let others = ["icd", "host-io", "flight-control", "flight-management", "recorder", "autopilot"];
-    for package in others.into_iter().chain(["plant-sim", "flight-analysis", "sitl"]) {
+    for package in others.into_iter().chain(["plant-sim", "lab-engine", "flight-analysis", "sitl"])
+    {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }
 }

@@ -110,7 +110,8 @@ fn only_the_session_of_a_flight_comes_from_the_random_source_of_the_system() {
 #[test]
 fn analysis_knows_no_process() {
     let words = ["std::process", "std::net", "std::os", "current_exe", "tokio", "nix", "launch"];
-    let quiet = ["sitl/analysis/src", "sitl/campaign/src"].map(|folder| files(folder, &["rs"]));
+    let quiet = ["lab/engine/src", "sitl/analysis/src", "sitl/campaign/src"]
+        .map(|folder| files(folder, &["rs"]));
     let offences: Vec<String> =
         quiet.iter().flatten().flat_map(|source| source.uses(&words)).collect();
     assert_none("what measures, draws and reports starts nothing and sends nothing", &offences);
@@ -157,7 +158,7 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         // It hands them on to the messages about single instruments.
         "autopilot/flight-management/src/event.rs",
         "autopilot/recorder/src/",
-        "sitl/analysis/src/closed_loop/flight.rs",
+        "lab/engine/src/flight.rs",
         "sitl/analysis/src/replay/",
         // The study of the sensors themselves.
         "sitl/analysis/src/sensor_errors.rs",
@@ -167,8 +168,8 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         "sitl/src/bench/parts.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
-    let judges =
-        ["sitl/src", "sitl/analysis/src", "sitl/campaign/src"].map(|folder| files(folder, &["rs"]));
+    let judges = ["lab", "sitl/src", "sitl/analysis/src", "sitl/campaign/src"]
+        .map(|folder| files(folder, &["rs"]));
     for source in files("autopilot", &["rs"]).into_iter().chain(judges.into_iter().flatten()) {
         let uses = source.uses(&["Sensors"]);
         if starts(&source.path, &allowed) {
@@ -226,7 +227,7 @@ fn texts_leave_by_the_doors_that_filter_them() {
         "sitl/analysis/src/runner.rs",
     ];
     let mut offences = Vec::new();
-    for folder in ["autopilot", "plant-sim", "host-io", "icd", "ulog", "sitl"] {
+    for folder in ["autopilot", "plant-sim", "host-io", "icd", "ulog", "lab", "sitl"] {
         for source in
             files(folder, &["rs"]).into_iter().filter(|source| source.path.contains("/src/"))
         {
@@ -244,18 +245,14 @@ fn only_a_flight_in_one_process_knows_the_fault() {
     let words = ["fault_known", "FaultKnown", "fault_effects", "knows_fault"];
     let allowed = [
         "plant-sim/src/plant.rs",
-        "sitl/analysis/src/fault_known.rs",
-        "sitl/analysis/src/closed_loop.rs",
-        "sitl/analysis/src/closed_loop/flight.rs",
+        "lab/engine/",
         "sitl/analysis/src/fly.rs",
-        "sitl/analysis/src/fly/judge.rs",
-        "sitl/analysis/src/lib.rs",
         "sitl/analysis/tests/fault_known.rs",
         "sitl/campaign/",
     ];
     let mut offences = Vec::new();
     let mut inside = 0;
-    for folder in ["icd", "host-io", "ulog", "autopilot", "plant-sim", "sitl"] {
+    for folder in ["icd", "host-io", "ulog", "autopilot", "plant-sim", "lab", "sitl"] {
         for source in files(folder, &["rs"]) {
             let uses = source.uses(&words);
             if starts(&source.path, &allowed) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 12] = [
+pub const CRATES: [(&str, &str); 13] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -14,6 +14,7 @@ pub const CRATES: [(&str, &str); 12] = [
     ("recorder", "autopilot/recorder/src"),
     ("autopilot", "autopilot/src"),
     ("plant_sim", "plant-sim/src"),
+    ("lab_engine", "lab/engine/src"),
     ("flight_analysis", "sitl/analysis/src"),
     ("flight_campaign", "sitl/campaign/src"),
     ("sitl", "sitl/src"),

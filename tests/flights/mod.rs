@@ -5,6 +5,7 @@ use autopilot::config;
 use autopilot::parameters::Parameters;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, EarthModel, Scenario, scenario};
+use sitl::builder::SetupOptions;
 use sitl::closed_loop::{self, FlightSetup, Record};
 
 /// A scenario text with the shipped airframe, model and gains at 2 ms and one plant step per millisecond.
@@ -20,11 +21,10 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         // The test sets the duration of a scenario that has none.
         duration: SimTime::from_seconds(scenario.plant.duration_s.unwrap_or(0.0))
             .expect("checked by the scenario"),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

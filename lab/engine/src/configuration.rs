@@ -1,33 +1,21 @@
-//! From names, files and `--set` to a flight: the options that every command which flies in one process takes.
-//!
-//! ```text
-//! SetupOptions ─> SetupBuilder (aircraft, model, laws, read once) ─ scenario, more settings ─> FlightSetup
-//! ```
+//! The files of a flight with what `--set` changes in them: aircraft, the controller's model, scenario.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use autopilot::config::{self, MODELS, Model};
 use autopilot::parameters::{ParameterError, Parameters};
-use autopilot::run::{Ftc, LawArgs, RunError};
+use autopilot::run::RunError;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::estimator::EstimatorPreset;
 use host_io::file::{self, FileProblem, TEXT_MAX};
-use icd::{ControlPeriod, EffectorList, SimTime};
+use icd::EffectorList;
 use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
-use plant_sim::io::{parse_period, whole};
 use plant_sim::scenario::{self, SCENARIOS};
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, GradeName, PlantPart, Scenario, SensorSettings, SetupError};
-use toml::{Table, Value};
+use plant_sim::{Airframe, PlantPart, Scenario, SetupError};
+use toml::Table;
 
-use crate::flight::FlightSetup;
 use crate::settings::{self, Setting, SettingError, Target};
-
-/// Duration of a scenario without one, s.
-const DURATION_S: f64 = 60.0;
 
 /// Which aircraft, which model of it, and what is changed in all that is flown.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
@@ -42,140 +30,6 @@ pub struct AircraftArgs {
     /// parameter (FTC_MODE); may be repeated
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
     pub settings: Vec<Setting>,
-}
-
-/// Everything about a flight but what is flown.
-///
-/// ```
-/// use lab_engine::SetupOptions;
-///
-/// let mut options = SetupOptions::default();
-/// options.aircraft("f16").set("plant.wind.turbulence_m_s", 3.0).set("plant.seed", 7);
-/// options.laws.law = Some(flight_control::MainLaw::Ndi);
-/// let setup = options.setup("nominal")?;
-/// assert_eq!(setup.plant.seed, 7);
-/// # Ok::<(), lab_engine::configuration::ConfigurationError>(())
-/// ```
-#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
-pub struct SetupOptions {
-    /// Aircraft and settings.
-    #[command(flatten)]
-    pub aircraft: AircraftArgs,
-    /// Main controller, estimator of the compensator, gains.
-    #[command(flatten)]
-    pub laws: LawArgs,
-    /// Whether the compensator acts
-    #[arg(long, value_enum, value_name = "MODE")]
-    pub ftc: Option<Ftc>,
-    /// Control period, 1 to 4 ms
-    #[arg(long, allow_negative_numbers = true, value_name = "MS", default_value = "2", value_parser = parse_period)]
-    pub period_ms: ControlPeriod,
-    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
-    #[arg(long, allow_negative_numbers = true, value_name = "US", value_parser = whole(1, ControlPeriod::MAX_MICROS))]
-    pub step_us: Option<u32>,
-}
-
-/// Aircraft, model and laws, read once, for any number of flights.
-#[derive(Debug, Clone)]
-pub struct SetupBuilder {
-    /// The aircraft.
-    pub airframe: Airframe,
-    /// The controller's model, with the defaults of its parameters.
-    pub model: Model,
-    options: SetupOptions,
-}
-
-impl SetupOptions {
-    /// Flies another aircraft, by name or from a file.
-    pub fn aircraft(&mut self, name: impl Into<PathBuf>) -> &mut Self {
-        self.aircraft.airframe = Some(name.into());
-        self
-    }
-
-    /// Sets a key, as `--set` does.
-    pub fn set(&mut self, key: &str, value: impl Into<Value>) -> &mut Self {
-        self.aircraft.settings.push(Setting::new(key, value));
-        self
-    }
-
-    /// Integration step of the plant, us.
-    #[must_use]
-    pub fn plant_step_us(&self) -> u32 {
-        self.step_us.unwrap_or_else(|| default_step_us(self.period_ms))
-    }
-
-    /// The flight of a scenario, by name or from a file.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
-    pub fn setup(&self, scenario: &str) -> Result<FlightSetup, ConfigurationError> {
-        self.builder()?.setup(&Named::scenario(scenario)?, &[])
-    }
-
-    /// Reads aircraft and model.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
-    pub fn builder(&self) -> Result<SetupBuilder, ConfigurationError> {
-        self.aircraft.check()?;
-        let (airframe, model) = (self.aircraft.airframe()?, self.aircraft.model()?);
-        Ok(SetupBuilder { airframe, model, options: self.clone() })
-    }
-}
-
-impl SetupBuilder {
-    /// Of an aircraft and a model that were read with these options.
-    #[must_use]
-    pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
-        Self { airframe, model, options }
-    }
-
-    /// The flight of a scenario with `more` settings, which win over those of the options.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
-    pub fn setup(
-        &self,
-        scenario: &Named,
-        more: &[Setting],
-    ) -> Result<FlightSetup, ConfigurationError> {
-        let SetupOptions { aircraft, laws, ftc, period_ms, .. } = &self.options;
-        let settings = aircraft.settings.iter().chain(more).cloned().collect();
-        let all = AircraftArgs { settings, ..aircraft.clone() };
-        let changes = |target| more.iter().any(|setting| setting.target() == Ok(target));
-        // Read anew only where this flight has another one.
-        let airframe = match changes(Target::Airframe) {
-            true => all.airframe()?,
-            false => self.airframe.clone(),
-        };
-        let model = if changes(Target::Model) { all.model()? } else { self.model };
-        let flight = all.scenario(scenario, &airframe.effectors)?;
-        let step_us = self.options.plant_step_us();
-        let plant = flight.plant.setup(airframe, 0, *period_ms, step_us);
-        plant.check()?;
-        plant.check_faults().map_err(|source| {
-            let (scenario, source) = (scenario.name.clone(), Box::new(source));
-            ConfigurationError::Flight { scenario, source }
-        })?;
-        let mut parameters = fitted(model.defaults, &plant.sensors);
-        laws.apply(&mut parameters).map_err(|error| ConfigurationError::Laws(Box::new(error)))?;
-        if let Some(ftc) = ftc {
-            parameters.set("FTC_MODE", ftc.value()).map_err(ConfigurationError::Ftc)?;
-        }
-        settings::set_parameters(&mut parameters, &all.settings)?;
-        parameters.check_law().map_err(ConfigurationError::Law)?;
-        let duration_s = flight.plant.duration_s.unwrap_or(DURATION_S);
-        Ok(FlightSetup {
-            plant,
-            model: model.aircraft,
-            parameters,
-            references: flight.references,
-            script: flight.script.map(Arc::new),
-            own_law: laws.own.clone(),
-            knows_fault: false,
-            duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
-        })
-    }
 }
 
 /// Parser of a number of an option, from 0 to `max`.
@@ -265,40 +119,6 @@ impl From<SetupError> for ConfigurationError {
     fn from(source: SetupError) -> Self {
         Self::Setup(Box::new(source))
     }
-}
-
-/// The estimator's preset for sensors of a grade.
-#[must_use]
-pub const fn preset_of(grade: GradeName) -> EstimatorPreset {
-    match grade {
-        GradeName::Consumer => EstimatorPreset::Consumer,
-        GradeName::Ideal | GradeName::Tactical => EstimatorPreset::Parameters,
-    }
-}
-
-/// Parameters before anybody sets one: those of the model, with the estimator's preset of the fitted sensors.
-#[must_use]
-pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters {
-    if sensors.name == GradeName::Consumer {
-        defaults.gains.selection.estimator = preset_of(sensors.name);
-    }
-    defaults
-}
-
-/// Tells the operator that the estimator assumes sensors other than the fitted ones, because somebody has set its preset.
-#[must_use]
-pub fn preset_note(preset: EstimatorPreset, sensors: &SensorSettings) -> Option<String> {
-    let expected = preset_of(sensors.name);
-    // With ideal sensors the estimator does not fly unless somebody selects it.
-    let differs = sensors.name != GradeName::Ideal && preset != expected;
-    differs.then(|| {
-        format!(
-            "EST_PRESET is {} as set; for {} sensors it would be {}",
-            preset as u8,
-            sensors.name.key(),
-            expected as u8,
-        )
-    })
 }
 
 /// A file with its name for messages.

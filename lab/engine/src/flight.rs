@@ -23,11 +23,11 @@ use flight_control::{AircraftModel, Estimator, StepLog};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use plant_sim::{Plant, PlantSetup, SetupError};
+use plant_sim::{Plant, PlantSetup, SetupError, Truth};
+use serde::{Deserialize, Serialize};
 
 use crate::fault_known::FaultKnown;
 use crate::law::LawFailure;
-use crate::watch::Record;
 
 /// Everything that defines a flight of both sides.
 #[derive(Debug, Clone)]
@@ -100,6 +100,15 @@ pub struct Tick<'a> {
     pub request: Option<&'a PlantRequest>,
     /// The plant at the tick, for its truth.
     pub plant: &'a Plant,
+}
+
+/// One control tick: what was true, and what the controller made of it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// The plant's truth at the tick.
+    pub truth: Truth,
+    /// The signals of the control step at the tick.
+    pub log: StepLog,
 }
 
 impl Tick<'_> {

@@ -21,6 +21,7 @@
 //!
 //! It writes no file, draws nothing, starts no process and opens no socket.
 
+pub mod builder;
 pub mod configuration;
 pub mod fault_known;
 pub mod flight;
@@ -28,5 +29,5 @@ pub mod law;
 pub mod settings;
 pub mod watch;
 
-pub use configuration::SetupOptions;
+pub use builder::{SetupBuilder, SetupOptions};
 pub use flight::{Flight, FlightSetup};

@@ -5,21 +5,10 @@ use core::ops::ControlFlow;
 use autopilot::command::{Command, Intent};
 use autopilot::event::{Event, Snapshot};
 use autopilot::recorder::Recorded;
-use flight_control::StepLog;
 use icd::SimTime;
 use plant_sim::Truth;
-use serde::{Deserialize, Serialize};
 
-use crate::flight::{End, Flight, FlightError, FlightSetup, Tick};
-
-/// One control tick: what was true, and what the controller made of it.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Record {
-    /// The plant's truth at the tick.
-    pub truth: Truth,
-    /// The signals of the control step at the tick.
-    pub log: StepLog,
-}
+use crate::flight::{End, Flight, FlightError, FlightSetup, Record, Tick};
 
 /// An operator's command at a time. Such a flight repeats to the bit like any other.
 #[derive(Debug, Clone)]

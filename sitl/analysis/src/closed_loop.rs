@@ -5,10 +5,8 @@ use icd::{EulerAngles, PerEffector};
 use nalgebra::Vector3;
 use plant_sim::Truth;
 
-pub use lab_engine::flight::{End, Exchange, Flight, FlightError, FlightSetup, Held, Tick};
-pub use lab_engine::watch::{
-    Observation, Record, TimedCommand, fly, fly_while, fly_with_commands, watch,
-};
+pub use lab_engine::flight::{End, Exchange, Flight, FlightError, FlightSetup, Held, Record, Tick};
+pub use lab_engine::watch::{Observation, TimedCommand, fly, fly_while, fly_with_commands, watch};
 
 /// F: the truth that z2 estimates, rad/s².
 ///

@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 
-use autopilot::config;
 use flight_control::{AircraftModel, AltitudeLimit, Demand, FlightControl, Gains, Navigator};
-use icd::{Body, ControlPeriod, EffectorKind};
+use icd::{Body, EffectorKind};
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
 use plant_sim::atmosphere::{self, LocalDensity};
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, scenario};
+use plant_sim::{Airframe, Plant, PlantSetup, SetupError};
+
+use crate::builder::SetupOptions;
+use crate::closed_loop::FlightSetup;
 
 use crate::chart::Figure;
 use crate::chart::drawing::Drawing;
@@ -128,12 +129,9 @@ impl Sides {
     /// # Errors
     /// What is wrong with the shipped files.
     pub fn shipped() -> Result<Self, Box<dyn Error>> {
-        let airframe = Airframe::paper();
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
-        let period = ControlPeriod::DEFAULT;
-        let plant = nominal.plant.setup(airframe, 0, period, default_step_us(period));
-        let model = config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)?;
-        Ok(Self { plant, model, gains: Gains::REFERENCE })
+        let FlightSetup { plant, model, parameters, .. } =
+            SetupOptions::default().setup("nominal")?;
+        Ok(Self { plant, model, gains: parameters.gains })
     }
 
     /// Flies one case.

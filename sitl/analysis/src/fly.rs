@@ -1,26 +1,30 @@
 //! `sitl fly SCENARIO`: one flight in this process, or one for each seed, to its end.
 //!
 //! ```text
-//! scenario, airframe, model, --set ─> FlightSetup ─> closed_loop::run ─ every tick ─> Judge ─> Outcome
-//!                                                                            │           └─> line, exit status, outcome.json
-//!                                                                            └─> flight.csv, flight.ulg, flight.html
+//! scenario, airframe, model, --set ─> FlightSetup ─> Flight ─ every tick ─> Judge ─> Outcome
+//!                                                                             │        └─> line, exit status, outcome.json
+//!                                                                             └─> flight.csv, flight.ulg, flight.html
 //! ```
 
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use autopilot::autopilot::Settings;
 use autopilot::config::ConfigError;
-use autopilot::run::ScriptArgs;
+use autopilot::own_law::OwnLaw;
+use autopilot::run::{Ftc, ScriptArgs};
+use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file::{self, FileProblem};
-use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
+use plant_sim::{EarthModel, PlantSetup};
 use serde::Serialize;
 use ulog::reader::{Log, ReadError};
 
+use crate::builder::{SetupOptions, preset_note};
 use crate::closed_loop::{FlightError, FlightSetup};
-use crate::configuration::{AircraftArgs, ConfigurationError, SetupOptions, preset_note};
+use crate::configuration::{AircraftArgs, ConfigurationError};
 use crate::page::GENERATOR;
 use crate::plot;
 use crate::runner::Progress;
@@ -154,8 +158,23 @@ struct Written<'a, T> {
     airframe: Option<String>,
     model: Option<String>,
     set: Vec<String>,
+    law: &'static str,
+    own_law: Option<&'a str>,
+    compensator: &'static str,
+    allocation: &'static str,
+    ftc: &'static str,
+    fault_known: bool,
+    setup: Sides<'a>,
     #[serde(flatten)]
     flown: T,
+}
+
+/// Everything that defines a flight, but the code of a law of the program.
+#[derive(Serialize)]
+struct Sides<'a> {
+    plant: &'a PlantSetup,
+    control: Settings,
+    duration_s: f64,
 }
 
 /// Many flights in `outcome.json`.
@@ -217,7 +236,8 @@ impl OneFlight<'_> {
         }
         if let Some(folder) = &folder {
             // Last: where it is, everything is.
-            folder.write_json(OUTCOME, &written(self.scenario, self.aircraft, &outcome))?;
+            let written = written(self.scenario, self.aircraft, self.setup, &outcome);
+            folder.write_json(OUTCOME, &written)?;
         }
         Ok(outcome)
     }
@@ -242,8 +262,14 @@ pub fn outcome(setup: &FlightSetup) -> Result<Outcome, FlyError> {
     judge::fly(setup, true, Keep::default()).map(|(outcome, _)| outcome)
 }
 
-fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Written<'a, T> {
+fn written<'a, T>(
+    scenario: &'a str,
+    aircraft: &AircraftArgs,
+    setup: &'a FlightSetup,
+    flown: T,
+) -> Written<'a, T> {
     let name = |path: &Option<PathBuf>| path.as_ref().map(|path| path.display().to_string());
+    let selection = &setup.parameters.gains.selection;
     Written {
         program: PROGRAM,
         version: env!("CARGO_PKG_VERSION"),
@@ -251,8 +277,29 @@ fn written<'a, T>(scenario: &'a str, aircraft: &AircraftArgs, flown: T) -> Writt
         airframe: name(&aircraft.airframe),
         model: name(&aircraft.model),
         set: aircraft.settings.iter().map(ToString::to_string).collect(),
+        law: name_of(&MainLaw::NAMES, selection.main),
+        own_law: setup.own_law.as_ref().map(OwnLaw::name),
+        compensator: name_of(&CompensatorLaw::NAMES, selection.compensator_law),
+        allocation: name_of(&AllocationMode::NAMES, selection.allocation),
+        ftc: match selection.compensator {
+            CompensatorMode::Off => Ftc::Off,
+            CompensatorMode::Armed => Ftc::Armed,
+            CompensatorMode::AlwaysOn => Ftc::Always,
+        }
+        .name(),
+        fault_known: setup.knows_fault,
+        setup: Sides {
+            plant: &setup.plant,
+            control: setup.settings(),
+            duration_s: setup.duration.as_seconds(),
+        },
         flown,
     }
+}
+
+/// The name on the command line.
+fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    names.iter().find(|(_, named)| *named == value).map_or("?", |(name, _)| *name)
 }
 
 impl FlyArgs {
@@ -294,7 +341,8 @@ impl FlyArgs {
             folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
             let flown = Many { flights: &flights, lost };
-            folder.write_json(OUTCOME, &written(&self.scenario, &self.options.aircraft, flown))?;
+            let aircraft = &self.options.aircraft;
+            folder.write_json(OUTCOME, &written(&self.scenario, aircraft, setup, flown))?;
         }
         print(&seeds::shown(&flights))?;
         Ok(flights.iter().all(Outcome::is_kept))

@@ -62,9 +62,9 @@ impl std::str::FromStr for Condition {
 /// Options of `sitl linearize`.
 #[derive(Debug, clap::Args)]
 pub struct LinearizeArgs {
-    /// Where the model goes
-    #[arg(long, value_name = "FILE", default_value = "autopilot/models/tvc_jet.toml")]
-    out: PathBuf,
+    /// Where the model goes [default: autopilot/models/tvc_jet.toml for that aircraft at its design point]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
     /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
     airframe: PathBuf,
@@ -73,6 +73,9 @@ pub struct LinearizeArgs {
     #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
     at: Vec<Condition>,
 }
+
+/// The model of the default aircraft at its design point.
+const SHIPPED: &str = "autopilot/models/tvc_jet.toml";
 
 /// By this line a model is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl linearize`";
@@ -95,6 +98,12 @@ const DIGITS: i32 = 9;
 /// # Errors
 /// What is wrong with the airframe, the conditions or the place of the model.
 pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
+    let is_shipped = args.airframe == Path::new(DEFAULT_NAME) && args.at.is_empty();
+    let out = match &args.out {
+        Some(out) => out,
+        None if is_shipped => Path::new(SHIPPED),
+        None => return Err(format!("--out FILE is needed: {SHIPPED} is another model").into()),
+    };
     let file = Named::shipped_or_read(&args.airframe, &AIRFRAMES)?;
     let airframe = Airframe::from_toml(&file.name, &file.text)?;
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?;
@@ -111,12 +120,10 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let file = &file.name;
     let model = linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
     model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
-    let parameters = parameters_of(&args.out)
-        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    let text = to_toml(&model, &parameters)?;
-    file::write(&args.out, text.as_bytes(), MARK.as_bytes())
-        .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
-    print_line!("wrote {}", args.out.display());
+    let failed = |problem: FileProblem| format!("--out {}: {problem}", out.display());
+    let text = to_toml(&model, &parameters_of(out).map_err(failed)?)?;
+    file::write(out, text.as_bytes(), MARK.as_bytes()).map_err(failed)?;
+    print_line!("wrote {}", out.display());
     if setup.airframe.servos.iter().any(|(_, servo)| !servo.imperfections.are_none()) {
         print_line!(
             "The model has lags, rate limits and travels. Delay, deadband, hysteresis, bias and stall of the actuators are not in it."

@@ -15,10 +15,10 @@ use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
 use icd::{ControlPeriod, EffectorKind, PerEffector};
 use nalgebra::Complex;
 use plant_sim::servos::Servo;
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, EarthModel, PlantPart};
+use plant_sim::{Airframe, EarthModel};
 
-use crate::configuration::{AircraftArgs, Named};
+use crate::builder::SetupOptions;
+use crate::configuration::AircraftArgs;
 use crate::runner;
 use closed_loop::{ClosedLoop, Linear};
 use loops::Margins;
@@ -176,29 +176,23 @@ impl MarginsArgs {
     }
 
     fn study(&self, laws: Laws) -> Result<String, Box<dyn Error>> {
-        let aircraft = &self.aircraft;
-        let airframe = aircraft.airframe()?;
-        let list = airframe.effectors;
-        let model = aircraft.model()?;
-        let mut parameters = model.defaults;
-        self.laws.apply(&mut parameters)?;
-        let mut parameters = aircraft.parameters(parameters)?;
-        let selection = &mut parameters.gains.selection;
+        let options = SetupOptions {
+            aircraft: self.aircraft.clone(),
+            laws: self.laws.clone(),
+            period_ms: self.period_ms,
+            ..SetupOptions::default()
+        };
+        let mut setup = options.setup("nominal")?;
+        setup.plant.earth = EarthModel::Flat;
+        let list = setup.plant.airframe.effectors;
+        let selection = &mut setup.parameters.gains.selection;
         (selection.main, selection.compensator) = (laws.main, CompensatorMode::Off);
         if let Some(compensator) = laws.compensator {
             selection.compensator_law = compensator;
             selection.compensator = CompensatorMode::AlwaysOn;
         }
-        parameters.check_law()?;
-        let scenario = aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
-        let setup = PlantPart { earth: EarthModel::Flat, ..scenario }.setup(
-            airframe,
-            0,
-            self.period_ms,
-            default_step_us(self.period_ms),
-        );
-        let own = self.laws.own.clone().filter(|_| laws.main == MainLaw::Own);
-        let settled = ClosedLoop::settled(&setup, &model.aircraft, &parameters.gains, own)?;
+        setup.parameters.check_law()?;
+        let settled = ClosedLoop::settled(&setup)?;
         if !settled.flies() {
             return Err(
                 format!("{}: the aircraft is lost before it is settled", laws.name()).into()

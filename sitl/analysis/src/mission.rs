@@ -19,12 +19,13 @@ use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
 
+use crate::builder::SetupOptions;
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::closed_loop::{FlightError, FlightSetup, Observation, TimedCommand, fly_while};
-use crate::configuration::{AircraftArgs, SetupOptions, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;

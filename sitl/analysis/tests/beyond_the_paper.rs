@@ -7,6 +7,7 @@ use std::sync::Arc;
 use autopilot::config;
 use autopilot::event::EventKind;
 use autopilot::vehicle::VehicleEvent;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
 use flight_analysis::metrics::DEG;
 use flight_analysis::{mission, runner};
@@ -66,9 +67,8 @@ fn setup(text: &str, law: Law, duration_s: f64) -> FlightSetup {
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_seconds(duration_s).expect("seconds of a flight"),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

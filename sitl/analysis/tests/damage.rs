@@ -2,6 +2,7 @@
 
 use autopilot::config;
 use autopilot::parameters::Parameters;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{self, FlightSetup, Record};
 use flight_analysis::paper::trace::Sample;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel, Gains};
@@ -39,9 +40,8 @@ fn fly(part: AirframePart, lost: f64, law: (CompensatorMode, AllocationMode)) ->
         parameters: Parameters { gains, ..Parameters::default() },
         references: config::references("nominal", scenario::NOMINAL).expect("a shipped scenario"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     };
     let (limits, model) = (setup.plant.airframe.limits, DesignModel::new(setup.model));
     let mut flown = Flown { kept: true, woke: false, largest_roll_deg: 0.0 };

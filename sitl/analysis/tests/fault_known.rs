@@ -1,6 +1,7 @@
 //! The reference that knows the fault: blind before the onset, exact after it.
 
 use autopilot::config;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, Record, fly};
 use flight_analysis::fly::outcome;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel};
@@ -25,9 +26,8 @@ fn setup(fault: &str, mode: CompensatorMode, duration_s: f64) -> FlightSetup {
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_seconds(duration_s).expect("seconds of a flight"),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

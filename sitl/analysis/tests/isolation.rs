@@ -6,6 +6,7 @@
 use autopilot::config;
 use autopilot::event::EventKind;
 use autopilot::flight_management::event_text::verdict_text;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
 use flight_analysis::isolation::{Options, flights::fly_healthy, pairs};
 use flight_analysis::runner;
@@ -33,9 +34,8 @@ fn setup(text: &str, mode: IsolationMode, allocation: AllocationMode) -> FlightS
         parameters,
         references: config::references("scenario", &text).expect("above"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_seconds(30.0).expect("seconds of a flight"),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

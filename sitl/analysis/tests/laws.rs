@@ -4,6 +4,7 @@
 
 use autopilot::config;
 use autopilot::parameters::Parameters;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{self, FlightSetup, Record};
 use flight_analysis::metrics::DEG;
 use flight_analysis::paper::trace::Sample;
@@ -29,9 +30,8 @@ fn setup(name: &str, text: &str, gains: Gains) -> FlightSetup {
         parameters,
         references: config::references(name, text).expect("a shipped scenario"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

@@ -6,6 +6,7 @@ use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, fly_with_commands};
 use icd::tvc_jet;
 use icd::{Effector, SimTime};
@@ -30,9 +31,8 @@ fn flight() -> FlightSetup {
         parameters,
         references: control.references,
         script: control.script,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

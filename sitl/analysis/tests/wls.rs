@@ -1,6 +1,7 @@
 //! Flights in which bounded weighted least squares allocate the compensation, with a nozzle and without one.
 
 use autopilot::config;
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{self, FlightSetup, Record};
 use flight_analysis::metrics::DEG;
 use flight_analysis::runner;
@@ -28,9 +29,8 @@ fn setup(aircraft: (&str, &str), text: &str, allocation: AllocationMode) -> Flig
         references: config::references("scenario", text)
             .expect("a shipped aircraft and a scenario for it"),
         script: None,
-        own_law: None,
-        knows_fault: false,
         duration: SimTime::from_micros(40_000_000),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
     }
 }
 

@@ -5,8 +5,8 @@ use std::io::Write as _;
 use std::num::NonZero;
 use std::str::FromStr;
 
+use flight_analysis::builder::preset_note;
 use flight_analysis::closed_loop::FlightSetup;
-use flight_analysis::configuration::preset_note;
 use flight_analysis::runner::Progress;
 use host_io::console;
 use rayon::prelude::*;

@@ -174,9 +174,8 @@ pub struct CompareArgs {
 /// # Errors
 /// What is wrong with the specification, the folder or an option, as a text for the operator.
 pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>> {
-    let plan = |spec: &str, settings: &[Setting]| {
-        Plan::new(SpecFile::read_with(spec, own, settings)?)
-    };
+    let plan =
+        |spec: &str, settings: &[Setting]| Plan::new(SpecFile::read_with(spec, own, settings)?);
     match command {
         Command::Run(args) => {
             let plan = plan(&args.spec, &args.settings)?;

@@ -5,13 +5,10 @@
 //! flight = airframe, combination of the listed values, sample of the drawn ones
 //! ```
 
-use std::path::PathBuf;
-
 use autopilot::run::LawArgs;
+use flight_analysis::builder::{SetupBuilder, SetupOptions};
 use flight_analysis::closed_loop::FlightSetup;
-use flight_analysis::configuration::{
-    AircraftArgs, ConfigurationError, Named, SetupBuilder, SetupOptions,
-};
+use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::fly::{self, FlyError};
 use flight_analysis::settings::{Setting, SettingError, Target, written};
@@ -26,8 +23,10 @@ use crate::spec::{
 };
 
 mod aircraft;
+mod inputs;
 
 pub use aircraft::Aircraft;
+use inputs::{InputText, inputs};
 
 /// What keeps a campaign, or one of its runs, from being flown.
 #[derive(Debug, thiserror::Error)]
@@ -466,41 +465,6 @@ impl Plan {
         }
         Ok(())
     }
-}
-
-/// A text that decides the results. Its name does not: a file may lie elsewhere on another machine.
-#[derive(Debug)]
-struct InputText {
-    name: String,
-    sha256: [u8; 32],
-}
-
-/// Specification, scenario, files of each aircraft and of each law, as they are now.
-fn inputs(
-    file: &SpecFile,
-    scenario: &Named,
-    aircraft: &[Aircraft],
-    laws: &[Law],
-) -> Result<Vec<InputText>, PlanError> {
-    let input = |name: String, text: &str| InputText { name, sha256: Sha256::digest(text).into() };
-    let mut inputs =
-        vec![input(file.name.clone(), &file.text), input(scenario.name.clone(), &scenario.text)];
-    for Aircraft { name, args, .. } in aircraft {
-        let shown = |path: &Option<PathBuf>, what: &str| {
-            path.as_ref().map_or_else(|| format!("{what} of {name}"), |p| p.display().to_string())
-        };
-        let (airframe, model) = (args.airframe_table()?, args.model_table()?);
-        inputs.push(input(shown(&args.airframe, "airframe"), &airframe.to_string()));
-        inputs.push(input(shown(&args.model, "model"), &model.to_string()));
-    }
-    for law in laws {
-        // A law without a file differs from one with an empty file.
-        let gains = law.args.gains.as_deref().map(Named::read).transpose()?;
-        let text = gains.as_ref().map_or("none", |gains| gains.text.as_ref());
-        inputs
-            .push(input(gains.as_ref().map_or_else(|| law.name.clone(), |g| g.name.clone()), text));
-    }
-    Ok(inputs)
 }
 
 impl Law {

@@ -5,8 +5,9 @@ use std::hint::black_box;
 use std::io::Write;
 use std::ops::ControlFlow;
 
+use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, watch};
-use flight_analysis::configuration::{AircraftArgs, Named, SetupOptions};
+use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
 use host_io::clock;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};

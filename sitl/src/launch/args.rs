@@ -5,7 +5,7 @@ use std::path::Path;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
-use flight_analysis::configuration::{fitted, preset_note};
+use flight_analysis::builder::{fitted, preset_note};
 use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
 

@@ -2,18 +2,17 @@
 
 use core::ops::ControlFlow;
 
-use autopilot::parameters::Parameters;
 use flight_control::estimator::covariance::{ATTITUDE, FORCE_BIAS, GYRO_BIAS, VELOCITY, WIND};
-use flight_control::{AircraftModel, CompensatorMode, Estimator, NavigationState};
-use icd::{ControlPeriod, SimTime};
+use flight_control::{CompensatorMode, Estimator, NavigationState};
+use icd::SimTime;
 use nalgebra::{Matrix3, Vector3};
 use plant_sim::range::check_range;
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, Plant, PlantPart, Start, scenario};
+use plant_sim::{Plant, Start};
 
 use super::Case;
+use crate::builder::SetupOptions;
 use crate::closed_loop::{FlightSetup, Tick, watch};
-use crate::configuration::{AircraftArgs, Named, fitted};
+use crate::configuration::{AircraftArgs, Named};
 use crate::false_alarms::StudyError;
 use crate::false_alarms::flights::{draws, entry};
 
@@ -79,10 +78,7 @@ fn programme(start: &Start, duration_s: f64, seed: u64) -> String {
 /// Aircraft, model and parameters of the study.
 #[derive(Debug, Clone)]
 pub struct Sides {
-    airframe: Airframe,
-    model: AircraftModel,
-    plant: PlantPart,
-    parameters: Parameters,
+    nominal: FlightSetup,
     /// Length of a flight, s.
     pub duration_s: f64,
 }
@@ -93,18 +89,17 @@ impl Sides {
     /// # Errors
     /// [`StudyError`] names file, key, value and range.
     pub fn of(args: &AircraftArgs) -> Result<Self, StudyError> {
-        let airframe = args.airframe()?;
-        let model = args.model()?;
-        let nominal = Named::shipped("nominal", scenario::NOMINAL);
-        let plant = args.scenario(&nominal, &airframe.effectors)?.plant;
-        let parameters = args.parameters(fitted(model.defaults, &plant.sensors))?;
-        let duration_s = plant.duration_s.unwrap_or(FLIGHT_S);
+        let options = SetupOptions { aircraft: args.clone(), ..SetupOptions::default() };
+        let builder = options.builder()?.lasting(FLIGHT_S);
+        let mut nominal = builder.setup(&Named::scenario("nominal")?, &[])?;
+        nominal.parameters.gains.selection.compensator = CompensatorMode::Off;
+        let duration_s = nominal.duration.as_seconds();
         check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS)
             .map_err(|error| plant_sim::ConfigError::Range {
                 file: "the study".to_owned(),
                 source: Box::new(error),
             })?;
-        Ok(Self { airframe, model: model.aircraft, plant, parameters, duration_s })
+        Ok(Self { nominal, duration_s })
     }
 
     /// The setup of a flight.
@@ -117,29 +112,18 @@ impl Sides {
         turbulence_m_s: f64,
         seed: u64,
     ) -> Result<FlightSetup, StudyError> {
-        let mut plant = self.plant.clone();
+        let mut setup = self.nominal.clone();
+        let plant = &mut setup.plant;
         let mut between = draws(seed, *b"--------two-step sitl--5");
-        let wind_max = WIND_MAX_M_S.min(WIND_MAX_PART * self.model.trim.airspeed_m_s);
+        let wind_max = WIND_MAX_M_S.min(WIND_MAX_PART * setup.model.trim.airspeed_m_s);
         plant.wind.speed_m_s = between(0.0, wind_max);
         plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
         plant.wind.turbulence_m_s = turbulence_m_s;
         plant.seed = seed;
-        let mut parameters = self.parameters;
-        parameters.gains.selection.compensator = CompensatorMode::Off;
-        case.equip(&mut plant.sensors, &mut parameters);
-        let period = ControlPeriod::DEFAULT;
-        let plant = plant.setup(self.airframe.clone(), 0, period, default_step_us(period));
+        case.equip(&mut plant.sensors, &mut setup.parameters);
         let programme = programme(&plant.start, self.duration_s, seed);
-        Ok(FlightSetup {
-            plant,
-            model: self.model,
-            parameters,
-            references: autopilot::config::references("the study", &programme)?,
-            script: None,
-            own_law: None,
-            knows_fault: false,
-            duration: SimTime::from_seconds(self.duration_s).unwrap_or(SimTime::ZERO),
-        })
+        setup.references = autopilot::config::references("the study", &programme)?;
+        Ok(setup)
     }
 
     /// Flies and judges.

@@ -3,20 +3,20 @@
 
 use std::fmt::{self, Write as _};
 
-use autopilot::parameters::Parameters;
+use autopilot::config;
 use flight_control::{CompensatorMode, StepLog};
 use icd::fault::{FaultKind, Side, Timing, Travel};
-use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
+use icd::{Effector, SimTime, tvc_jet};
 use nalgebra::Vector3;
-use plant_sim::setup::default_step_us;
-use plant_sim::{Airframe, GradeName, Scenario, ScheduledFault, SensorSettings, scenario};
+use plant_sim::{Airframe, GradeName, ScheduledFault, SensorSettings};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
 use super::{Options, StudyError};
+use crate::builder::{SetupBuilder, SetupOptions, fitted};
 use crate::closed_loop::{FlightSetup, fly};
-use crate::configuration::fitted;
+use crate::configuration::Named;
 use crate::metrics::DEG;
 use crate::runner;
 
@@ -160,29 +160,23 @@ pub fn setup(
     references: &str,
     duration_s: f64,
 ) -> Result<FlightSetup, StudyError> {
-    let mut plant =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?.plant;
-    plant.start.altitude_m = Some(condition.altitude_m);
-    plant.start.airspeed_m_s = Some(condition.airspeed_m_s);
+    let model = config::model("tvc_jet.toml", config::DEFAULT_MODEL)?;
+    let builder = SetupBuilder::of(airframe.clone(), model, SetupOptions::default());
+    let mut setup = builder.setup(&Named::scenario("nominal")?, &[])?;
+    let plant = &mut setup.plant;
+    plant.start.altitude_m = condition.altitude_m;
+    plant.start.airspeed_m_s = condition.airspeed_m_s;
     plant.wind.turbulence_m_s = air.turbulence_m_s;
     plant.sensors = SensorSettings::of_grade(air.grade);
     if air.grade == GradeName::Ideal {
         plant.sensors.gyro_noise_rad_s = air.gyro_noise_deg_s.to_radians();
     }
     plant.seed = seed;
-    let period = ControlPeriod::DEFAULT;
-    let mut parameters = fitted(Parameters::default(), &plant.sensors);
-    parameters.gains.selection.compensator = CompensatorMode::Off;
-    Ok(FlightSetup {
-        plant: plant.setup(airframe.clone(), 0, period, default_step_us(period)),
-        model: autopilot::config::aircraft_model("tvc_jet.toml", autopilot::config::DEFAULT_MODEL)?,
-        parameters,
-        references: autopilot::config::references("the study", references)?,
-        script: None,
-        own_law: None,
-        knows_fault: false,
-        duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
-    })
+    setup.parameters = fitted(model.defaults, &plant.sensors);
+    setup.parameters.gains.selection.compensator = CompensatorMode::Off;
+    setup.references = config::references("the study", references)?;
+    setup.duration = SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO);
+    Ok(setup)
 }
 
 /// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long; or none of them.
@@ -433,7 +427,7 @@ mod tests {
     fn half_of_a_programme_is_manoeuvres_and_every_one_can_be_flown() {
         for (seed, condition) in (0..30).zip(CONDITIONS.iter().cycle()) {
             let text = programme(condition, seed, false);
-            let schedule = autopilot::config::references("the study", &text).unwrap();
+            let schedule = config::references("the study", &text).unwrap();
             let entries: Vec<_> = (0..).map_while(|index| schedule.entry(index)).collect();
             // One at the start, two for each of ten manoeuvres.
             assert_eq!(entries.len(), 21, "{text}");

@@ -2,16 +2,14 @@
 
 use std::error::Error;
 
-use autopilot::own_law::{Brought, OwnLaw};
-use flight_control::{Demand, FlightControl, Gains, Navigator, Visitor};
+use autopilot::own_law::Brought;
+use flight_control::{Demand, FlightControl, Navigator, Visitor};
 use icd::frames::Attitude;
 use icd::{Actuators, Effector, EulerAngles, PerEffector};
-use lab_engine::flight::CannotCopy;
+use lab_engine::flight::{CannotCopy, FlightSetup};
 use lab_engine::law::LawFailure;
 use nalgebra::{DMatrix, DVector};
 use plant_sim::{Airframe, EarthModel, Plant, PlantSetup};
-
-use flight_control::AircraftModel;
 
 /// Flown before the linearisation, until plant and laws agree about the trim, s.
 const SETTLING_S: f64 = 300.0;
@@ -45,13 +43,9 @@ impl ClosedLoop {
     ///
     /// # Errors
     /// If there is no steady flight there; or the law that the program brings fails or cannot be copied.
-    pub fn settled(
-        setup: &PlantSetup,
-        model: &AircraftModel,
-        gains: &Gains,
-        own: Option<OwnLaw>,
-    ) -> Result<Self, Box<dyn Error>> {
-        let mut setup = PlantSetup { earth: EarthModel::Flat, ..setup.clone() };
+    pub fn settled(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
+        let FlightSetup { model, parameters, own_law, .. } = setup;
+        let mut setup = PlantSetup { earth: EarthModel::Flat, ..setup.plant.clone() };
         let Airframe { effectors, servos, .. } = &mut setup.airframe;
         for effector in effectors.all() {
             // They have no slope: in the small nothing moves.
@@ -59,7 +53,7 @@ impl ClosedLoop {
             (imperfections.deadband, imperfections.hysteresis) = (0.0, 0.0);
         }
         let plant = Plant::new(&setup)?;
-        let mut control = FlightControl::new(setup.period, model, gains);
+        let mut control = FlightControl::new(setup.period, model, &parameters.gains);
         control.start_at(&plant.trim().positions());
         let effectors = setup.airframe.effectors.all().collect();
         let demand = Demand {
@@ -67,7 +61,7 @@ impl ClosedLoop {
             roll_rad: 0.0,
             airspeed_m_s: setup.start.airspeed_m_s,
         };
-        let own = own.map(Brought::new);
+        let own = own_law.clone().map(Brought::new);
         if own.as_ref().is_some_and(|own| own.law().copy().is_none()) {
             return Err(CannotCopy.into());
         }

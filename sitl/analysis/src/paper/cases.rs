@@ -8,8 +8,9 @@ use rayon::prelude::*;
 
 use super::trace::{Sample, Trace};
 use super::{Fly, PaperError};
+use crate::builder::SetupOptions;
 use crate::closed_loop::FlightSetup;
-use crate::configuration::{AircraftArgs, Named, fitted};
+use crate::configuration::{AircraftArgs, Named};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;
@@ -123,33 +124,20 @@ impl Case {
             1 => ("case1.toml", scenario::CASE1),
             _ => ("case2.toml", scenario::CASE2),
         };
-        let airframe = aircraft.airframe()?;
-        let flight = aircraft.scenario(&Named::shipped(file, text), &airframe.effectors)?;
-        let plant = flight.plant;
-        let fault = plant.faults.first().ok_or(PaperError::NoFault { file })?;
+        let options = SetupOptions {
+            aircraft: aircraft.clone(),
+            period_ms: conditions.period,
+            step_us: Some(conditions.step_us),
+            ..SetupOptions::default()
+        };
+        let mut setup = options.builder()?.setup(&Named::shipped(file, text), &[])?;
+        conditions.apply(&mut setup.plant);
+        let fault = setup.plant.faults.first().ok_or(PaperError::NoFault { file })?;
         let FaultKind::StuckAt { angle_rad, .. } = fault.kind else {
             return Err(PaperError::NoFault { file });
         };
         let fault_s = fault.onset().as_seconds();
-        let model = aircraft.model()?;
-        let mut setup = plant.setup(airframe, 0, conditions.period, conditions.step_us);
-        conditions.apply(&mut setup);
-        let parameters = aircraft.parameters(fitted(model.defaults, &setup.sensors))?;
-        Ok(Self {
-            number,
-            fault_s,
-            jam_rad: angle_rad,
-            setup: FlightSetup {
-                plant: setup,
-                model: model.aircraft,
-                parameters,
-                references: flight.references,
-                script: None,
-                own_law: None,
-                knows_fault: false,
-                duration: seconds(plant.duration_s.ok_or(PaperError::NoDuration { file })?),
-            },
-        })
+        Ok(Self { number, fault_s, jam_rad: angle_rad, setup })
     }
 
     /// The same case with other air, sensors and seed.
