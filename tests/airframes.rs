@@ -138,6 +138,27 @@ fn a_flight_condition_that_cannot_be_trimmed_is_refused_with_what_is_at_its_limi
 }
 
 #[test]
+fn without_a_place_only_the_model_of_the_default_aircraft_is_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let model = folder.path().join("autopilot/models/tvc_jet.toml");
+    fs::create_dir_all(model.parent().expect("two folders")).expect("a free path");
+    let [_, shipped] = files("tvc_jet");
+    fs::copy(&shipped, &model).expect("a free path");
+    let linearize = |words: &[&str]| {
+        let mut command = Command::new(program("sitl"));
+        command.current_dir(folder.path()).arg("linearize").args(words);
+        command.output().expect("the built program starts")
+    };
+    for words in [["--airframe", "f16"], ["--at", "3000,200"]] {
+        let output = linearize(&words);
+        let printed = String::from_utf8_lossy(&output.stderr);
+        assert!(!output.status.success() && printed.contains("--out FILE is needed"), "{printed}");
+    }
+    assert!(linearize(&[]).status.success());
+    assert_eq!(fs::read(&model).expect("it is there"), fs::read(&shipped).expect("it is shipped"));
+}
+
+#[test]
 fn the_table_of_jams_has_a_row_for_each_surface_and_each_part_of_its_travel() {
     let [airframe, model] = files("aerosonde");
     let output =

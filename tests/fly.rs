@@ -10,7 +10,13 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use autopilot::autopilot::Settings;
+use autopilot::parameters::Parameters;
+use icd::SimTime;
+use plant_sim::PlantSetup;
 use programs::program;
+use sitl::builder::SetupOptions;
+use sitl::closed_loop::FlightSetup;
 use tempfile::TempDir;
 
 fn sitl(words: &[&str]) -> Output {
@@ -305,6 +311,42 @@ fn a_flight_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
     ] {
         assert_refused(words, expected);
     }
+}
+
+#[test]
+fn the_setup_in_the_outcome_is_enough_to_fly_the_flight_again() {
+    let folder = folder();
+    let options = "case1 --law ndi --compensator linear-eso --allocation wls --ftc always --turbulence-m-s 2 --seed 5 \
+                   --set plant.sensors.grade=tactical --set plant.duration_s=8 --out";
+    let words: Vec<&str> = options.split_whitespace().chain([text(folder.path())]).collect();
+    let _ = fly(&words);
+    let written = outcome(folder.path());
+    for (key, expected) in
+        [("law", "ndi"), ("compensator", "linear-eso"), ("allocation", "wls"), ("ftc", "always")]
+    {
+        assert_eq!(written[key].as_str(), Some(expected), "{key}");
+    }
+    let part = |name: &str| written["setup"][name].clone();
+    assert_eq!(part("plant")["wind"]["turbulence_m_s"].as_f64(), Some(2.0));
+    let plant: PlantSetup = serde_json::from_value(part("plant")).expect("a plant");
+    let control: Settings = serde_json::from_value(part("control")).expect("a control side");
+    let Settings { model, gains, limits, navigation, references, script, .. } = control;
+    let duration = part("duration_s").as_f64().and_then(SimTime::from_seconds);
+    let again = FlightSetup {
+        plant,
+        model,
+        parameters: Parameters { gains, limits, navigation, ..Parameters::default() },
+        references,
+        script,
+        duration: duration.expect("seconds"),
+        ..SetupOptions::default().setup("nominal").expect("it is shipped")
+    };
+    let flown = sitl::fly::outcome(&again).expect("it can start");
+    let flown = serde_json::to_value(flown).expect("numbers");
+    for (key, value) in flown.as_object().expect("a table") {
+        assert_eq!(value, &written[key], "{key}");
+    }
+    assert_eq!(flown["control_steps"].as_u64(), Some(4_001));
 }
 
 #[test]

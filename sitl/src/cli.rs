@@ -68,7 +68,7 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
 
 impl Cli {
     /// Takes a law that the program brings.
-    fn bring(&mut self, own: &OwnLaw) {
+    pub fn bring(&mut self, own: &OwnLaw) {
         match &mut self.command {
             None => self.launch.bring(own),
             Some(Command::Autopilot(args)) => args.laws.bring(own),

@@ -29,7 +29,7 @@
 
 pub use flight_analysis::{
     builder, chart, checkcase, closed_loop, configuration, design, envelope, estimator,
-    false_alarms, fly, isolation, linearize, margins, metrics, mission, paper, plot, replay,
+    false_alarms, fly, isolation, law, linearize, margins, metrics, mission, paper, plot, replay,
     runner, settings, table, trimmable,
 };
 

@@ -3,10 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use autopilot::own_law::OwnLaw;
 use flight_campaign::plan::{Plan, PlanError, Value};
 use flight_campaign::spec::{SHIPPED, SUITE, SpecFile};
 use flight_campaign::store::{RunEnd, Store};
 use flight_campaign::{Command, compare, fly, run};
+use flight_control::main_controller::pid::Pid;
+use flight_control::{Gains, MainLaw};
 use sha2::{Digest, Sha256};
 
 /// Files of a finished campaign that must be the same to the byte.
@@ -200,6 +203,11 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
         ("seed = 7", "seed = -7", "seed"),
         ("FTC_MODE = 0", "FTC_MODES = 0", "nearest is FTC_MODE"),
         ("FTC_MODE = 0", "FTC_MODE = 77", "FTC_MODE"),
+        ("FTC_MODE = 0", "FTC_MODE = nan", "FTC_MODE = nan: expected a finite number"),
+        ("FTC_MODE = 0", "FTC_MODE = \"nan\"", "expected a finite number"),
+        ("FTC_MODE = 0", "FTC_MODE = { a = 1 }", "expected a finite number"),
+        ("FTC_MODE = 0", "FTC_MODE = \"{ a = 1 }\"", "expected a finite number"),
+        ("values = [0.0, 3.0]", "values = [\"nan\"]", "finite numbers, or texts"),
         ("set = { FTC_MODE = 1 }", "fault_known = true", "fault_known = true needs FTC_MODE = 0"),
         (
             "\"plant.wind.turbulence_m_s\"\n",
@@ -228,6 +236,55 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
     let plan = parse(smoke()).expect("the shipped campaign");
     let error = plan.run(32).expect_err("a run that is not there");
     assert!(matches!(error, PlanError::NoRun { run: 32, last: 31, .. }), "{error}");
+}
+
+#[test]
+fn a_setting_that_is_no_single_finite_value_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().display().to_string();
+    for value in ["nan", "inf", "{a=1}", "[1]"] {
+        let set = format!("plant.wind.turbulence_m_s={value}");
+        let message = try_command(&["run", "smoke", "--out", &out, "--set", &set]).unwrap_err();
+        assert!(message.contains("expected a finite number"), "{value}: {message}");
+    }
+}
+
+/// The PID, under another name.
+fn own_law() -> OwnLaw {
+    OwnLaw::new("my \"law\"", || Pid::new(&Gains::REFERENCE.pid))
+}
+
+#[test]
+fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selects_it() {
+    let plan = |text: &str| {
+        let file = SpecFile::parse("test.toml", text.to_owned(), PathBuf::new()).expect("above");
+        Plan::new(file.bring(&own_law()).expect("a free name")).expect("it can be flown")
+    };
+    let beside = plan(smoke());
+    assert_eq!(beside.laws(), ["PID alone", "paper (PID, NESO)", "my \"law\""]);
+    let selected = plan(&smoke().replacen("FTC_MODE = 0", "FTC_MODE = 0, CTL_LAW = 9", 1));
+    assert_eq!(selected.laws().len(), 2);
+    // The flight of a law does not depend on how many laws there are.
+    for (plan, law) in [(&beside, 2), (&selected, 0)] {
+        let setup = plan.setup(&plan.run(law).expect("a run")).expect("a flight");
+        assert_eq!(setup.own_law.as_ref().map(OwnLaw::name), Some("my \"law\""));
+        assert_eq!(setup.parameters.gains.selection.main, MainLaw::Own);
+        assert_eq!(setup.plant.seed, beside.run(0).expect("a run").seed);
+    }
+    let outcomes = [(&beside, 1), (&beside, 2)].map(|(plan, number)| {
+        let outcome = plan.fly(&plan.run(number).expect("a run")).expect("it can be flown");
+        format!("{outcome:?}")
+    });
+    assert_eq!(outcomes[0], outcomes[1], "both are the PID with the paper's compensator");
+    let fingerprint = |name: &str| {
+        let own = OwnLaw::new(name, || Pid::new(&Gains::REFERENCE.pid));
+        let file = SpecFile::read_with("smoke", Some(&own), &[]).expect("it is shipped");
+        Plan::new(file).expect("it can be flown").fingerprint
+    };
+    assert_ne!(fingerprint("one"), fingerprint("other"));
+    let taken = OwnLaw::new("PID alone", || Pid::new(&Gains::REFERENCE.pid));
+    let refused = SpecFile::read_with("smoke", Some(&taken), &[]).expect_err("a taken name");
+    assert!(refused.to_string().contains("each name once"), "{refused}");
 }
 
 #[test]
