@@ -1,4 +1,4 @@
-//! A main controller that is not ours, in about 40 lines. docs/own-law.md goes through it.
+//! A main controller that is not ours, in about 50 lines. docs/own-law.md goes through it.
 //!
 //! `cargo run --example own_law` flies it under a ground station, with every option of `sitl`.
 

@@ -26,6 +26,7 @@ use crate::clock::{self, WallTime};
 use flight_management::autopilot::Autopilot;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
+use flight_management::own_law::FlightLaw;
 
 /// Longest wait for a packet: the control thread takes intents at least this often, also without a plant.
 pub const RECEIVE_TIMEOUT: Duration = Duration::from_millis(50);
@@ -63,6 +64,8 @@ pub struct PlantLink {
     warnings: PacketWarnings,
     health: Option<HealthFile>,
     recorder: Option<Recorder>,
+    /// The law of the program gives no more commands, and the operator knows it.
+    law_has_failed: bool,
 }
 
 impl PlantLink {
@@ -91,6 +94,7 @@ impl PlantLink {
             warnings: PacketWarnings::default(),
             health: None,
             recorder: None,
+            law_has_failed: false,
         }
     }
 
@@ -205,6 +209,11 @@ impl PlantLink {
             Phase::Holding => self.autopilot.hold(&packet.sensors, false),
             Phase::OnGround => self.autopilot.hold(&packet.sensors, true),
         };
+        let failure = self.autopilot.own_law().and_then(FlightLaw::failure);
+        if let (Some(failure), false) = (&failure, self.law_has_failed) {
+            error!(%failure, "the law has failed; its last command is repeated");
+        }
+        self.law_has_failed = failure.is_some();
         let request = self.autopilot.next_request();
         if let Some(answer) = self.side.answer(&actuators, request, self.recorder.is_some()) {
             // An answer that cannot be sent is lost; the plant will request it again.

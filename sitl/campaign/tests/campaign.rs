@@ -282,6 +282,10 @@ fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selec
         Plan::new(file).expect("it can be flown").fingerprint
     };
     assert_ne!(fingerprint("one"), fingerprint("other"));
+    for (name, _) in SHIPPED.iter().chain(&SUITE) {
+        let file = SpecFile::read_with(name, Some(&own_law()), &[]).expect("they are shipped");
+        assert_eq!(file.spec.law.last().map(|law| law.name.as_str()), Some("my \"law\""), "{name}");
+    }
     let taken = OwnLaw::new("PID alone", || Pid::new(&Gains::REFERENCE.pid));
     let refused = SpecFile::read_with("smoke", Some(&taken), &[]).expect_err("a taken name");
     assert!(refused.to_string().contains("each name once"), "{refused}");
