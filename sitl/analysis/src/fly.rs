@@ -100,7 +100,7 @@ pub enum FlyError {
         /// The scenario.
         scenario: String,
         /// Why not.
-        source: Box<FlightError>,
+        source: FlightError,
     },
     /// The plant cannot start.
     #[error(transparent)]
@@ -350,10 +350,7 @@ impl FlyArgs {
 
     fn of_scenario(&self, error: FlyError) -> FlyError {
         match error {
-            FlyError::Start(source) => {
-                let source = Box::new(source);
-                FlyError::Flight { scenario: self.scenario.clone(), source }
-            }
+            FlyError::Start(source) => FlyError::Flight { scenario: self.scenario.clone(), source },
             other => other,
         }
     }

@@ -121,12 +121,6 @@ pub enum PaperError {
         /// The scenario file.
         file: &'static str,
     },
-    /// A case must have a duration.
-    #[error("{file}: [plant] duration_s is missing")]
-    NoDuration {
-        /// The scenario file.
-        file: &'static str,
-    },
     /// A flight could not be flown.
     #[error("{flight}: {reason}")]
     Flight {

@@ -264,10 +264,16 @@ impl SpecFile {
     /// are those of another one.
     ///
     /// # Errors
-    /// [`SpecError`] for a key that does not exist, or a value that no file of a campaign can have.
+    /// [`SpecError`] for a key that does not exist, a value that no file of a campaign can have, or a key that is set anew in every flight.
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
         for setting in settings {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
+            if let Some(place) = self.spec.set_later(&key) {
+                let expected =
+                    format!("another key, because {place} sets this one in every flight");
+                let (file, value) = ("--set".to_owned(), value.to_string());
+                return Err(SpecError::Value { file, key, value, expected });
+            }
             drop(self.spec.set.insert(key, value));
             self.text += &format!("\n# --set {setting}\n");
             self.spec.name += &format!(", {setting}");
@@ -318,6 +324,25 @@ impl Spec {
     #[must_use]
     pub fn period(&self) -> Option<ControlPeriod> {
         ControlPeriod::from_micros(self.period_ms.checked_mul(1_000)?).ok()
+    }
+
+    /// What sets a key in every flight after the settings that all flights have.
+    fn set_later(&self, key: &str) -> Option<&'static str> {
+        let in_all = |sets: &[&toml::Table]| {
+            !sets.is_empty() && sets.iter().all(|set| set.contains_key(key))
+        };
+        let airframes: Vec<_> = self.airframe.iter().map(|airframe| &airframe.set).collect();
+        let laws: Vec<_> = self.law.iter().map(|law| &law.set).collect();
+        // A factor multiplies what is set.
+        let by = |v: &Variable| {
+            v.meaning == Meaning::Value && v.key == key || v.sets.iter().any(|set| set == key)
+        };
+        let places = [
+            (self.vary.iter().any(by), "[[vary]]"),
+            (in_all(&airframes), "each [[airframe]]"),
+            (in_all(&laws), "each [[law]]"),
+        ];
+        places.into_iter().find_map(|(is_it, place)| is_it.then_some(place))
     }
 
     fn check(&self, file: &str) -> Result<(), SpecError> {

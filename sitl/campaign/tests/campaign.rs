@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
+use flight_analysis::settings::Setting;
 use flight_campaign::plan::{Plan, PlanError, Value};
 use flight_campaign::spec::{SHIPPED, SUITE, SpecFile};
 use flight_campaign::store::{RunEnd, Store};
@@ -243,9 +244,28 @@ fn a_setting_that_is_no_single_finite_value_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let out = folder.path().display().to_string();
     for value in ["nan", "inf", "{a=1}", "[1]"] {
-        let set = format!("plant.wind.turbulence_m_s={value}");
+        let set = format!("plant.wind.speed_m_s={value}");
         let message = try_command(&["run", "smoke", "--out", &out, "--set", &set]).unwrap_err();
         assert!(message.contains("expected a finite number"), "{value}: {message}");
+    }
+}
+
+#[test]
+fn a_setting_without_an_effect_is_refused() {
+    let with = |key: &str| {
+        let set = Setting::new(key, 1.0);
+        SpecFile::read("smoke").expect("it is shipped").with(&[set]).map(drop)
+    };
+    for (key, place) in [
+        ("FTC_MODE", "each [[law]]"),
+        ("plant.wind.turbulence_m_s", "[[vary]]"),
+        ("plant.fault.1.onset_s", "[[vary]]"),
+    ] {
+        let message = with(key).expect_err("it has no effect").to_string();
+        assert!(message.contains(&format!("{place} sets this one")), "{message}");
+    }
+    for key in ["airframe.mass.mass_kg", "plant.wind.speed_m_s", "CTL_LAW"] {
+        assert!(with(key).is_ok(), "{key}");
     }
 }
 
