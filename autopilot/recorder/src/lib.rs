@@ -20,6 +20,7 @@
 //!     navigation,
 //!     references: Default::default(),
 //!     script: None,
+//!     own_law: None,
 //!     fault_injection: false,
 //! };
 //! let header = ControlHeader::new(settings, "0000002a".to_owned(), 2_000, false);

@@ -208,12 +208,17 @@ impl<'a> Replay<'a> {
 
     /// Every exchange of the log; the first difference ends it.
     fn fly(&mut self, flight: &mut Flight) -> Checked {
-        while flight.steps() < self.recording.steps() {
-            let here =
-                Exchange { step: flight.steps(), time: flight.next_time(), moment: Moment::Step };
-            let inputs = self.inputs(&here);
-            let Some(tick) = flight.step(inputs) else { break };
-            self.check_tick(&tick)?;
+        loop {
+            let (step, time) = (flight.steps(), flight.next_time());
+            let here = Exchange { step, time, moment: Moment::Step };
+            // One step more than the log has: only that one moves the plant on to the ground.
+            let is_logged = step < self.recording.steps();
+            let inputs = if is_logged { self.inputs(&here) } else { Vec::new() };
+            match flight.step(inputs) {
+                Some(tick) if is_logged => self.check_tick(&tick)?,
+                Some(_) => return Ok(()),
+                None => break,
+            }
             self.hold(flight, Moment::Holding)?;
         }
         if flight.end().on_ground {
