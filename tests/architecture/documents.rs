@@ -54,6 +54,18 @@ fn every_file_that_a_document_names_exists() {
 }
 
 #[test]
+fn every_room_of_the_workspace_is_in_the_images() {
+    let manifest = read("Cargo.toml");
+    let (_, members) = manifest.split_once("members = [").expect("a list of members");
+    let (members, _) = members.split_once(']').expect("its end");
+    let sent = read(".dockerignore");
+    let is_missing = |room: &&str| !sent.lines().any(|line| line == format!("!{room}"));
+    let rooms = members.split('"').skip(1).step_by(2).filter_map(|path| path.split('/').next());
+    let missing: Vec<String> = rooms.filter(is_missing).map(str::to_owned).collect();
+    assert_none(".dockerignore: every room of the workspace", &missing);
+}
+
+#[test]
 fn every_decision_has_the_form_and_its_line_in_the_contents() {
     const LABELS: [&str; 5] = ["Status", "Context", "Decision", "Consequence", "Rejected"];
     let page = read("docs/decisions.md");
