@@ -43,6 +43,7 @@ pub mod earth;
 pub mod gains;
 mod gusts;
 pub mod history;
+mod lift;
 mod noise;
 mod source;
 mod start;
@@ -72,6 +73,15 @@ const VALID_ALTITUDE_M: f64 = 50.0;
 /// Of the airspeed; the flow angles have this over the airspeed.
 const VALID_WIND_M_S: f64 = 15.0;
 
+/// PROBE.
+#[allow(missing_docs)]
+pub static PROBE: [core::sync::atomic::AtomicU64; 32] = [const { core::sync::atomic::AtomicU64::new(0) }; 32];
+/// PROBE.
+#[must_use]
+pub fn probe(i: usize) -> f64 { f64::from_bits(PROBE[i].load(core::sync::atomic::Ordering::Relaxed)) }
+/// PROBE.
+pub fn set_probe(i: usize, v: f64) { PROBE[i].store(v.to_bits(), core::sync::atomic::Ordering::Relaxed); }
+
 /// Sensors to [`NavigationState`], by an error-state Kalman filter.
 #[derive(Debug, Clone)]
 pub struct Estimator {
@@ -98,6 +108,8 @@ pub struct Estimator {
     field: MagneticField,
     gusts: Gusts,
     model_due: SimTime,
+    lift: lift::Lift,
+    smooth_wind: Vector3<f64>,
     vertical_ratio: f64,
     velocity_ratio: f64,
     late: u32,
@@ -178,6 +190,8 @@ impl Estimator {
             field: MagneticField::default(),
             gusts: Gusts::new(gains.gust_m_s),
             model_due: SimTime::ZERO,
+            lift: lift::Lift::NONE,
+            smooth_wind: Vector3::zeros(),
             vertical_ratio: 0.0,
             velocity_ratio: 0.0,
             late: 0,
@@ -200,6 +214,12 @@ impl Estimator {
     #[must_use]
     pub fn state(&self) -> NavigationState {
         self.state
+    }
+
+    /// PROBE.
+    #[must_use]
+    pub fn steady_force_probe(&self) -> Vector3<f64> {
+        self.steady_force
     }
 
     /// The estimate.
@@ -315,6 +335,8 @@ impl Estimator {
         let noise = self.process_noise(time);
         let Estimate { wind, steady_wind, .. } = &mut self.estimate;
         *wind = *steady_wind + (*wind - *steady_wind) * self.transition.gust;
+        let part = if probe(14) > 0.0 { 1.0 - libm::exp(-self.transition.seconds / probe(14)) } else { 1.0 };
+        self.smooth_wind += (*wind - self.smooth_wind) * part;
         self.covariance.predict(&self.transition, &noise);
         self.transition = Transition::NONE;
         self.find_place();

@@ -96,6 +96,20 @@ pub fn sideslip(v: &Vector3<f64>) -> Option<Flow> {
     Some(Flow { value: icd::frames::atan2(v.y, in_plane), gradient })
 }
 
+/// Less lift than this over the mass says nothing of the speed, m/s².
+const LIFT_MIN_M_S2: f64 = 3.0;
+
+/// Lift of the wing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wing {
+    /// Over the mass, m/s².
+    pub value: f64,
+    /// Per m/s of the velocity through the air, body axes.
+    pub gradient: Vector3<f64>,
+    /// Its change with the angle of attack as a part of it, per rad.
+    pub per_angle: f64,
+}
+
 /// The part of the aircraft model that tells the flow from the specific force.
 #[derive(Debug, Clone, Copy)]
 pub struct AirModel {
@@ -103,6 +117,8 @@ pub struct AirModel {
     area_per_mass: f64,
     c_lift_0: f64,
     c_lift_alpha: f64,
+    c_lift_q: f64,
+    chord_m: f64,
     /// Zero if it is not known.
     c_side_beta: f64,
     stall_onset_rad: f64,
@@ -121,11 +137,32 @@ impl AirModel {
             area_per_mass: aircraft.geometry.wing_area_m2 / aircraft.mass.mass_kg,
             c_lift_0: aircraft.lift.c_lift_0,
             c_lift_alpha: aircraft.lift.c_lift_alpha,
+            c_lift_q: aircraft.lift.c_lift_q,
+            chord_m: aircraft.geometry.chord_m,
             c_side_beta: data.c_side_beta,
             stall_onset_rad: aircraft.airframe.stall_onset_rad,
             vanes_m: data.vanes_m.into(),
             pitot_m: data.pitot_m.into(),
         }
+    }
+
+    /// Lift over mass, m/s², of a velocity through the air, body axes, at a pitch rate (rad/s) and an altitude (m), with its gradient.
+    /// `None` where it is small, or the flow is not attached.
+    #[must_use]
+    pub fn lift(&self, v: &Vector3<f64>, pitch_rate: f64, altitude_m: f64) -> Option<Wing> {
+        let angle = angle_of_attack(v).filter(|flow| flow.value.abs() < self.stall_onset_rad)?;
+        let speed_2 = v.norm_squared();
+        let per_speed_2 = 0.5 * atmosphere::density(altitude_m) * self.area_per_mass;
+        let pitching = self.c_lift_q * pitch_rate * self.chord_m / (2.0 * libm::sqrt(speed_2));
+        let coefficient = self.c_lift_0 + self.c_lift_alpha * angle.value + pitching;
+        let value = per_speed_2 * speed_2 * coefficient;
+        let gradient = per_speed_2
+            * (v * (2.0 * coefficient) + angle.gradient * (self.c_lift_alpha * speed_2));
+        (value > LIFT_MIN_M_S2).then(|| Wing {
+            value,
+            gradient,
+            per_angle: self.c_lift_alpha / coefficient,
+        })
     }
 
     /// Angle of attack and sideslip (rad) that give a specific force (m/s², body axes) at an airspeed (m/s) and an altitude

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of error states.
-pub const STATES: usize = 28;
+pub const STATES: usize = 29;
 /// Attitude error, rad, start axes: the true rotation is the estimated one turned by it.
 pub const ATTITUDE: usize = 0;
 /// Velocity over the ground, m/s, start axes.
@@ -28,6 +28,8 @@ pub const STEADY_WIND: usize = 24;
 pub const PITOT_BIAS: usize = 26;
 /// Error of its scale.
 pub const PITOT_SCALE: usize = 27;
+/// Error of the lift of the aircraft model, as a part of it.
+pub const LIFT: usize = 28;
 
 /// One number of each error state.
 pub type States = [f64; STATES];
@@ -127,6 +129,8 @@ pub struct Comparison {
 }
 
 impl Comparison {
+    /// P
+    pub fn gain(&self, i: usize) -> f64 { self.product[i] / self.variance }
     /// Innovation over its standard deviation.
     #[must_use]
     pub fn deviations(&self) -> f64 {
@@ -260,7 +264,27 @@ impl Covariance {
             left[STEADY_WIND + axis] = flow[axis] * steady / level.max(0.1);
             left[PITOT_BIAS + axis] = gain(PITOT_BIAS + axis);
         }
+        if crate::estimator::probe(10) > 0.0 { left[LIFT] = gain(LIFT); }
+        if crate::estimator::probe(15) >= 1.0 { left[VANES] = gain(VANES); left[VANES+1] = gain(VANES+1); }
         // With the gain K - l, P becomes what it is for the optimal K, and l s lᵀ more.
+        for (index, row) in self.p.iter_mut().enumerate() {
+            for (covariance, part) in row.iter_mut().zip(&left) {
+                *covariance += left[index] * comparison.variance * part;
+            }
+            correction[index] -= left[index] * comparison.innovation;
+        }
+        correction
+    }
+
+    /// PROBE
+    pub fn take_pitot(&mut self, comparison: &Comparison) -> States {
+        let mut correction = self.take(comparison);
+        let gain = |state: usize| comparison.product[state] / comparison.variance;
+        let mut left = [0.0; STATES];
+        for axis in 0..(if crate::estimator::probe(10) > 0.0 { 3 } else { 2 }) {
+            left[PITOT_BIAS + axis] = gain(PITOT_BIAS + axis);
+        }
+        if crate::estimator::probe(15) == 1.0 || crate::estimator::probe(15) == 3.0 { left[VANES] = gain(VANES); left[VANES+1] = gain(VANES+1); }
         for (index, row) in self.p.iter_mut().enumerate() {
             for (covariance, part) in row.iter_mut().zip(&left) {
                 *covariance += left[index] * comparison.variance * part;

@@ -103,6 +103,7 @@ impl Estimator {
     /// The vanes correct the wind across the flow of steady wind. In a turn that leaves an error along it, which turns with the aircraft
     /// and grows where the true flow points elsewhere: the believed airspeed of a slow aircraft ran away from the true one.
     pub(super) fn forget_gust_along(&mut self, now: SimTime) {
+        if super::probe(11) > 0.0 { return; }
         if self.sources.pitot.health(now) == super::SourceHealth::Used {
             return;
         }

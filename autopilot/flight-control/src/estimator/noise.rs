@@ -4,7 +4,7 @@ use icd::SimTime;
 use nalgebra::Vector3;
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, POSITION, STATES,
+    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, LIFT, MAGNETIC_BIAS, PITOT_BIAS, POSITION, STATES,
     STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
 use super::{Estimator, INERTIAL_SILENCE_S};
@@ -62,6 +62,7 @@ impl Estimator {
         noise[VANES + 1] = noise[VANES];
         noise[STEADY_WIND] = walk(gains.wind_walk_m_s);
         noise[STEADY_WIND + 1] = noise[STEADY_WIND];
+        noise[LIFT] = walk(super::probe(7));
         noise[PITOT_BIAS] = walk(gains.pitot_walk_pa);
         noise
     }

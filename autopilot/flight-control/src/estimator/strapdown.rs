@@ -5,7 +5,7 @@ use icd::frames::rotation_matrix;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
+    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, LIFT, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
     STEADY_WIND, States, Transition, VANES, VELOCITY, WIND,
 };
 use super::history::Integrals;
@@ -37,6 +37,8 @@ pub struct Estimate {
     pub pitot_bias: f64,
     /// Error of its scale.
     pub pitot_scale: f64,
+    /// Error of the modelled lift, as a part of it.
+    pub lift_scale: f64,
 }
 
 /// What the inertial sensors measure, corrected: angular rate relative to inertial space, rad/s, and specific force, m/s².
@@ -74,6 +76,7 @@ impl Estimate {
             vane_bias: [0.0; 2],
             pitot_bias: 0.0,
             pitot_scale: 0.0,
+            lift_scale: 0.0,
         }
     }
 
@@ -131,6 +134,7 @@ impl Estimate {
         self.steady_wind.y += x[STEADY_WIND + 1];
         self.pitot_bias += x[PITOT_BIAS];
         self.pitot_scale += x[PITOT_SCALE];
+        self.lift_scale += x[LIFT];
     }
 
     /// Whether every number is finite.
@@ -153,6 +157,7 @@ impl Estimate {
             && self.vane_bias.iter().all(|x| x.is_finite())
             && self.pitot_bias.is_finite()
             && self.pitot_scale.is_finite()
+            && self.lift_scale.is_finite()
     }
 }
 

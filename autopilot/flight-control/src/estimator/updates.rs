@@ -65,9 +65,9 @@ pub(super) struct Present {
     /// Body to start axes.
     pub(super) matrix: nalgebra::Matrix3<f64>,
     /// Velocity through the air, body axes.
-    through_air: Vector3<f64>,
+    pub(super) through_air: Vector3<f64>,
     /// The same without gusts, start and body axes.
-    relative: Vector3<f64>,
+    pub(super) relative: Vector3<f64>,
     pub(super) steady: Vector3<f64>,
     /// Its change, m/s², body axes.
     slope: Vector3<f64>,
@@ -82,6 +82,7 @@ impl Estimator {
         self.measure_pitot(now, sensors);
         self.measure_vanes(now, &sensors.vanes);
         self.measure_field(now, &sensors.magnetometer_nt);
+        if super::probe(5) > 0.0 { self.compare_lift(now); }
         self.compare_with_model(now);
     }
 
@@ -89,7 +90,7 @@ impl Estimator {
     fn take(&mut self, comparison: &Comparison) -> bool {
         let passes = comparison.deviations() <= self.gains.gate;
         if passes {
-            let correction = self.covariance.take(comparison);
+            let correction = if super::probe(4) > 0.0 { self.covariance.take_pitot(comparison) } else { self.covariance.take(comparison) };
             self.correct(&correction);
         }
         passes
@@ -101,11 +102,21 @@ impl Estimator {
     /// from errors of the vanes that last: without a pitot tube the wind along the flight ran away.
     fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
         let Some(Ground { place, .. }) = &self.ground else { return };
-        if comparison.deviations() <= self.gains.gate {
+        if comparison.deviations() <= self.gains.gate && super::probe(2) == 0.0 {
             let flow = place.start_from_ned.tr_mul(&present.relative).normalize();
             let correction = self.covariance.take_across(comparison, &flow);
             self.correct(&correction);
         }
+    }
+
+    fn take_pitot(&mut self, comparison: &Comparison) -> bool {
+        if super::probe(0) == 0.0 { return self.take(comparison); }
+        let passes = comparison.deviations() <= self.gains.gate;
+        if passes {
+            let correction = self.covariance.take_pitot(comparison);
+            self.correct(&correction);
+        }
+        passes
     }
 
     fn ratio(&self, comparison: &Comparison) -> f64 {
@@ -248,7 +259,7 @@ impl Estimator {
         let inertial = self.inertial();
         let matrix = self.estimate.matrix();
         let through_air = self.through_air(ground);
-        let steady_wind = ground.place.start_from_ned * self.estimate.steady_wind;
+        let steady_wind = ground.place.start_from_ned * if super::probe(12) > 0.0 { self.smooth_wind } else { self.estimate.steady_wind };
         let relative = self.estimate.velocity - steady_wind;
         let steady = matrix.tr_mul(&relative);
         let gravity = matrix.tr_mul(&ground.place.gravity);
@@ -295,7 +306,7 @@ impl Estimator {
         // The pressure that there should be: the measured one has noise, which is also in the innovation, and bias and scale would
         // drift by their product.
         let Some(steady) = air::speed(&present.steady) else { return };
-        let expected = air::impact(steady.value, pressure_altitude);
+        let probe_v = super::probe(3); let expected = air::impact(if probe_v > 0.0 { probe_v } else { steady.value }, pressure_altitude);
         let Some(Airspeed { per_pascal: slope, .. }) = air::airspeed(expected, pressure_altitude)
         else {
             return;
@@ -303,7 +314,7 @@ impl Estimator {
         let Some(row) = self.flow_row(&present, air::speed) else { return };
         let row = row.with(PITOT_BIAS, slope).with(PITOT_SCALE, slope * expected);
         let agrees = self.pitot_agrees(now, &present, measured.airspeed_m_s, slope, expected);
-        let noise = self.gains.pitot_noise_pa * slope;
+        let noise = self.gains.pitot_noise_pa * slope * (1.0 + super::probe(1));
         let innovation = measured.airspeed_m_s - flow.value;
         let comparison = self.covariance.compare(&row, innovation, noise * noise);
         let ratio = self.ratio(&comparison);
@@ -312,7 +323,7 @@ impl Estimator {
             self.sources.pitot.doubt(!agrees);
         } else if !agrees {
             self.doubt_pitot();
-        } else if self.take(&comparison) {
+        } else if self.take_pitot(&comparison) {
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
             self.doubt_pitot();
@@ -340,7 +351,10 @@ impl Estimator {
             let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
+            let before = (self.estimate.vane_bias[0], self.estimate.wind.z);
             self.take_angle(&comparison, &present);
+            super::set_probe(22, super::probe(22) + self.estimate.vane_bias[0] - before.0); super::set_probe(23, super::probe(23) + self.estimate.wind.z - before.1);
+            if vane == 0 { super::set_probe(24, super::probe(24) + (innovation - super::probe(24)) * 0.002); super::set_probe(25, comparison.gain(VANES)); super::set_probe(26, comparison.gain(WIND+2)); super::set_probe(27, libm::sqrt(self.covariance.variance(WIND+2))); super::set_probe(28, self.estimate.wind.z); super::set_probe(29, comparison.gain(ATTITUDE+1));super::set_probe(30, libm::sqrt(comparison.variance));}
             innovations[vane] = innovation;
         }
         if worst <= 1.0 {
