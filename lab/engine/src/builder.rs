@@ -185,11 +185,11 @@ pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters 
     defaults
 }
 
-/// Tells the operator that the estimator assumes sensors other than the fitted ones, because somebody has set its preset.
+/// Tells the operator that the estimator assumes sensors other than the fitted ones, because its preset was set by hand.
 #[must_use]
 pub fn preset_note(preset: EstimatorPreset, sensors: &SensorSettings) -> Option<String> {
     let expected = preset_of(sensors.name);
-    // With ideal sensors the estimator does not fly unless somebody selects it.
+    // With ideal sensors the estimator does not fly unless it is selected.
     let differs = sensors.name != GradeName::Ideal && preset != expected;
     differs.then(|| {
         format!(

@@ -43,7 +43,7 @@ impl Shard {
     }
 }
 
-/// Presets of the estimator that somebody has set against the fitted sensors: of the first flight of each aircraft with each law.
+/// Presets of the estimator that were set against the fitted sensors: of the first flight of each aircraft with each law.
 fn preset_notes(plan: &Plan) -> BTreeSet<String> {
     let laws = plan.laws().len();
     let first = (0..plan.aircraft.len()).map(|airframe| plan.flights_of(airframe).start * laws);
