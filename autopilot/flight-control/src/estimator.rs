@@ -43,6 +43,7 @@ pub mod earth;
 pub mod gains;
 mod gusts;
 pub mod history;
+mod lift;
 mod noise;
 mod source;
 mod start;
@@ -64,6 +65,8 @@ const RATE_MAX_RAD_S: f64 = 100.0;
 const FORCE_MAX_M_S2: f64 = 1_000.0;
 /// Largest thrust that is believed, N.
 const THRUST_MAX_N: f64 = 1.0e8;
+/// Correlation time of the errors that are only considered, s: half an hour of flight.
+const LASTING_S: f64 = 1_800.0;
 /// Largest errors with which a part of the state counts as valid.
 const VALID_ATTITUDE_RAD: f64 = 0.1;
 const VALID_VELOCITY_M_S: f64 = 5.0;
@@ -98,6 +101,7 @@ pub struct Estimator {
     field: MagneticField,
     gusts: Gusts,
     model_due: SimTime,
+    lift: lift::Mean,
     vertical_ratio: f64,
     velocity_ratio: f64,
     late: u32,
@@ -178,6 +182,7 @@ impl Estimator {
             field: MagneticField::default(),
             gusts: Gusts::new(gains.gust_m_s),
             model_due: SimTime::ZERO,
+            lift: lift::Mean::NONE,
             vertical_ratio: 0.0,
             velocity_ratio: 0.0,
             late: 0,
@@ -312,6 +317,7 @@ impl Estimator {
     fn update(&mut self, time: SimTime, sensors: &Sensors) {
         self.follow_force();
         self.transition.gust = libm::exp(-self.transition.seconds / self.gust_s());
+        self.transition.lasting = libm::exp(-self.transition.seconds / LASTING_S);
         let noise = self.process_noise(time);
         let Estimate { wind, steady_wind, .. } = &mut self.estimate;
         *wind = *steady_wind + (*wind - *steady_wind) * self.transition.gust;
@@ -320,7 +326,6 @@ impl Estimator {
         self.find_place();
         let before = self.estimate.matrix();
         self.measure(time, sensors);
-        self.forget_gust_along(time);
         self.covariance.turn_attitude(&(self.estimate.matrix() * before.transpose()));
         self.follow_gusts(time);
         if !self.covariance.is_sound() {

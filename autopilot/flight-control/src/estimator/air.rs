@@ -96,6 +96,20 @@ pub fn sideslip(v: &Vector3<f64>) -> Option<Flow> {
     Some(Flow { value: icd::frames::atan2(v.y, in_plane), gradient })
 }
 
+/// Less lift than this over the mass says nothing of the speed, m/s².
+const LIFT_MIN_M_S2: f64 = 3.0;
+
+/// Lift of the wing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wing {
+    /// Over the mass, m/s².
+    pub value: f64,
+    /// Per m/s of the velocity through the air, body axes.
+    pub gradient: Vector3<f64>,
+    /// Its change with the angle of attack as a part of it, per rad.
+    pub per_angle: f64,
+}
+
 /// The part of the aircraft model that tells the flow from the specific force.
 #[derive(Debug, Clone, Copy)]
 pub struct AirModel {
@@ -103,6 +117,8 @@ pub struct AirModel {
     area_per_mass: f64,
     c_lift_0: f64,
     c_lift_alpha: f64,
+    c_lift_q: f64,
+    chord_m: f64,
     /// Zero if it is not known.
     c_side_beta: f64,
     stall_onset_rad: f64,
@@ -121,6 +137,8 @@ impl AirModel {
             area_per_mass: aircraft.geometry.wing_area_m2 / aircraft.mass.mass_kg,
             c_lift_0: aircraft.lift.c_lift_0,
             c_lift_alpha: aircraft.lift.c_lift_alpha,
+            c_lift_q: aircraft.lift.c_lift_q,
+            chord_m: aircraft.geometry.chord_m,
             c_side_beta: data.c_side_beta,
             stall_onset_rad: aircraft.airframe.stall_onset_rad,
             vanes_m: data.vanes_m.into(),
@@ -128,27 +146,41 @@ impl AirModel {
         }
     }
 
-    /// Angle of attack and sideslip (rad) that give a specific force (m/s², body axes) at an airspeed (m/s) and an altitude
-    /// (m): α = (-f_z m / (q S) - C_L0) / C_Lα and β = f_y m / (q S C_Yβ). `None` where the model does not tell.
+    /// Lift over mass (m/s²) at a velocity through the air (m/s, body axes), a pitch rate (rad/s) and an altitude (m), with its gradient:
+    /// L = q S (C_L0 + C_Lα α + C_Lq q c / 2V). `None` where it is small, or the flow is not attached.
     #[must_use]
-    pub fn flow(
+    pub fn lift(&self, v: &Vector3<f64>, pitch_rate_rad_s: f64, altitude_m: f64) -> Option<Wing> {
+        let angle = angle_of_attack(v).filter(|flow| flow.value.abs() < self.stall_onset_rad)?;
+        let speed_2 = v.norm_squared();
+        let per_speed_2 = 0.5 * atmosphere::density(altitude_m) * self.area_per_mass;
+        let pitching =
+            self.c_lift_q * pitch_rate_rad_s * self.chord_m / (2.0 * libm::sqrt(speed_2));
+        let coefficient = self.c_lift_0 + self.c_lift_alpha * angle.value + pitching;
+        let value = per_speed_2 * speed_2 * coefficient;
+        let gradient = (v * (2.0 * coefficient) + angle.gradient * (self.c_lift_alpha * speed_2))
+            * per_speed_2;
+        let per_angle = self.c_lift_alpha / coefficient;
+        (value > LIFT_MIN_M_S2).then_some(Wing { value, gradient, per_angle })
+    }
+
+    /// Sideslip (rad) that gives a specific force (m/s², body axes) at an airspeed (m/s) and an altitude (m): β = f_y m / (q S C_Yβ).
+    /// `None` where the model does not tell.
+    #[must_use]
+    pub fn sideslip(
         &self,
         force: &Vector3<f64>,
         airspeed_m_s: f64,
         altitude_m: f64,
-    ) -> [Option<f64>; 2] {
+    ) -> Option<f64> {
         if airspeed_m_s < FLOW_MIN_M_S {
-            return [None; 2];
+            return None;
         }
         let pressure = 0.5 * atmosphere::density(altitude_m) * airspeed_m_s * airspeed_m_s;
-        let per_coefficient = pressure * self.area_per_mass;
-        let within = |angle: f64| (angle.abs() < self.stall_onset_rad).then_some(angle);
-        let alpha = (-force.z / per_coefficient - self.c_lift_0) / self.c_lift_alpha;
         let beta = match self.c_side_beta < 0.0 {
-            true => force.y / (per_coefficient * self.c_side_beta),
+            true => force.y / (pressure * self.area_per_mass * self.c_side_beta),
             false => 0.0,
         };
-        [within(alpha), within(beta)]
+        (beta.abs() < self.stall_onset_rad).then_some(beta)
     }
 }
 
@@ -185,15 +217,28 @@ mod tests {
     }
 
     #[test]
-    fn level_flight_of_the_design_point_has_its_angle_of_attack() {
+    fn level_flight_of_the_design_point_is_carried_by_the_wing() {
         let aircraft = crate::testing::aircraft_model();
         let trim = aircraft.trim;
         let weight = 9.79;
-        let force = Vector3::new(0.0, 0.0, -weight * libm::cos(trim.theta_rad));
+        let force = weight * libm::cos(trim.theta_rad);
         let model = AirModel::new(&aircraft);
-        let [alpha, beta] = model.flow(&force, trim.airspeed_m_s, trim.altitude_m);
+        let (sine, cosine) = libm::sincos(trim.theta_rad);
+        let v = Vector3::new(trim.airspeed_m_s * cosine, 0.0, trim.airspeed_m_s * sine);
+        let wing = model.lift(&v, 0.0, trim.altitude_m).unwrap();
         // The jet and the elevators carry a little of the weight.
-        assert!((alpha.unwrap() - trim.theta_rad).abs() < 0.002, "{alpha:?}");
-        assert_eq!(beta, Some(0.0));
+        let missing = force / wing.value - 1.0;
+        assert!(missing.abs() < 0.05, "{missing}");
+        for axis in 0..3 {
+            let mut moved = v;
+            moved[axis] += 1.0e-3;
+            let slope =
+                (model.lift(&moved, 0.0, trim.altitude_m).unwrap().value - wing.value) / 1.0e-3;
+            assert!((slope - wing.gradient[axis]).abs() < 1.0e-4, "axis {axis}");
+        }
+        assert_eq!(
+            model.sideslip(&Vector3::zeros(), trim.airspeed_m_s, trim.altitude_m),
+            Some(0.0)
+        );
     }
 }

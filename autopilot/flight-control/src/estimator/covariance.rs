@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 /// Number of error states.
-pub const STATES: usize = 28;
+pub const STATES: usize = 29;
 /// Attitude error, rad, start axes: the true rotation is the estimated one turned by it.
 pub const ATTITUDE: usize = 0;
 /// Velocity over the ground, m/s, start axes.
@@ -20,18 +20,25 @@ pub const WIND: usize = 15;
 pub const MAGNETIC_BIAS: usize = 18;
 /// Offset of the pressure altitude, m.
 pub const BAROMETER: usize = 21;
-/// Biases of the vanes of angle of attack and sideslip, rad.
-pub const VANES: usize = 22;
 /// Horizontal wind without gusts, m/s, north and east.
-pub const STEADY_WIND: usize = 24;
+pub const STEADY_WIND: usize = 22;
+/// From here on errors that last are only considered: they count in every variance, and nothing corrects them (S. Schmidt,
+/// Application of state-space methods to navigation problems, 1966).
+pub const ESTIMATED: usize = 24;
+/// Biases of the vanes of angle of attack and sideslip, rad.
+pub const VANES: usize = 24;
 /// Bias of the impact pressure, Pa.
 pub const PITOT_BIAS: usize = 26;
 /// Error of its scale.
 pub const PITOT_SCALE: usize = 27;
+/// Error of the lift of the aircraft model, as a part of it.
+pub const LIFT: usize = 28;
 
 /// One number of each error state.
 pub type States = [f64; STATES];
 
+/// A steeper flow than this shows less of the horizontal wind: square of its level part.
+const LEVEL_MIN: f64 = 0.1;
 /// Smallest variance of a state as a part of its first one: below it rounding would decide the sign.
 const FLOOR: f64 = 1.0e-12;
 
@@ -46,6 +53,8 @@ pub struct Transition {
     pub force: Vector3<f64>,
     /// Factor of the gusts.
     pub gust: f64,
+    /// Factor of the errors that last.
+    pub lasting: f64,
 }
 
 impl Transition {
@@ -55,6 +64,7 @@ impl Transition {
         turned: Matrix3::new(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
         force: Vector3::new(0.0, 0.0, 0.0),
         gust: 1.0,
+        lasting: 1.0,
     };
 
     /// Multiplies a vector of error states.
@@ -76,6 +86,9 @@ impl Transition {
             x[WIND + axis] = steady + self.gust * (x[WIND + axis] - steady);
         }
         x[WIND + 2] *= self.gust;
+        for error in &mut x[ESTIMATED..] {
+            *error *= self.lasting;
+        }
     }
 }
 
@@ -131,6 +144,26 @@ impl Comparison {
     #[must_use]
     pub fn deviations(&self) -> f64 {
         libm::fabs(self.innovation) / libm::sqrt(self.variance)
+    }
+
+    /// Optimal gain of a state.
+    fn gain(&self, state: usize) -> f64 {
+        self.product[state] / self.variance
+    }
+
+    /// The part of the optimal gain that corrects the wind along the flow.
+    fn wind_along(&self, flow: &Vector3<f64>) -> States {
+        let mut along = [0.0; STATES];
+        let wind: f64 = (0..3).map(|axis| flow[axis] * self.gain(WIND + axis)).sum();
+        for axis in 0..3 {
+            along[WIND + axis] = flow[axis] * wind;
+        }
+        let level = flow.x * flow.x + flow.y * flow.y;
+        let steady: f64 = (0..2).map(|axis| flow[axis] * self.gain(STEADY_WIND + axis)).sum();
+        for axis in 0..2 {
+            along[STEADY_WIND + axis] = flow[axis] * steady / level.max(LEVEL_MIN);
+        }
+        along
     }
 }
 
@@ -228,46 +261,65 @@ impl Covariance {
         Comparison { product, variance: part.max(0.0) + noise, innovation }
     }
 
-    /// Takes the measurement: P becomes P - K s Kᵀ with the optimal gain, and the correction of the state is returned.
+    /// Variance of a sum of states if the errors that last were known.
+    #[must_use]
+    pub fn variance_of_changing(&self, row: &Row) -> f64 {
+        let Comparison { product, variance, .. } = self.compare(row, 0.0, 0.0);
+        // These are independent of each other: nothing corrects them.
+        let lasting = |state: usize| product[state] * product[state] / self.variance(state);
+        (variance - (ESTIMATED..STATES).map(lasting).sum::<f64>()).max(0.0)
+    }
+
+    /// Takes the measurement, and returns the correction of the state: P becomes P - K s Kᵀ with the optimal gain K, but in the block of the
+    /// errors that are only considered.
     #[inline]
     pub fn take(&mut self, comparison: &Comparison) -> States {
         let Comparison { product, variance, innovation } = comparison;
         let mut correction = [0.0; STATES];
         for (index, row) in self.p.iter_mut().enumerate() {
             let gain = product[index] / variance;
-            for (covariance, part) in row.iter_mut().zip(product) {
+            let columns = if index < ESTIMATED { STATES } else { ESTIMATED };
+            for (covariance, part) in row[..columns].iter_mut().zip(product) {
                 *covariance -= gain * part;
             }
             row[index] = row[index].max(self.floor[index]);
-            correction[index] = gain * innovation;
+            if index < ESTIMATED {
+                correction[index] = gain * innovation;
+            }
         }
         correction
     }
 
-    /// Takes the measurement for all states but the wind along the flow (a unit vector, NED) and the errors of the pitot tube: these
-    /// keep their variances and are only considered (S. Schmidt, Application of state-space methods to navigation problems, 1966).
+    /// Takes a measurement of a flow angle, which shows nothing of the wind along the flow (a unit vector, NED).
+    ///
+    /// In straight flight its gradients would seem to, as they swing with the noise of the estimate; likewise below.
     pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
-        let mut correction = self.take(comparison);
-        let gain = |state: usize| comparison.product[state] / comparison.variance;
-        let mut left = [0.0; STATES];
-        let along: f64 = (0..3).map(|axis| flow[axis] * gain(WIND + axis)).sum();
-        let level = flow.x * flow.x + flow.y * flow.y;
-        let steady: f64 = (0..2).map(|axis| flow[axis] * gain(STEADY_WIND + axis)).sum();
-        for axis in 0..3 {
-            left[WIND + axis] = flow[axis] * along;
+        let mut left = comparison.wind_along(flow);
+        for (state, left) in left.iter_mut().enumerate().skip(ESTIMATED) {
+            *left = comparison.gain(state);
         }
-        for axis in 0..2 {
-            left[STEADY_WIND + axis] = flow[axis] * steady / level.max(0.1);
-            left[PITOT_BIAS + axis] = gain(PITOT_BIAS + axis);
-        }
-        // With the gain K - l, P becomes what it is for the optimal K, and l s lᵀ more.
+        self.take_without(comparison, &left)
+    }
+
+    /// Takes a measurement of the airspeed, which shows the wind along the flow and nothing else.
+    pub fn take_along(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
+        let along = comparison.wind_along(flow);
+        let left = core::array::from_fn(|state| comparison.gain(state) - along[state]);
+        self.take_without(comparison, &left)
+    }
+
+    /// Takes the measurement with a gain that leaves a part of the optimal one out: P becomes P - K s Kᵀ + l s lᵀ with l that part.
+    fn take_without(&mut self, comparison: &Comparison, left: &States) -> States {
+        let Comparison { product, variance, innovation } = comparison;
         for (index, row) in self.p.iter_mut().enumerate() {
-            for (covariance, part) in row.iter_mut().zip(&left) {
-                *covariance += left[index] * comparison.variance * part;
+            let gain = comparison.gain(index);
+            let more = left[index] * variance;
+            for (covariance, (part, left)) in row.iter_mut().zip(product.iter().zip(left)) {
+                *covariance += more * left - gain * part;
             }
-            correction[index] -= left[index] * comparison.innovation;
+            row[index] = row[index].max(self.floor[index]);
         }
-        correction
+        core::array::from_fn(|state| (comparison.gain(state) - left[state]) * innovation)
     }
 
     /// Turns the errors of the attitude with a correction of it, so that they stay as they are in body axes.
@@ -339,6 +391,7 @@ mod tests {
             turned: Matrix3::new(0.1, 0.2, -0.3, 0.4, 0.5, 0.6, -0.7, 0.8, 0.9) * 0.01,
             force: Vector3::new(0.1, -0.2, -0.09),
             gust: 0.99,
+            lasting: 0.999,
         }
     }
 
@@ -368,12 +421,16 @@ mod tests {
     fn an_update_is_that_of_the_joseph_form() {
         let mut covariance = Covariance::new(&spreads());
         covariance.predict(&transition(), &[1.0e-4; STATES]);
-        let row = Row::empty().with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5)).with(WIND, 3.0);
+        let row = Row::empty()
+            .with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5))
+            .with(WIND, 3.0)
+            .with(VANES, 1.5);
         let mut h = SMatrix::<f64, 1, STATES>::zeros();
-        (h[0], h[1], h[2], h[WIND]) = (1.0, -2.0, 0.5, 3.0);
+        (h[0], h[1], h[2], h[WIND], h[VANES]) = (1.0, -2.0, 0.5, 3.0, 1.5);
         let before = dense(&covariance);
         let noise = 0.04;
-        let gain = before * h.transpose() / ((h * before * h.transpose())[0] + noise);
+        let mut gain = before * h.transpose() / ((h * before * h.transpose())[0] + noise);
+        gain.rows_mut(ESTIMATED, STATES - ESTIMATED).fill(0.0);
         let rest = Square::identity() - gain * h;
         let expected = rest * before * rest.transpose() + gain * noise * gain.transpose();
         let comparison = covariance.compare(&row, 0.7, noise);

@@ -73,18 +73,14 @@ pub struct EstimatorGains {
     pub barometer_walk_m: f64,
     /// White noise of the impact pressure, Pa.
     pub pitot_noise_pa: f64,
-    /// Its constant error at the start, Pa.
+    /// Its error that lasts, Pa; only considered.
     pub pitot_bias_pa: f64,
-    /// The random walk of that error, Pa/√s.
-    pub pitot_walk_pa: f64,
-    /// Error of its scale.
+    /// Error of its scale; only considered.
     pub pitot_scale: f64,
     /// White noise of the vanes, deg.
     pub vane_noise_deg: f64,
-    /// Constant error of the vanes at the start, deg.
+    /// Error of the vanes that lasts, deg; only considered.
     pub vane_bias_deg: f64,
-    /// Its random walk, deg/√s.
-    pub vane_walk_deg: f64,
     /// White noise of the magnetometer, nT.
     pub magnetic_noise_nt: f64,
     /// Constant error of each magnetometer axis at the start, nT.
@@ -105,8 +101,8 @@ pub struct EstimatorGains {
     pub tilt_deg: f64,
     /// Least error of the heading after the initial alignment, deg; by the magnetic field and the track it may be larger.
     pub heading_deg: f64,
-    /// Error of the angle of attack by the design model, deg; used without vanes.
-    pub model_alpha_deg: f64,
+    /// Error of the lift by the design model, as a part of it; only considered, used without vanes or pitot tube.
+    pub lift_scale: f64,
     /// Error of the sideslip by the design model, deg; used without vanes.
     pub model_beta_deg: f64,
     /// An innovation beyond this many standard deviations is rejected.
@@ -141,22 +137,20 @@ impl EstimatorGains {
         barometer_walk_m: 0.05,
         pitot_noise_pa: 15.0,
         pitot_bias_pa: 16.0,
-        pitot_walk_pa: 0.3,
         pitot_scale: 0.002,
         vane_noise_deg: 0.1,
         vane_bias_deg: 0.16,
-        vane_walk_deg: 0.002,
         magnetic_noise_nt: 60.0,
         magnetic_bias_nt: 170.0,
         magnetic_walk_nt: 1.2,
         magnetic_scale: 0.0015,
         wind_m_s: 15.0,
-        wind_walk_m_s: 0.02,
+        wind_walk_m_s: 0.01,
         gust_m_s: 1.5,
         gust_length_m: 533.4,
         tilt_deg: 3.0,
         heading_deg: 5.0,
-        model_alpha_deg: 1.0,
+        lift_scale: 0.05,
         model_beta_deg: 2.0,
         gate: 5.0,
         reopen_s: 3.0,
@@ -179,11 +173,9 @@ impl EstimatorGains {
         barometer_walk_m: 0.16,
         pitot_noise_pa: 30.0,
         pitot_bias_pa: 54.0,
-        pitot_walk_pa: 1.6,
         pitot_scale: 0.01,
         vane_noise_deg: 0.3,
         vane_bias_deg: 0.54,
-        vane_walk_deg: 0.03,
         magnetic_noise_nt: 305.0,
         magnetic_bias_nt: 1_260.0,
         magnetic_walk_nt: 11.5,

@@ -15,6 +15,8 @@ const LOOK_EVERY_US: u64 = 1_000_000;
 /// The size is a mean over so many looks, and at the start as if so many had shown the assumed size.
 const LOOKS: f64 = 30.0;
 const LOOKS_ASSUMED: f64 = 4.0;
+/// A step of the size counts for at least this part of what is observed.
+const OBSERVED_MIN: f64 = 0.25;
 /// Bounds of the size, m/s rms: what tactical air data can tell from calm air, and a thunderstorm.
 const GUST_MIN_M_S: f64 = 0.15;
 const GUST_MAX_M_S: f64 = 20.0;
@@ -75,7 +77,9 @@ impl Gusts {
             let changed = (gusts - before * factor).norm_squared() / 3.0;
             let seen = changed / (1.0 - factor * factor) + unknown.min(self.square);
             self.looks = (self.looks + 1.0).min(LOOKS);
-            self.square += (seen - self.square) / self.looks;
+            // Where little is observed, little of a wrong size shows.
+            let observed = (1.0 - unknown / self.square).max(OBSERVED_MIN);
+            self.square += (seen - self.square) / (self.looks * observed);
             let bounds = [GUST_MIN_M_S, GUST_MAX_M_S].map(|size| size * size);
             self.square = self.square.clamp(bounds[0], bounds[1]);
         }
@@ -97,25 +101,6 @@ impl Estimator {
         }
     }
 
-    /// Without a pitot tube nothing shows the gust along the flow, so its best estimate is none: the airspeed is that of ground speed and
-    /// steady wind.
-    ///
-    /// The vanes correct the wind across the flow of steady wind. In a turn that leaves an error along it, which turns with the aircraft
-    /// and grows where the true flow points elsewhere: the believed airspeed of a slow aircraft ran away from the true one.
-    pub(super) fn forget_gust_along(&mut self, now: SimTime) {
-        if self.sources.pitot.health(now) == super::SourceHealth::Used {
-            return;
-        }
-        let Some(Ground { place, .. }) = &self.ground else { return };
-        let relative = self.estimate.velocity - place.start_from_ned * self.estimate.steady_wind;
-        if relative.norm() < SLOWEST_M_S / 2.0 {
-            return;
-        }
-        let flow = place.start_from_ned.tr_mul(&relative).normalize();
-        let along = (self.estimate.wind - self.estimate.steady_wind).dot(&flow);
-        self.estimate.wind -= flow * along;
-    }
-
     /// Learns the size of the gusts from their estimate.
     pub(super) fn follow_gusts(&mut self, now: SimTime) {
         if now < self.gusts.due {
@@ -124,7 +109,7 @@ impl Estimator {
         self.gusts.due = SimTime::from_micros(now.as_micros() + LOOK_EVERY_US);
         let factor = libm::exp(-(LOOK_EVERY_US as f64) * 1.0e-6 / self.gust_s());
         let gusts = self.estimate.wind - self.estimate.steady_wind;
-        let variance = |row: Row| self.covariance.compare(&row, 0.0, 0.0).variance;
+        let variance = |row: Row| self.covariance.variance_of_changing(&row);
         let across = |axis| Row::empty().with(WIND + axis, 1.0).with(STEADY_WIND + axis, -1.0);
         let down = variance(Row::empty().with(WIND + 2, 1.0));
         let unknown = (variance(across(0)) + variance(across(1)) + down) / 3.0;
@@ -150,10 +135,9 @@ impl Estimator {
         per_pascal: f64,
         impact_pa: f64,
     ) -> bool {
-        let (Some(flow), Some(Ground { place, .. })) = (air::speed(&present.steady), &self.ground)
-        else {
-            return true;
-        };
+        let Some(Ground { place, .. }) = &self.ground else { return true };
+        let steady = self.estimate.velocity - place.start_from_ned * self.estimate.steady_wind;
+        let Some(flow) = air::speed(&present.matrix.tr_mul(&steady)) else { return true };
         let along = present.matrix * flow.gradient;
         let wind = -place.start_from_ned.tr_mul(&along);
         let row = Row::empty()

@@ -4,8 +4,8 @@ use icd::SimTime;
 use nalgebra::Vector3;
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, POSITION, STATES,
-    STEADY_WIND, States, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, ESTIMATED, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
+    STEADY_WIND, States, VELOCITY, WIND,
 };
 use super::{Estimator, INERTIAL_SILENCE_S};
 
@@ -58,11 +58,13 @@ impl Estimator {
         let turning = part * part * inertial.rate.norm() * seconds;
         set(MAGNETIC_BIAS, [walk(gains.magnetic_walk_nt) + turning; 3]);
         noise[BAROMETER] = walk(gains.barometer_walk_m);
-        noise[VANES] = walk(gains.vane_walk_deg.to_radians());
-        noise[VANES + 1] = noise[VANES];
         noise[STEADY_WIND] = walk(gains.wind_walk_m_s);
         noise[STEADY_WIND + 1] = noise[STEADY_WIND];
-        noise[PITOT_BIAS] = walk(gains.pitot_walk_pa);
+        let changed = 1.0 - self.transition.lasting * self.transition.lasting;
+        let priors = super::start::priors(gains);
+        for (noise, prior) in noise.iter_mut().zip(&priors).skip(ESTIMATED) {
+            *noise = prior * prior * changed;
+        }
         noise
     }
 

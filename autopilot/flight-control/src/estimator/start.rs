@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::alignment::{Direction, align};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
-    POSITION, STATES, STEADY_WIND, States, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, LIFT, MAGNETIC_BIAS, PITOT_BIAS,
+    PITOT_SCALE, POSITION, STATES, STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
 use super::earth::Earth;
 use super::gains::EstimatorGains;
@@ -46,6 +46,7 @@ pub(super) fn priors(gains: &EstimatorGains) -> States {
     priors[STEADY_WIND + 1] = gains.wind_m_s;
     priors[PITOT_BIAS] = gains.pitot_bias_pa;
     priors[PITOT_SCALE] = gains.pitot_scale;
+    priors[LIFT] = gains.lift_scale;
     priors
 }
 

@@ -65,10 +65,7 @@ pub(super) struct Present {
     /// Body to start axes.
     pub(super) matrix: nalgebra::Matrix3<f64>,
     /// Velocity through the air, body axes.
-    through_air: Vector3<f64>,
-    /// The same without gusts, start and body axes.
-    relative: Vector3<f64>,
-    pub(super) steady: Vector3<f64>,
+    pub(super) through_air: Vector3<f64>,
     /// Its change, m/s², body axes.
     slope: Vector3<f64>,
     rate: Vector3<f64>,
@@ -82,11 +79,12 @@ impl Estimator {
         self.measure_pitot(now, sensors);
         self.measure_vanes(now, &sensors.vanes);
         self.measure_field(now, &sensors.magnetometer_nt);
-        self.compare_with_model(now);
+        self.compare_lift(now);
+        self.compare_side_force(now);
     }
 
     /// Takes a comparison that passes the gate; returns whether it did.
-    fn take(&mut self, comparison: &Comparison) -> bool {
+    pub(super) fn take(&mut self, comparison: &Comparison) -> bool {
         let passes = comparison.deviations() <= self.gains.gate;
         if passes {
             let correction = self.covariance.take(comparison);
@@ -95,15 +93,17 @@ impl Estimator {
         passes
     }
 
+    /// The flow of the estimate, a unit vector, NED.
+    fn flow(&self, present: &Present) -> Vector3<f64> {
+        let Some(Ground { place, .. }) = &self.ground else { return Vector3::zeros() };
+        let relative = present.matrix * present.through_air;
+        place.start_from_ned.tr_mul(&relative).normalize()
+    }
+
     /// Takes a comparison of a flow angle that passes the gate.
-    ///
-    /// An angle tells nothing of the speed along the flow. In straight flight its gradients would seem to, with their small swings,
-    /// from errors of the vanes that last: without a pitot tube the wind along the flight ran away.
     fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
-        let Some(Ground { place, .. }) = &self.ground else { return };
         if comparison.deviations() <= self.gains.gate {
-            let flow = place.start_from_ned.tr_mul(&present.relative).normalize();
-            let correction = self.covariance.take_across(comparison, &flow);
+            let correction = self.covariance.take_across(comparison, &self.flow(present));
             self.correct(&correction);
         }
     }
@@ -248,12 +248,9 @@ impl Estimator {
         let inertial = self.inertial();
         let matrix = self.estimate.matrix();
         let through_air = self.through_air(ground);
-        let steady_wind = ground.place.start_from_ned * self.estimate.steady_wind;
-        let relative = self.estimate.velocity - steady_wind;
-        let steady = matrix.tr_mul(&relative);
         let gravity = matrix.tr_mul(&ground.place.gravity);
         let slope = inertial.force + gravity - inertial.rate.cross(&through_air);
-        Some(Present { matrix, through_air, relative, steady, slope, rate: inertial.rate })
+        Some(Present { matrix, through_air, slope, rate: inertial.rate })
     }
 
     /// Row of a quantity of the flow: its gradient in body axes leads to velocity, wind and attitude.
@@ -264,14 +261,19 @@ impl Estimator {
         present: &Present,
         of: fn(&Vector3<f64>) -> Option<Flow>,
     ) -> Option<Row> {
-        // In steady wind: with gusts it would swing with the errors of the vanes, and correlate with them.
-        let along = present.matrix * of(&present.steady)?.gradient;
+        self.row_along(present, &of(&present.through_air)?.gradient)
+    }
+
+    /// The same of a gradient.
+    pub(super) fn row_along(&self, present: &Present, gradient: &Vector3<f64>) -> Option<Row> {
+        let along = present.matrix * gradient;
         let Ground { place, .. } = self.ground.as_ref()?;
         let wind = -place.start_from_ned.tr_mul(&along);
+        let relative = present.matrix * present.through_air;
         let row = Row::empty()
             .with_vector(VELOCITY, &along)
             .with_vector(WIND, &wind)
-            .with_vector(ATTITUDE, &along.cross(&present.relative));
+            .with_vector(ATTITUDE, &along.cross(&relative));
         Some(row)
     }
 
@@ -287,15 +289,11 @@ impl Estimator {
         let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
         let [.., altitude] = ground.place.coordinates(&self.estimate.position);
         let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
-        let corrected =
-            (impact - self.estimate.pitot_bias) / (1.0 + self.estimate.pitot_scale).max(0.1);
-        let Some(measured) = air::airspeed(corrected, pressure_altitude) else { return };
+        let Some(measured) = air::airspeed(impact, pressure_altitude) else { return };
         let there = present.at(&self.air.pitot_m, age);
         let Some(flow) = air::speed(&there) else { return };
-        // The pressure that there should be: the measured one has noise, which is also in the innovation, and bias and scale would
-        // drift by their product.
-        let Some(steady) = air::speed(&present.steady) else { return };
-        let expected = air::impact(steady.value, pressure_altitude);
+        // The pressure that there should be: the measured one has noise, which is also in the innovation.
+        let expected = air::impact(flow.value, pressure_altitude);
         let Some(Airspeed { per_pascal: slope, .. }) = air::airspeed(expected, pressure_altitude)
         else {
             return;
@@ -312,7 +310,9 @@ impl Estimator {
             self.sources.pitot.doubt(!agrees);
         } else if !agrees {
             self.doubt_pitot();
-        } else if self.take(&comparison) {
+        } else if ratio <= 1.0 {
+            let correction = self.covariance.take_along(&comparison, &self.flow(&present));
+            self.correct(&correction);
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
             self.doubt_pitot();
@@ -337,7 +337,7 @@ impl Estimator {
             let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
             let Some(row) = self.flow_row(&present, of) else { return };
             let row = row.with(VANES + vane, 1.0);
-            let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
+            let innovation = measured[vane] - flow.value;
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
             self.take_angle(&comparison, &present);
@@ -413,29 +413,25 @@ impl Estimator {
         self.field.field = place.start_from_ned * ned.0;
     }
 
-    /// Without vanes: the flow that gives the specific force by the design model.
-    fn compare_with_model(&mut self, now: SimTime) {
+    /// Without vanes: the sideslip that gives the specific force by the design model.
+    fn compare_side_force(&mut self, now: SimTime) {
         if self.sources.vanes.silence_s(now) < WITHOUT_VANES_S && !self.sources.vanes.is_stuck(now)
             || now < self.model_due
         {
             return;
         }
         self.model_due = SimTime::from_micros(now.as_micros() + MODEL_EVERY_US);
-        let spreads = [self.gains.model_alpha_deg, self.gains.model_beta_deg];
-        for (angle, spread) in spreads.into_iter().enumerate() {
-            let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
-            let [.., altitude] = ground.place.coordinates(&self.estimate.position);
-            let force = self.inertial().force;
-            let expected = self.air.flow(&force, present.through_air.norm(), altitude)[angle];
-            let of = [air::angle_of_attack, air::sideslip][angle];
-            let (Some(expected), Some(flow)) = (expected, of(&present.through_air)) else {
-                continue;
-            };
-            let Some(row) = self.flow_row(&present, of) else { continue };
-            let noise = spread.to_radians() * spread.to_radians();
-            let comparison = self.covariance.compare(&row, expected - flow.value, noise);
-            self.take_angle(&comparison, &present);
-        }
+        let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
+        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+        let force = self.inertial().force;
+        let expected = self.air.sideslip(&force, present.through_air.norm(), altitude);
+        let (Some(expected), Some(flow)) = (expected, air::sideslip(&present.through_air)) else {
+            return;
+        };
+        let Some(row) = self.flow_row(&present, air::sideslip) else { return };
+        let noise = self.gains.model_beta_deg.to_radians();
+        let comparison = self.covariance.compare(&row, expected - flow.value, noise * noise);
+        self.take_angle(&comparison, &present);
     }
 }
 

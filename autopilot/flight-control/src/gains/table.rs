@@ -197,12 +197,10 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_BAR_B", "m", 0.01, 1000.0, barometer_offset_m, "Offset of the pressure altitude at the start";
     "EST_BAR_BW", "m/sqrt(s)", 0.0, 10.0, barometer_walk_m, "Random walk of that offset";
     "EST_PIT_N", "Pa", 0.1, 10000.0, pitot_noise_pa, "White noise of the impact pressure";
-    "EST_PIT_B", "Pa", 0.1, 10000.0, pitot_bias_pa, "Constant error of the impact pressure at the start";
-    "EST_PIT_BW", "Pa/sqrt(s)", 0.0, 1000.0, pitot_walk_pa, "Random walk of that error";
+    "EST_PIT_B", "Pa", 0.1, 10000.0, pitot_bias_pa, "Lasting error of the impact pressure";
     "EST_PIT_SF", "-", 1.0e-5, 0.5, pitot_scale, "Error of its scale";
     "EST_VAN_N", "deg", 0.001, 20.0, vane_noise_deg, "White noise of the vanes";
-    "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Constant error of each vane at the start";
-    "EST_VAN_BW", "deg/sqrt(s)", 0.0, 1.0, vane_walk_deg, "Random walk of that error";
+    "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Lasting error of each vane";
     "EST_MAG_N", "nT", 0.1, 50000.0, magnetic_noise_nt, "White noise of the magnetometer";
     "EST_MAG_B", "nT", 0.1, 50000.0, magnetic_bias_nt, "Constant error of each magnetometer axis at the start";
     "EST_MAG_BW", "nT/sqrt(s)", 0.0, 1000.0, magnetic_walk_nt, "Random walk of that error";
@@ -213,7 +211,7 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_GUST_L", "m", 1.0, 100000.0, gust_length_m, "Length of the gusts";
     "EST_ALN_TILT", "deg", 0.1, 45.0, tilt_deg, "Error of roll and pitch after the first alignment";
     "EST_ALN_HEAD", "deg", 0.1, 90.0, heading_deg, "Least error of the heading after the first alignment";
-    "EST_MDL_A", "deg", 0.1, 45.0, model_alpha_deg, "Error of the angle of attack by the design model, used without vanes";
+    "EST_MDL_L", "-", 0.001, 1.0, lift_scale, "Error of the lift by the design model, used without vanes or pitot tube";
     "EST_MDL_B", "deg", 0.1, 45.0, model_beta_deg, "Error of the sideslip by the design model, used without vanes";
     "EST_GATE", "-", 1.0, 100.0, gate, "Innovations beyond this many standard deviations are rejected";
     "EST_REOPEN", "s", 0.1, 600.0, reopen_s, "A sensor that was rejected for this long is believed again";
