@@ -1,16 +1,16 @@
-//! The navigation state from sensors with errors: an error-state Kalman filter with 28 states.
+//! The navigation state from sensors with errors: an error-state Kalman filter with 24 states and five errors that it considers.
 //!
 //! ```text
 //!  gyro, accelerometer ─> strapdown ─> estimate ──────────────────────────────> NavigationState
 //!        every tick                       ^   │ expected
 //!                                         │   v
 //!  GNSS, barometer, pitot, vanes, ─> source ─> compare, gate, correct <── covariance
-//!  magnetometer; without vanes: model          every 10 ms
+//!  magnetometer, lift                          every 10 ms
 //! ```
 //!
 //! The states are errors of attitude, velocity and position, biases of gyros and accelerometers, wind with its gusts and
-//! without, bias of the magnetometer, offset of the barometer, biases of the two vanes, bias and scale of the pitot tube
-//! ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the start point ([`earth`]); the covariance and the
+//! without, bias of the magnetometer and offset of the barometer. The biases of the two vanes, bias and scale of the pitot tube and the
+//! error of the modelled lift count in every variance and are not corrected ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the start point ([`earth`]); the covariance and the
 //! measurements follow every 10 ms. A measurement is compared at its own time: a late GNSS fix through the integrals of
 //! [`history`], air data and magnetic field through the rates. Each number is a measurement of its own, so nothing is inverted.
 //!

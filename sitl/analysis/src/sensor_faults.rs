@@ -46,6 +46,9 @@ pub struct Options {
     /// Grade of the sensors: tactical or consumer
     #[arg(long, value_name = "tactical|consumer", value_parser = grade, default_value = "tactical")]
     pub grade: GradeName,
+    /// Flights without each sensor for 600 s
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 4, value_parser = whole(1, 10_000))]
+    pub flights: u64,
     /// Aircraft and settings.
     #[command(flatten)]
     pub aircraft: AircraftArgs,
@@ -324,8 +327,6 @@ pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
 
 /// Turbulence of the flights with a loss for good, m/s rms.
 const LOSS_TURBULENCE_M_S: [f64; 3] = [0.0, 1.5, 3.0];
-/// Flights of each of them, with one seed after the other.
-const LOSS_FLIGHTS: u64 = 4;
 
 /// A sensor that is off, or none; turbulence, m/s; turns; and the flights.
 pub type LossRow = (Option<SensorKind>, f64, bool, Vec<Lost>);
@@ -367,11 +368,12 @@ pub fn losses(
 
 fn loss_table(options: &Options, rows: &[LossRow]) -> String {
     let mut text = format!(
-        "\n{} sensors. The sensor is off from {ONSET_S} s to the end at {LOSS_FLIGHT_S} s; {LOSS_FLIGHTS} flights for each row, seeds from {} on. Judged from \
+        "\n{} sensors. The sensor is off from {ONSET_S} s to the end at {LOSS_FLIGHT_S} s; {} flights for each row, seeds from {} on. Judged from \
          {LOSS_SETTLED_S} s after the loss on; a consistent estimate of the wind has a mean NEES of 3.\n\n\
          | sensor off | turbulence, m/s | flight | lost | airspeed error, rms | by the estimator, rms | largest | altitude, largest | attitude, largest | wind, NEES |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
         options.grade.key(),
+        options.flights,
         options.seed,
     );
     for (sensor, rms, turns, flights) in rows {
@@ -413,7 +415,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
     let mut text = table(options, &study(options)?);
     let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
-    text += &loss_table(options, &losses(options, &sensors, LOSS_FLIGHTS)?);
+    text += &loss_table(options, &losses(options, &sensors, options.flights)?);
     write(&out.join("sensor-faults.md"), text.as_bytes())?;
     print_line!("{text}\nwrote {}", out.display());
     Ok(())

@@ -19,7 +19,7 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
         let aircraft =
             AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
         let grade = GradeName::Tactical;
-        let options = Options { out: PathBuf::new(), grade, aircraft, seed: SEED };
+        let options = Options { out: PathBuf::new(), grade, flights: 4, aircraft, seed: SEED };
         let rows = losses(&options, &[Some(SensorKind::Pitot)], 4).expect("the flights begin");
         assert_eq!(rows.len(), 6);
         for (_, turbulence_m_s, turns, flights) in &rows {
@@ -39,24 +39,34 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
     }
 }
 
-/// In 3 m/s one of four is lost still: docs/sensors.md.
+/// It flies at 25 m/s: gusts turn the flow by 20 deg, and errors that last are large against what the sensors show.
 #[test]
-fn an_aerosonde_without_a_pitot_tube_is_kept_in_still_air_and_in_light_turbulence() {
+fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
-    let options = Options { out: PathBuf::new(), grade: GradeName::Tactical, aircraft, seed: 1 };
-    let rows = losses(&options, &[Some(SensorKind::Pitot)], 4).expect("the flights begin");
-    for (_, turbulence_m_s, turns, flights) in rows.iter().filter(|row| row.1 < 2.0) {
-        let what = format!("{turbulence_m_s} m/s, turns {turns}: {flights:?}");
-        assert!(flights.iter().all(|flown| flown.lost_at_s.is_none()), "{what}");
-        let mean = |place: usize| flights.iter().map(|flown| flown.airspeed[place]).sum::<f64>();
-        assert!((mean(0) / 4.0).sqrt() < 3.0, "airspeed, {what}");
+    for grade in [GradeName::Tactical, GradeName::Consumer] {
+        let options =
+            Options { out: PathBuf::new(), grade, flights: 4, aircraft: aircraft.clone(), seed: 1 };
+        let rows =
+            losses(&options, &[None, Some(SensorKind::Pitot)], 4).expect("the flights begin");
+        for (sensor, turbulence_m_s, turns, flights) in &rows {
+            let what = format!(
+                "{} {sensor:?} {turbulence_m_s} m/s, turns {turns}: {flights:?}",
+                grade.key()
+            );
+            assert!(flights.iter().all(|flown| flown.lost_at_s.is_none()), "{what}");
+            let mean =
+                |place: usize| flights.iter().map(|flown| flown.airspeed[place]).sum::<f64>() / 4.0;
+            let [error, stated] = [mean(0).sqrt(), mean(1).sqrt()];
+            assert!(error < 2.5 && stated > 0.75 * error && stated < 3.0 * error, "{what}");
+        }
     }
 }
 
 #[test]
 fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
     let aircraft = AircraftArgs::default();
-    let options = Options { out: PathBuf::new(), grade: GradeName::Tactical, aircraft, seed: 1 };
+    let options =
+        Options { out: PathBuf::new(), grade: GradeName::Tactical, flights: 4, aircraft, seed: 1 };
     let rows = study(&options).expect("the flights begin");
     assert_eq!(rows.len(), 1 + SENSORS.len() * kinds(SensorKind::Gyro).len());
     let (_, healthy) = rows[0];
