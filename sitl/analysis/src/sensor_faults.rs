@@ -47,7 +47,7 @@ pub struct Options {
     #[arg(long, value_name = "tactical|consumer", value_parser = grade, default_value = "tactical")]
     pub grade: GradeName,
     /// Flights without each sensor for 600 s
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 4, value_parser = whole(1, 10_000))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 4, value_parser = whole(1, 10_000_u64))]
     pub flights: u64,
     /// Aircraft and settings.
     #[command(flatten)]

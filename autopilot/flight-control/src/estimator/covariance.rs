@@ -301,9 +301,19 @@ impl Covariance {
         self.take_without(comparison, &left)
     }
 
-    /// Takes a measurement of the airspeed, which shows the wind along the flow and nothing else.
-    pub fn take_along(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
-        let along = comparison.wind_along(flow);
+    /// Takes a measurement of the airspeed, which shows the wind along the flow (a unit vector, NED), the velocity along it (start axes),
+    /// and nothing else.
+    pub fn take_along(
+        &mut self,
+        comparison: &Comparison,
+        flow: &Vector3<f64>,
+        start: &Vector3<f64>,
+    ) -> States {
+        let mut along = comparison.wind_along(flow);
+        let velocity: f64 = (0..3).map(|axis| start[axis] * comparison.gain(VELOCITY + axis)).sum();
+        for axis in 0..3 {
+            along[VELOCITY + axis] = start[axis] * velocity;
+        }
         let left = core::array::from_fn(|state| comparison.gain(state) - along[state]);
         self.take_without(comparison, &left)
     }

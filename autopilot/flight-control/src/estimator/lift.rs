@@ -9,7 +9,7 @@ use super::{Estimator, SourceHealth, air};
 const EVERY_US: u64 = 500_000;
 /// Error of such a mean as a part of the lift: engine, elevators and the like.
 const ERROR: f64 = 0.02;
-/// Part of the gusts that the wing has not answered to yet, or averages over its span.
+/// Part of the gusts, rms, that the wing has not answered to yet, or averages over its span.
 const UNSTEADY: f64 = 0.1;
 
 /// Sum of what the wing carried beyond what it should have, as a part of it, since the last comparison.
@@ -54,8 +54,13 @@ impl Estimator {
         let row = row.with(FORCE_BIAS + 2, -1.0 / wing.value).with(LIFT, 1.0);
         let per_gust = air::angle_of_attack(&present.through_air)
             .map_or(0.0, |angle| angle.gradient.norm() * wing.per_angle);
-        let unsteady = UNSTEADY * per_gust;
-        let noise = ERROR * ERROR + unsteady * unsteady * self.gusts.square();
+        // Without vanes the mean knows nothing of how a gust has changed since.
+        let changed = match is_used(&self.sources.vanes) {
+            true => 0.0,
+            false => EVERY_US as f64 * 1.0e-6 / (3.0 * self.gust_s()),
+        };
+        let unsteady = per_gust * per_gust * (UNSTEADY * UNSTEADY + changed);
+        let noise = ERROR * ERROR + unsteady * self.gusts.square();
         let comparison = self.covariance.compare(&row, innovation, noise);
         self.take(&comparison);
     }

@@ -93,17 +93,17 @@ impl Estimator {
         passes
     }
 
-    /// The flow of the estimate, a unit vector, NED.
-    fn flow(&self, present: &Present) -> Vector3<f64> {
-        let Some(Ground { place, .. }) = &self.ground else { return Vector3::zeros() };
-        let relative = present.matrix * present.through_air;
-        place.start_from_ned.tr_mul(&relative).normalize()
+    /// The direction of flight through the air, unit vectors, NED and start axes.
+    fn flow(&self, present: &Present) -> [Vector3<f64>; 2] {
+        let start = (present.matrix * present.through_air).normalize();
+        let ned = self.ground.as_ref().map(|ground| ground.place.start_from_ned.tr_mul(&start));
+        [ned.unwrap_or_default(), start]
     }
 
     /// Takes a comparison of a flow angle that passes the gate.
     fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
         if comparison.deviations() <= self.gains.gate {
-            let correction = self.covariance.take_across(comparison, &self.flow(present));
+            let correction = self.covariance.take_across(comparison, &self.flow(present)[0]);
             self.correct(&correction);
         }
     }
@@ -311,7 +311,8 @@ impl Estimator {
         } else if !agrees {
             self.doubt_pitot();
         } else if ratio <= 1.0 {
-            let correction = self.covariance.take_along(&comparison, &self.flow(&present));
+            let [flow, start] = self.flow(&present);
+            let correction = self.covariance.take_along(&comparison, &flow, &start);
             self.correct(&correction);
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
