@@ -22,11 +22,11 @@ pub const MAGNETIC_BIAS: usize = 18;
 pub const BAROMETER: usize = 21;
 /// Horizontal wind without gusts, m/s, north and east.
 pub const STEADY_WIND: usize = 22;
-/// From here on errors that last are only considered: they count in every variance, and nothing corrects them (S. Schmidt,
-/// Application of state-space methods to navigation problems, 1966).
-pub const ESTIMATED: usize = 24;
 /// Biases of the vanes of angle of attack and sideslip, rad.
 pub const VANES: usize = 24;
+/// From here on errors that last are only considered: they count in every variance, and nothing corrects them (S. Schmidt,
+/// Application of state-space methods to navigation problems, 1966). Without a pitot tube the vanes are among them.
+pub const CONSIDERED: usize = 26;
 /// Bias of the impact pressure, Pa.
 pub const PITOT_BIAS: usize = 26;
 /// Error of its scale.
@@ -86,7 +86,7 @@ impl Transition {
             x[WIND + axis] = steady + self.gust * (x[WIND + axis] - steady);
         }
         x[WIND + 2] *= self.gust;
-        for error in &mut x[ESTIMATED..] {
+        for error in &mut x[CONSIDERED..] {
             *error *= self.lasting;
         }
     }
@@ -173,6 +173,8 @@ pub struct Covariance {
     /// Symmetric.
     p: [States; STATES],
     floor: States,
+    /// The states before this one are estimated.
+    estimated: usize,
 }
 
 impl Covariance {
@@ -185,7 +187,12 @@ impl Covariance {
             p[index][index] = spread * spread;
             floor[index] = FLOOR * spread * spread;
         }
-        Self { p, floor }
+        Self { p, floor, estimated: CONSIDERED }
+    }
+
+    /// From the next measurement on the biases of the vanes are only considered, or estimated.
+    pub fn consider_vanes(&mut self, only: bool) {
+        self.estimated = if only { VANES } else { CONSIDERED };
     }
 
     /// Variance of a state.
@@ -267,7 +274,7 @@ impl Covariance {
         let Comparison { product, variance, .. } = self.compare(row, 0.0, 0.0);
         // These are independent of each other: nothing corrects them.
         let lasting = |state: usize| product[state] * product[state] / self.variance(state);
-        (variance - (ESTIMATED..STATES).map(lasting).sum::<f64>()).max(0.0)
+        (variance - (CONSIDERED..STATES).map(lasting).sum::<f64>()).max(0.0)
     }
 
     /// Takes the measurement, and returns the correction of the state: P becomes P - K s Kᵀ with the optimal gain K, but in the block of the
@@ -278,12 +285,12 @@ impl Covariance {
         let mut correction = [0.0; STATES];
         for (index, row) in self.p.iter_mut().enumerate() {
             let gain = product[index] / variance;
-            let columns = if index < ESTIMATED { STATES } else { ESTIMATED };
+            let columns = if index < self.estimated { STATES } else { self.estimated };
             for (covariance, part) in row[..columns].iter_mut().zip(product) {
                 *covariance -= gain * part;
             }
             row[index] = row[index].max(self.floor[index]);
-            if index < ESTIMATED {
+            if index < self.estimated {
                 correction[index] = gain * innovation;
             }
         }
@@ -295,7 +302,7 @@ impl Covariance {
     /// In straight flight its gradients would seem to, as they swing with the noise of the estimate; likewise below.
     pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
         let mut left = comparison.wind_along(flow);
-        for (state, left) in left.iter_mut().enumerate().skip(ESTIMATED) {
+        for (state, left) in left.iter_mut().enumerate().skip(self.estimated) {
             *left = comparison.gain(state);
         }
         self.take_without(comparison, &left)
@@ -434,13 +441,13 @@ mod tests {
         let row = Row::empty()
             .with_vector(ATTITUDE, &Vector3::new(1.0, -2.0, 0.5))
             .with(WIND, 3.0)
-            .with(VANES, 1.5);
+            .with(PITOT_BIAS, 1.5);
         let mut h = SMatrix::<f64, 1, STATES>::zeros();
-        (h[0], h[1], h[2], h[WIND], h[VANES]) = (1.0, -2.0, 0.5, 3.0, 1.5);
+        (h[0], h[1], h[2], h[WIND], h[PITOT_BIAS]) = (1.0, -2.0, 0.5, 3.0, 1.5);
         let before = dense(&covariance);
         let noise = 0.04;
         let mut gain = before * h.transpose() / ((h * before * h.transpose())[0] + noise);
-        gain.rows_mut(ESTIMATED, STATES - ESTIMATED).fill(0.0);
+        gain.rows_mut(CONSIDERED, STATES - CONSIDERED).fill(0.0);
         let rest = Square::identity() - gain * h;
         let expected = rest * before * rest.transpose() + gain * noise * gain.transpose();
         let comparison = covariance.compare(&row, 0.7, noise);

@@ -79,8 +79,10 @@ pub struct EstimatorGains {
     pub pitot_scale: f64,
     /// White noise of the vanes, deg.
     pub vane_noise_deg: f64,
-    /// Error of the vanes that lasts, deg; only considered.
+    /// Constant error of the vanes at the start, deg; only considered without a pitot tube.
     pub vane_bias_deg: f64,
+    /// Its random walk, deg/√s.
+    pub vane_walk_deg: f64,
     /// White noise of the magnetometer, nT.
     pub magnetic_noise_nt: f64,
     /// Constant error of each magnetometer axis at the start, nT.
@@ -140,6 +142,7 @@ impl EstimatorGains {
         pitot_scale: 0.002,
         vane_noise_deg: 0.1,
         vane_bias_deg: 0.16,
+        vane_walk_deg: 0.002,
         magnetic_noise_nt: 60.0,
         magnetic_bias_nt: 170.0,
         magnetic_walk_nt: 1.2,
@@ -176,6 +179,7 @@ impl EstimatorGains {
         pitot_scale: 0.01,
         vane_noise_deg: 0.3,
         vane_bias_deg: 0.54,
+        vane_walk_deg: 0.03,
         magnetic_noise_nt: 305.0,
         magnetic_bias_nt: 1_260.0,
         magnetic_walk_nt: 11.5,

@@ -4,8 +4,8 @@ use icd::SimTime;
 use nalgebra::Vector3;
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, ESTIMATED, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
-    STEADY_WIND, States, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, CONSIDERED, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
+    STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
 use super::{Estimator, INERTIAL_SILENCE_S};
 
@@ -60,9 +60,11 @@ impl Estimator {
         noise[BAROMETER] = walk(gains.barometer_walk_m);
         noise[STEADY_WIND] = walk(gains.wind_walk_m_s);
         noise[STEADY_WIND + 1] = noise[STEADY_WIND];
+        noise[VANES] = walk(gains.vane_walk_deg.to_radians());
+        noise[VANES + 1] = noise[VANES];
         let changed = 1.0 - self.transition.lasting * self.transition.lasting;
         let priors = super::start::priors(gains);
-        for (noise, prior) in noise.iter_mut().zip(&priors).skip(ESTIMATED) {
+        for (noise, prior) in noise.iter_mut().zip(&priors).skip(CONSIDERED) {
             *noise = prior * prior * changed;
         }
         noise

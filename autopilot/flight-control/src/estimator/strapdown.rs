@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::covariance::{
     ATTITUDE, BAROMETER, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STEADY_WIND, States,
-    Transition, VELOCITY, WIND,
+    Transition, VANES, VELOCITY, WIND,
 };
 use super::history::Integrals;
 
@@ -31,6 +31,8 @@ pub struct Estimate {
     pub magnetic_bias: Vector3<f64>,
     /// Pressure altitude minus geopotential altitude, m.
     pub barometer_offset: f64,
+    /// Biases of the vanes of angle of attack and sideslip, rad.
+    pub vane_bias: [f64; 2],
 }
 
 /// What the inertial sensors measure, corrected: angular rate relative to inertial space, rad/s, and specific force, m/s².
@@ -65,6 +67,7 @@ impl Estimate {
             steady_wind: Vector3::zeros(),
             magnetic_bias: Vector3::zeros(),
             barometer_offset: 0.0,
+            vane_bias: [0.0; 2],
         }
     }
 
@@ -116,6 +119,8 @@ impl Estimate {
         self.wind += at(WIND);
         self.magnetic_bias += at(MAGNETIC_BIAS);
         self.barometer_offset += x[BAROMETER];
+        self.vane_bias[0] += x[VANES];
+        self.vane_bias[1] += x[VANES + 1];
         self.steady_wind.x += x[STEADY_WIND];
         self.steady_wind.y += x[STEADY_WIND + 1];
     }
@@ -137,6 +142,7 @@ impl Estimate {
         numbers.all(|x| x.is_finite())
             && q.iter().all(|x| x.is_finite())
             && self.barometer_offset.is_finite()
+            && self.vane_bias.iter().all(|x| x.is_finite())
     }
 }
 

@@ -11,7 +11,7 @@ use super::covariance::{
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
-use super::{Estimator, Ground, UPDATE_EVERY_US};
+use super::{Estimator, Ground, SourceHealth, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
 /// Largest speed that is believed, m/s.
@@ -77,6 +77,8 @@ impl Estimator {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
         self.measure_pitot(now, sensors);
+        let is_blind = self.sources.pitot.health(now) != SourceHealth::Used;
+        self.covariance.consider_vanes(is_blind);
         self.measure_vanes(now, &sensors.vanes);
         self.measure_field(now, &sensors.magnetometer_nt);
         self.compare_lift(now);
@@ -338,7 +340,7 @@ impl Estimator {
             let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
             let Some(row) = self.flow_row(&present, of) else { return };
             let row = row.with(VANES + vane, 1.0);
-            let innovation = measured[vane] - flow.value;
+            let innovation = measured[vane] - flow.value - self.estimate.vane_bias[vane];
             let comparison = self.covariance.compare(&row, innovation, noise);
             worst = worst.max(self.ratio(&comparison));
             self.take_angle(&comparison, &present);

@@ -200,7 +200,8 @@ const ESTIMATOR: &[Tunable] = rows! { estimator:
     "EST_PIT_B", "Pa", 0.1, 10000.0, pitot_bias_pa, "Lasting error of the impact pressure";
     "EST_PIT_SF", "-", 1.0e-5, 0.5, pitot_scale, "Error of its scale";
     "EST_VAN_N", "deg", 0.001, 20.0, vane_noise_deg, "White noise of the vanes";
-    "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Lasting error of each vane";
+    "EST_VAN_B", "deg", 0.001, 20.0, vane_bias_deg, "Constant error of each vane at the start";
+    "EST_VAN_BW", "deg/sqrt(s)", 0.0, 1.0, vane_walk_deg, "Random walk of that error";
     "EST_MAG_N", "nT", 0.1, 50000.0, magnetic_noise_nt, "White noise of the magnetometer";
     "EST_MAG_B", "nT", 0.1, 50000.0, magnetic_bias_nt, "Constant error of each magnetometer axis at the start";
     "EST_MAG_BW", "nT/sqrt(s)", 0.0, 1000.0, magnetic_walk_nt, "Random walk of that error";
