@@ -1,4 +1,4 @@
-//! The navigation state from sensors with errors: an error-state Kalman filter with 24 states and five errors that it considers.
+//! The navigation state from sensors with errors: an error-state Kalman filter with 26 states and three errors that it considers.
 //!
 //! ```text
 //!  gyro, accelerometer ─> strapdown ─> estimate ──────────────────────────────> NavigationState
@@ -9,10 +9,12 @@
 //! ```
 //!
 //! The states are errors of attitude, velocity and position, biases of gyros and accelerometers, wind with its gusts and
-//! without, bias of the magnetometer and offset of the barometer. The biases of the two vanes, bias and scale of the pitot tube and the
-//! error of the modelled lift count in every variance and are not corrected ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the start point ([`earth`]); the covariance and the
-//! measurements follow every 10 ms. A measurement is compared at its own time: a late GNSS fix through the integrals of
-//! [`history`], air data and magnetic field through the rates. Each number is a measurement of its own, so nothing is inverted.
+//! without, bias of the magnetometer, offset of the barometer and biases of the two vanes. Bias and scale of the pitot tube and the
+//! error of the modelled lift count in every variance and are not corrected; without a pitot tube the biases of the vanes too
+//! ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the
+//! start point ([`earth`]); the covariance and the measurements follow every 10 ms. A measurement is compared at its own time: a late
+//! GNSS fix through the integrals of [`history`], air data and magnetic field through the rates. Each number is a measurement of its
+//! own, so nothing is inverted.
 //!
 //! Sources: P. Groves, Principles of GNSS, Inertial, and Multisensor Integrated Navigation Systems (2nd edition, 2013), chapters
 //! 3, 5 and 14; J. Sola, Quaternion kinematics for the error-state Kalman filter (arXiv:1711.02508), section 7 with the global
