@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::sensor_faults::{Options, SENSORS, kinds, losses, study};
+use flight_analysis::estimator::flights::Sides;
+use flight_analysis::sensor_faults::{Options, SENSORS, fly_without, kinds, losses, study};
 use flight_control::estimator_status::SourceHealth;
 use icd::fault::FaultKind;
 use icd::sensors::SensorKind;
@@ -59,6 +60,21 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
             let [error, stated] = [mean(0).sqrt(), mean(1).sqrt()];
             assert!(error < 2.5 && stated > 0.75 * error && stated < 3.0 * error, "{what}");
         }
+    }
+}
+
+/// Wind and gusts follow a drift of 0.1 m/s² unseen; lift does not.
+#[test]
+fn a_slow_drift_of_the_pitot_tube_is_found_by_the_lift() {
+    let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
+    let sides = Sides::of(&aircraft).expect("the aircraft is there");
+    for rate in [3.0, -3.0] {
+        let fault = Some((SensorKind::Pitot, FaultKind::Drifting { rate }));
+        let flown = fly_without(&sides, GradeName::Tactical, 1.5, false, fault, SEED)
+            .expect("the flight begins");
+        assert_eq!(flown.lost_at_s, None, "{rate} Pa/s: {flown:?}");
+        assert_eq!(flown.reported, SourceHealth::Rejected, "{rate} Pa/s: {flown:?}");
+        assert!(flown.largest[0] < 3.0 + 3.0 * 1.5, "{rate} Pa/s: {flown:?}");
     }
 }
 

@@ -41,9 +41,28 @@ pub struct Gusts {
     /// Steady winds of the past, the older one last, and looks since the first of them.
     past: [Option<Vector3<f64>>; 2],
     since_past: u32,
-    /// Mean of measured airspeed minus that of steady wind, m/s, and when it was last updated.
-    contrast: f64,
+    /// Measured airspeed minus that of steady wind, m/s.
+    contrast: Contrast,
+}
+
+/// Mean of the last [`CONTRAST_S`] of a difference, and when it was last updated.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Contrast {
+    mean: f64,
     compared: Option<SimTime>,
+}
+
+impl Contrast {
+    /// Before the first value.
+    pub(super) const NONE: Self = Self { mean: 0.0, compared: None };
+
+    /// The mean with one more value.
+    pub(super) fn follow(&mut self, now: SimTime, value: f64) -> f64 {
+        let before = self.compared.replace(now).unwrap_or(now);
+        let seconds = now.as_micros().saturating_sub(before.as_micros()) as f64 * 1.0e-6;
+        self.mean += (value - self.mean) * (1.0 - libm::exp(-seconds / CONTRAST_S));
+        self.mean
+    }
 }
 
 impl Gusts {
@@ -57,8 +76,7 @@ impl Gusts {
             due: SimTime::ZERO,
             past: [None; 2],
             since_past: 0,
-            contrast: 0.0,
-            compared: None,
+            contrast: Contrast::NONE,
         }
     }
 
@@ -149,16 +167,17 @@ impl Estimator {
         let known = self.covariance.compare(&row, 0.0, 0.0).variance;
         let time = self.gust_s();
         let gusts = self.gusts.square * time / (time + CONTRAST_S);
-        let gusts_state = &mut self.gusts;
-        let before = gusts_state.compared.replace(now).unwrap_or(now);
-        let seconds = now.as_micros().saturating_sub(before.as_micros()) as f64 * 1.0e-6;
-        let part = 1.0 - libm::exp(-seconds / CONTRAST_S);
-        gusts_state.contrast += (measured_m_s - flow.value - gusts_state.contrast) * part;
+        let contrast = self.gusts.contrast.follow(now, measured_m_s - flow.value);
+        self.is_within(contrast, known + gusts)
+    }
+
+    /// Whether a difference of the pitot tube with this variance lets it be right.
+    pub(super) fn is_within(&self, contrast: f64, variance: f64) -> bool {
         let limit = match self.sources.pitot.is_doubted() {
             true => CONTRAST_MAX * CONTRAST_AGAIN,
             false => CONTRAST_MAX,
         };
-        gusts_state.contrast.abs() <= limit * libm::sqrt(known + gusts)
+        contrast.abs() <= limit * libm::sqrt(variance)
     }
 
     /// The airspeed goes on with the steady wind of a time when the pitot tube was right: the present one has followed it a little.

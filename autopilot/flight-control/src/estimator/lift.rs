@@ -2,7 +2,9 @@
 
 use icd::SimTime;
 
-use super::covariance::{FORCE_BIAS, LIFT};
+use super::covariance::{FORCE_BIAS, LIFT, PITOT_BIAS, PITOT_SCALE, Row};
+use super::gusts::Contrast;
+use super::updates::Present;
 use super::{Estimator, SourceHealth, air};
 
 /// The mean over this time is compared, µs: what the model leaves out changes faster.
@@ -12,20 +14,27 @@ const ERROR: f64 = 0.02;
 /// Part of the gusts, rms, that the wing has not answered to yet, or averages over its span.
 const UNSTEADY: f64 = 0.1;
 
+/// Beyond this airspeed, m/s, about M 0.3, lift depends on the Mach number, which the model does not have: it accuses no pitot tube.
+const SLOW_M_S: f64 = 100.0;
+
 /// Sum of what the wing carried beyond what it should have, as a part of it, since the last comparison.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mean {
     due: SimTime,
     sum: f64,
     count: u32,
+    /// The same at the airspeed of the pitot tube.
+    contrast: Contrast,
 }
 
 impl Mean {
     /// Before the first look.
-    pub(super) const NONE: Self = Self { due: SimTime::ZERO, sum: 0.0, count: 0 };
+    pub(super) const NONE: Self =
+        Self { due: SimTime::ZERO, sum: 0.0, count: 0, contrast: Contrast::NONE };
 
-    const fn after(now: SimTime) -> Self {
-        Self { due: SimTime::from_micros(now.as_micros() + EVERY_US), ..Self::NONE }
+    fn begin(&mut self, now: SimTime) {
+        self.due = SimTime::from_micros(now.as_micros() + EVERY_US);
+        (self.sum, self.count) = (0.0, 0);
     }
 }
 
@@ -40,7 +49,7 @@ impl Estimator {
         let wing = self.air.lift(&present.through_air, inertial.rate.y, altitude);
         let Some(wing) = wing.filter(|_| !(is_used(&sources.pitot) && is_used(&sources.vanes)))
         else {
-            self.lift = Mean::after(now);
+            self.lift.begin(now);
             return;
         };
         self.lift.sum += -inertial.force.z / wing.value - 1.0;
@@ -49,7 +58,7 @@ impl Estimator {
             return;
         }
         let innovation = self.lift.sum / f64::from(self.lift.count);
-        self.lift = Mean::after(now);
+        self.lift.begin(now);
         let Some(row) = self.row_along(&present, &(wing.gradient / wing.value)) else { return };
         let row = row.with(FORCE_BIAS + 2, -1.0 / wing.value).with(LIFT, 1.0);
         let per_gust = air::angle_of_attack(&present.through_air)
@@ -63,5 +72,31 @@ impl Estimator {
         let noise = ERROR * ERROR + unsteady * self.gusts.square();
         let comparison = self.covariance.compare(&row, innovation, noise);
         self.take(&comparison);
+    }
+
+    /// Whether the pitot tube agrees in the mean with the lift of a slow aircraft. Wind and gusts follow a drift of it, lift does not.
+    pub(super) fn lift_agrees(
+        &mut self,
+        now: SimTime,
+        present: &Present,
+        measured_m_s: f64,
+        per_pascal: f64,
+        impact_pa: f64,
+    ) -> bool {
+        let Some(ground) = &self.ground else { return true };
+        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+        let inertial = self.inertial();
+        let through_air = present.through_air.normalize() * measured_m_s;
+        let wing = self.air.lift(&through_air, inertial.rate.y, altitude);
+        let Some(wing) = wing.filter(|_| measured_m_s < SLOW_M_S) else { return true };
+        let contrast = self.lift.contrast.follow(now, -inertial.force.z / wing.value - 1.0);
+        let per_speed = 2.0 / measured_m_s * per_pascal;
+        let row = Row::empty()
+            .with(LIFT, 1.0)
+            .with(PITOT_BIAS, per_speed)
+            .with(PITOT_SCALE, per_speed * impact_pa);
+        let angle = wing.per_angle * wing.per_angle * self.flow_variance(air::angle_of_attack);
+        let variance = self.covariance.compare(&row, 0.0, 0.0).variance + angle;
+        self.is_within(contrast, variance)
     }
 }

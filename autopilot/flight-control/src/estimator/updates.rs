@@ -303,6 +303,8 @@ impl Estimator {
         let Some(row) = self.flow_row(&present, air::speed) else { return };
         let row = row.with(PITOT_BIAS, slope).with(PITOT_SCALE, slope * expected);
         let agrees = self.pitot_agrees(now, &present, measured.airspeed_m_s, slope, expected);
+        let agrees =
+            self.lift_agrees(now, &present, measured.airspeed_m_s, slope, expected) && agrees;
         let noise = self.gains.pitot_noise_pa * slope;
         let innovation = measured.airspeed_m_s - flow.value;
         let comparison = self.covariance.compare(&row, innovation, noise * noise);
