@@ -473,6 +473,7 @@ mod tests {
             out: PathBuf::new(),
             grade: GradeName::Tactical,
             aircraft: AircraftArgs::default(),
+            flights: 4,
             seed: 1,
         };
         let lost = Lost { lost_at_s: Some(41.0), ..Lost::default() };
