@@ -1,5 +1,5 @@
-//! Numbers of the distributed variables: each a function of seed, key and sample, so that a run is the same alone and among
-//! a million.
+//! Numbers of the distributed variables: each a function of seed, key and sample, and for a Latin hypercube of the number of
+//! samples too. So a run of a specification is the same alone and with all the others.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
