@@ -170,7 +170,7 @@ impl Estimator {
             air: AirModel::new(aircraft),
             state: NavigationState::at_rest(),
             estimate: Estimate::zero(),
-            covariance: Covariance::new(&start::priors(gains)),
+            covariance: Covariance::new(&noise::priors(gains)),
             transition: Transition::NONE,
             integrals: Integrals::at(SimTime::ZERO),
             history: History::empty(),
@@ -264,7 +264,7 @@ impl Estimator {
         self.ground = None;
         self.fix_before = None;
         self.estimate = Estimate::zero();
-        self.covariance = Covariance::new(&start::priors(&self.gains));
+        self.covariance = Covariance::new(&noise::priors(&self.gains));
         self.history = History::empty();
         self.transition = Transition::NONE;
     }

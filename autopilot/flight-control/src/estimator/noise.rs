@@ -1,12 +1,13 @@
-//! What the inertial sensors and the air add to the uncertainty.
+//! The uncertainty at the start, and what the inertial sensors and the air add to it.
 
 use icd::SimTime;
 use nalgebra::Vector3;
 
 use super::covariance::{
-    ATTITUDE, BAROMETER, CONSIDERED, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, STATES,
-    STEADY_WIND, States, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, CONSIDERED, FORCE_BIAS, GYRO_BIAS, LIFT, MAGNETIC_BIAS, PITOT_BIAS,
+    PITOT_SCALE, POSITION, STATES, STEADY_WIND, States, VANES, VELOCITY, WIND,
 };
+use super::gains::EstimatorGains;
 use super::{Estimator, INERTIAL_SILENCE_S};
 
 /// Correlation time of errors that are a part of a rate or a force, s: that of a manoeuvre.
@@ -16,6 +17,30 @@ const UNKNOWN_RATE_RAD_S: f64 = 0.1;
 const UNKNOWN_FORCE_M_S2: f64 = 3.0;
 /// Correlation time of the slow error of a GNSS position, s; typical.
 const GNSS_DRIFT_S: f64 = 300.0;
+
+/// Standard deviations of the error states at the start.
+pub(super) fn priors(gains: &EstimatorGains) -> States {
+    let mut priors = [0.0; STATES];
+    let mut set = |from: usize, values: [f64; 3]| priors[from..from + 3].copy_from_slice(&values);
+    let (tilt, heading) = (gains.tilt_deg.to_radians(), gains.heading_deg.to_radians());
+    set(ATTITUDE, [tilt, tilt, heading]);
+    set(VELOCITY, [2.0 * gains.gnss_velocity_m_s; 3]);
+    let position = 2.0 * gains.gnss_position_m;
+    set(POSITION, [position, position, position * gains.gnss_vertical]);
+    set(GYRO_BIAS, [gains.gyro_bias_deg.to_radians(); 3]);
+    set(FORCE_BIAS, [gains.force_bias_m_s2; 3]);
+    set(WIND, [gains.wind_m_s, gains.wind_m_s, gains.gust_m_s]);
+    set(MAGNETIC_BIAS, [gains.magnetic_bias_nt; 3]);
+    priors[BAROMETER] = gains.barometer_offset_m;
+    priors[VANES] = gains.vane_bias_deg.to_radians();
+    priors[VANES + 1] = priors[VANES];
+    priors[STEADY_WIND] = gains.wind_m_s;
+    priors[STEADY_WIND + 1] = gains.wind_m_s;
+    priors[PITOT_BIAS] = gains.pitot_bias_pa;
+    priors[PITOT_SCALE] = gains.pitot_scale;
+    priors[LIFT] = gains.lift_scale;
+    priors
+}
 
 impl Estimator {
     /// Q of the time since the last prediction.
@@ -63,7 +88,7 @@ impl Estimator {
         noise[VANES] = walk(gains.vane_walk_deg.to_radians());
         noise[VANES + 1] = noise[VANES];
         let changed = 1.0 - self.transition.lasting * self.transition.lasting;
-        let priors = super::start::priors(gains);
+        let priors = priors(gains);
         for (noise, prior) in noise.iter_mut().zip(&priors).skip(CONSIDERED) {
             *noise = prior * prior * changed;
         }

@@ -5,14 +5,11 @@ use icd::{Body, GnssFix, Ned, Sample, Sensors, SimTime};
 use nalgebra::Vector3;
 
 use super::alignment::{Direction, align};
-use super::covariance::{
-    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, LIFT, MAGNETIC_BIAS, PITOT_BIAS,
-    PITOT_SCALE, POSITION, STATES, STEADY_WIND, States, VANES, VELOCITY, WIND,
-};
+use super::covariance::{ATTITUDE, Covariance, POSITION, VELOCITY};
 use super::earth::Earth;
-use super::gains::EstimatorGains;
 use super::gusts::Gusts;
 use super::history::{History, Integrals};
+use super::noise::priors;
 use super::strapdown::Estimate;
 use super::{Estimator, Ground, air, updates};
 use crate::navigation::Validity;
@@ -25,30 +22,6 @@ const BETWEEN_FIXES_MAX_S: f64 = 2.0;
 const TRACK_MIN_M_S: f64 = 5.0;
 /// A first fix may be older than the estimator could look back, s; an older one is waited out.
 const FIX_AGE_MAX_S: f64 = 1.0;
-
-/// Standard deviations of the error states at the start.
-pub(super) fn priors(gains: &EstimatorGains) -> States {
-    let mut priors = [0.0; STATES];
-    let mut set = |from: usize, values: [f64; 3]| priors[from..from + 3].copy_from_slice(&values);
-    let (tilt, heading) = (gains.tilt_deg.to_radians(), gains.heading_deg.to_radians());
-    set(ATTITUDE, [tilt, tilt, heading]);
-    set(VELOCITY, [2.0 * gains.gnss_velocity_m_s; 3]);
-    let position = 2.0 * gains.gnss_position_m;
-    set(POSITION, [position, position, position * gains.gnss_vertical]);
-    set(GYRO_BIAS, [gains.gyro_bias_deg.to_radians(); 3]);
-    set(FORCE_BIAS, [gains.force_bias_m_s2; 3]);
-    set(WIND, [gains.wind_m_s, gains.wind_m_s, gains.gust_m_s]);
-    set(MAGNETIC_BIAS, [gains.magnetic_bias_nt; 3]);
-    priors[BAROMETER] = gains.barometer_offset_m;
-    priors[VANES] = gains.vane_bias_deg.to_radians();
-    priors[VANES + 1] = priors[VANES];
-    priors[STEADY_WIND] = gains.wind_m_s;
-    priors[STEADY_WIND + 1] = gains.wind_m_s;
-    priors[PITOT_BIAS] = gains.pitot_bias_pa;
-    priors[PITOT_SCALE] = gains.pitot_scale;
-    priors[LIFT] = gains.lift_scale;
-    priors
-}
 
 impl Estimator {
     /// Aligns as soon as there are specific force, a fix, and a direction for the heading.
