@@ -15,6 +15,7 @@ use serde_json::json;
 
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::print_line;
+use flight_analysis::settings;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;
@@ -57,7 +58,7 @@ struct Button {
 /// # Errors
 /// What is wrong with the airframe, with the text of a fault, or with the folder.
 pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
-    args.aircraft.check()?;
+    args.aircraft.check_read(&[settings::Target::Airframe])?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;
     fs::create_dir_all(&args.out)
         .map_err(|error| format!("--out {}: {error}", args.out.display()))?;

@@ -215,6 +215,20 @@ pub enum ParameterError {
         /// The allowed values.
         choices: &'static [Choice],
     },
+    /// A fraction where whole numbers are allowed.
+    #[error("{name} = {value} is no whole number from {min} to {max} {unit}")]
+    NotWhole {
+        /// Parameter.
+        name: &'static str,
+        /// Refused value.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+        /// Unit of the numbers.
+        unit: &'static str,
+    },
     /// A lower limit above its upper limit.
     #[error("{lower} = {low} {unit} is above {upper} = {high} {unit}")]
     Order {
@@ -264,7 +278,7 @@ impl Parameter {
 }
 
 impl Parameters {
-    /// Sets one parameter and checks the whole set. Integers are rounded.
+    /// Sets one parameter and checks the whole set.
     ///
     /// # Errors
     /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
@@ -332,10 +346,6 @@ impl Parameters {
                 (None, false) => ParameterError::Unknown { name: name.to_owned() },
             });
         };
-        let value = match row.kind {
-            Kind::Int => libm::round(value),
-            Kind::Real => value,
-        };
         let Parameter { name, unit, min, max, .. } = *row;
         if !(min..=max).contains(&value) {
             return Err(ParameterError::OutOfRange { name, value, min, max, unit });
@@ -343,6 +353,9 @@ impl Parameters {
         let is_it = |choice: &Choice| f64::from(choice.value) == value;
         if !row.choices.is_empty() && !row.choices.iter().any(is_it) {
             return Err(ParameterError::NotAChoice { name, value, choices: row.choices });
+        }
+        if row.kind == Kind::Int && libm::fmod(value, 1.0) != 0.0 {
+            return Err(ParameterError::NotWhole { name, value, min, max, unit });
         }
         match row.set {
             Set::Gain(set) => set(&mut self.gains, value),

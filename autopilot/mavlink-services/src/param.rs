@@ -431,6 +431,7 @@ fn refusal(error: ParameterError) -> (MavParamError, String) {
             MavParamError::MAV_PARAM_ERROR_READ_ONLY
         }
         ParameterError::OutOfRange { .. }
+        | ParameterError::NotWhole { .. }
         | ParameterError::NotAChoice { .. }
         | ParameterError::NoOwnLaw
         | ParameterError::Order { .. }

@@ -87,6 +87,17 @@ pub enum ConfigurationError {
         /// The option.
         option: &'static str,
     },
+    /// Something is set that this command does not read.
+    #[error(
+        "--set {key} has no effect: of aircraft and flight this command reads {}",
+        names(reads)
+    )]
+    NotRead {
+        /// The key.
+        key: String,
+        /// What it reads.
+        reads: &'static [Target],
+    },
     /// The file of gains cannot be used.
     #[error(transparent)]
     Laws(Box<RunError>),
@@ -113,6 +124,11 @@ pub enum ConfigurationError {
     /// The autopilot's part of a file.
     #[error(transparent)]
     Autopilot(#[from] config::ConfigError),
+}
+
+/// What a command reads, for display.
+fn names(reads: &[Target]) -> String {
+    reads.iter().map(|target| target.name()).collect::<Vec<_>>().join(" and ")
 }
 
 impl From<SetupError> for ConfigurationError {
@@ -197,6 +213,19 @@ impl AircraftArgs {
     /// [`ConfigurationError::Setting`] names the nearest key.
     pub fn check(&self) -> Result<(), ConfigurationError> {
         Ok(settings::check_keys(&self.settings)?)
+    }
+
+    /// The same for a command that reads only some files.
+    ///
+    /// # Errors
+    /// [`ConfigurationError`] names the nearest key, or what the command reads.
+    pub fn check_read(&self, reads: &'static [Target]) -> Result<(), ConfigurationError> {
+        for setting in &self.settings {
+            if !reads.contains(&setting.target()?) {
+                return Err(ConfigurationError::NotRead { key: setting.key.clone(), reads });
+            }
+        }
+        Ok(())
     }
 
     /// The same for a command that has `options` of its own for some keys, whatever a scenario has.

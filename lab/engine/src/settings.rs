@@ -103,6 +103,19 @@ pub enum Target {
     Parameter,
 }
 
+impl Target {
+    /// Its name, for messages.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Scenario => "the scenario (plant.…, autopilot.…)",
+            Self::Airframe => "the airframe (airframe.…)",
+            Self::Model => "the model (model.…)",
+            Self::Parameter => "parameters (capitals)",
+        }
+    }
+}
+
 impl Setting {
     /// Reads `KEY=VALUE`, for the command line.
     ///

@@ -17,6 +17,7 @@ use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::configuration::{AircraftArgs, Named};
+use crate::settings::Target;
 use crate::table::field;
 
 /// Columns of `actuators.csv`.
@@ -110,7 +111,7 @@ struct Bench {
 /// # Errors
 /// What is wrong with a file or an option; or that there is no steady flight at the design point.
 pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
-    args.aircraft.check()?;
+    args.aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;

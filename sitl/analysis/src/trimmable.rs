@@ -13,6 +13,7 @@ use plant_sim::trim::{self, Trim};
 
 use crate::configuration::AircraftArgs;
 use crate::runner;
+use crate::settings::Target;
 use sets::Set;
 use steady::{Search, SteadyFlight};
 
@@ -125,6 +126,7 @@ pub struct Study {
 /// # Errors
 /// What is wrong with a file, an option or the folder.
 pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
+    args.aircraft.check_read(&[Target::Airframe])?;
     let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
     std::fs::create_dir_all(&args.out)
         .map_err(|error| format!("--out {}: {error}", args.out.display()))?;

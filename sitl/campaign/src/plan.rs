@@ -375,14 +375,15 @@ impl Plan {
             ("--gains", &law.args.gains),
         ];
         let paths = paths.into_iter().filter_map(|(option, path)| {
-            path.as_ref().map(|path| format!("{option} {}", path.display()))
+            path.as_ref().map(|path| [option.to_owned(), path.display().to_string()])
         });
         let settings = args.settings.iter().filter(|s| s.target() != Ok(Target::Scenario));
-        let mut options: Vec<String> =
-            paths.chain(settings.map(|setting| format!("--set {setting}"))).collect();
-        options.push(format!("--period-ms {}", self.file.spec.period_ms));
-        options.push(format!("--step-us {}", self.step_us));
-        Ok((table, options))
+        let settings = settings.map(|setting| ["--set".to_owned(), setting.to_string()]);
+        let steps = [
+            ["--period-ms".to_owned(), self.file.spec.period_ms.to_string()],
+            ["--step-us".to_owned(), self.step_us.to_string()],
+        ];
+        Ok((table, paths.chain(settings).chain(steps).flatten().collect()))
     }
 
     /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.

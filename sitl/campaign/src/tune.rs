@@ -252,10 +252,13 @@ impl<'a> Tuned<'a> {
         for name in names {
             let row = parameters::table().iter().find(|row| row.name == name);
             let value = row.map_or(0.0, |row| row.value(&parameters));
-            let Some(row) = row.filter(|_| value != 0.0) else {
+            let Some(row) = row.filter(|row| row.kind == parameters::Kind::Real && value != 0.0)
+            else {
                 return Err(PlanError::Parameters {
                     law: plan.laws()[law].to_owned(),
-                    problem: format!("tune: {name}: expected a parameter whose value is not zero"),
+                    problem: format!(
+                        "tune: {name}: expected a parameter that is no choice and no whole number, and whose value is not zero"
+                    ),
                 });
             };
             start.push(value);

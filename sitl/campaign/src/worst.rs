@@ -18,6 +18,7 @@ use crate::spec::Variable;
 use crate::store::write_new;
 use flight_analysis::table::field;
 use flight_analysis::{print_line, print_text};
+use host_io::console::is_shown;
 
 /// Steps from the mildest value to an end of the range.
 const STEPS: u32 = 16;
@@ -335,13 +336,61 @@ fn scenario_text(
     path: &Path,
 ) -> Result<String, Box<dyn Error>> {
     let (table, options) = plan.scenario_of(run)?;
-    let law = plan.laws()[run.law];
+    let command: Vec<String> = std::iter::once(path.display().to_string())
+        .chain(options)
+        .map(|word| quoted(&word))
+        .collect();
     Ok(format!(
-        "{MARK}\n# {}, {law}: {outcome}\n# sitl fly {} {}{}\n\n{}",
-        plan.file.spec.name,
-        path.display(),
-        options.join(" "),
+        "{MARK}\n# {}, {}: {outcome}\n# sitl fly {}{}\n\n{}",
+        one_line(&plan.file.spec.name),
+        one_line(plan.laws()[run.law]),
+        command.join(" "),
         if plan.knows_fault(run) { " (without the reference that knows the fault)" } else { "" },
         toml::to_string(&table)?
     ))
+}
+
+/// A name in a comment: no character of it ends the line.
+fn one_line(name: &str) -> String {
+    name.chars().map(|c| if is_shown(c) { c } else { '?' }).collect()
+}
+
+/// A word of a command as a shell takes it, on one line.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    if word.chars().all(is_shown) {
+        return format!("'{}'", word.replace('\'', r"'\''"));
+    }
+    let letter = |c: char| match c {
+        '\'' | '\\' => format!("\\{c}"),
+        c if is_shown(c) => c.to_string(),
+        c => c.to_string().bytes().map(|byte| format!("\\x{byte:02x}")).collect(),
+    };
+    format!("$'{}'", word.chars().map(letter).collect::<String>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_of_a_command_is_quoted_where_a_shell_would_change_it() {
+        for (word, expected) in [
+            ("worst/worst-000.toml", "worst/worst-000.toml"),
+            ("my folder/a.toml", "'my folder/a.toml'"),
+            ("it's $(x)", r"'it'\''s $(x)'"),
+            ("a\n'b\\", r"$'a\x0a\'b\\'"),
+            ("", "''"),
+        ] {
+            assert_eq!(quoted(word), expected);
+        }
+    }
+
+    #[test]
+    fn a_name_in_a_comment_cannot_begin_a_line() {
+        assert_eq!(one_line("PID\n# sitl fly other\u{85}\u{2028}"), "PID?# sitl fly other??");
+    }
 }

@@ -49,6 +49,24 @@ fn a_value_that_a_limit_would_change_is_refused_with_the_range() {
 }
 
 #[test]
+fn a_fraction_of_a_whole_number_is_refused_with_what_is_allowed() {
+    let mut parameters = Parameters::default();
+    for row in table().iter().filter(|row| row.kind == Kind::Int) {
+        let before = parameters;
+        let value = 0.3 * row.min + 0.7 * row.max + 0.05;
+        let refused = parameters.set(row.name, value).unwrap_err().to_string();
+        assert!(refused.starts_with(&format!("{} = {value} is n", row.name)), "{refused}");
+        assert_eq!(parameters, before);
+    }
+    for (name, value, text) in [
+        ("CTL_LAW", 1.5, "CTL_LAW = 1.5 is none of 0, 1, 2, 3, 9"),
+        ("MAV_SYS_ID", 1.5, "MAV_SYS_ID = 1.5 is no whole number from 1 to 250 -"),
+    ] {
+        assert_eq!(parameters.set(name, value).unwrap_err().to_string(), text);
+    }
+}
+
+#[test]
 fn no_name_of_a_group_is_longer_than_the_list_of_a_station() {
     // QGroundControl 5.0 cuts longer ones.
     for name in table().iter().map(|row| row.group).chain([COMPATIBILITY_GROUP]) {

@@ -46,9 +46,17 @@ pub fn pattern(key: &str) -> String {
     key.split('.').map(word).collect::<Vec<_>>().join(".")
 }
 
-/// The key that looks most like this one: the one with the same last word, or else with the fewest changes of letters.
+/// Longest key that is compared with those that there are, bytes: twice the longest of them. The time of a comparison grows
+/// with the length.
+const COMPARED_MAX: usize = 128;
+
+/// The key that looks most like this one: the one with the same last word, or else with the fewest changes of letters. `None`
+/// if this one is far longer than any.
 #[must_use]
 pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> {
+    if key.len() > COMPARED_MAX {
+        return None;
+    }
     let last = |key: &str| key.rsplit('.').next().map(str::to_lowercase);
     let rank = |known: &String| {
         let changes = changes(&key.to_lowercase(), &known.to_lowercase());

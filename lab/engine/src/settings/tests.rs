@@ -1,4 +1,5 @@
 use super::*;
+use crate::configuration::AircraftArgs;
 
 fn setting(text: &str) -> Setting {
     Setting::parse(text).unwrap()
@@ -70,6 +71,32 @@ fn an_unknown_key_names_the_nearest_one() {
     ] {
         let error = setting(&format!("{key}=1")).target().unwrap_err().to_string();
         assert_eq!(error, format!("--set {key}: there is no such key; the nearest is {nearest}"));
+    }
+}
+
+#[test]
+fn an_unknown_key_of_any_length_is_refused_at_once() {
+    for known in keys::all() {
+        assert!(2 * known.len() <= 128, "{known}");
+    }
+    let key = "a".repeat(1_000_000);
+    let error = SettingError::Unknown { key: key.clone(), nearest: None };
+    assert_eq!(setting(&format!("{key}=1")).target(), Err(error));
+}
+
+#[test]
+fn a_command_refuses_settings_of_what_it_does_not_read() {
+    let read = |key: &str| {
+        let settings = vec![setting(&format!("{key}=1"))];
+        let args = AircraftArgs { settings, ..AircraftArgs::default() };
+        args.check_read(&[Target::Airframe]).map_err(|error| error.to_string())
+    };
+    assert_eq!(read("airframe.mass.mass_kg"), Ok(()));
+    for key in ["plant.start.airspeed_m_s", "model.mass.mass_kg", "FTC_MODE"] {
+        let refused = format!(
+            "--set {key} has no effect: of aircraft and flight this command reads the airframe (airframe.…)"
+        );
+        assert_eq!(read(key), Err(refused));
     }
 }
 
