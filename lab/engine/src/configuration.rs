@@ -88,13 +88,10 @@ pub enum ConfigurationError {
         option: &'static str,
     },
     /// Something is set that this command does not read.
-    #[error(
-        "--set {key} has no effect: of aircraft and flight this command reads {}",
-        names(reads)
-    )]
+    #[error("{option} has no effect: of aircraft and flight this command reads {}", names(reads))]
     NotRead {
-        /// The key.
-        key: String,
+        /// The option, with its key.
+        option: String,
         /// What it reads.
         reads: &'static [Target],
     },
@@ -222,10 +219,14 @@ impl AircraftArgs {
     pub fn check_read(&self, reads: &'static [Target]) -> Result<(), ConfigurationError> {
         for setting in &self.settings {
             if !reads.contains(&setting.target()?) {
-                return Err(ConfigurationError::NotRead { key: setting.key.clone(), reads });
+                let option = format!("--set {}", setting.key);
+                return Err(ConfigurationError::NotRead { option, reads });
             }
         }
-        Ok(())
+        match self.model.is_some() && !reads.contains(&Target::Model) {
+            true => Err(ConfigurationError::NotRead { option: "--model".to_owned(), reads }),
+            false => Ok(()),
+        }
     }
 
     /// The same for a command that has `options` of its own for some keys, whatever a scenario has.

@@ -6,8 +6,8 @@
 use icd::SimTime;
 use nalgebra::Vector3;
 
-use super::covariance::{PITOT_BIAS, PITOT_SCALE, Row, STEADY_WIND, VELOCITY, WIND};
-use super::updates::Present;
+use super::covariance::{Row, STEADY_WIND, VELOCITY, WIND};
+use super::updates::{PitotReading, Present};
 use super::{Estimator, Ground, air};
 
 /// The change of the gusts over this time shows their size, µs: long against what the filter needs to follow them.
@@ -149,9 +149,7 @@ impl Estimator {
         &mut self,
         now: SimTime,
         present: &Present,
-        measured_m_s: f64,
-        per_pascal: f64,
-        impact_pa: f64,
+        reading: &PitotReading,
     ) -> bool {
         let Some(Ground { place, .. }) = &self.ground else { return true };
         let steady = self.estimate.velocity - place.start_from_ned * self.estimate.steady_wind;
@@ -161,13 +159,12 @@ impl Estimator {
         let row = Row::empty()
             .with_vector(VELOCITY, &along)
             .with(STEADY_WIND, wind.x)
-            .with(STEADY_WIND + 1, wind.y)
-            .with(PITOT_BIAS, per_pascal)
-            .with(PITOT_SCALE, per_pascal * impact_pa);
+            .with(STEADY_WIND + 1, wind.y);
+        let row = reading.with_errors(row, 1.0);
         let known = self.covariance.compare(&row, 0.0, 0.0).variance;
         let time = self.gust_s();
         let gusts = self.gusts.square * time / (time + CONTRAST_S);
-        let contrast = self.gusts.contrast.follow(now, measured_m_s - flow.value);
+        let contrast = self.gusts.contrast.follow(now, reading.airspeed_m_s - flow.value);
         self.is_within(contrast, known + gusts)
     }
 

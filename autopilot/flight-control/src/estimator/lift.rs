@@ -2,9 +2,11 @@
 
 use icd::SimTime;
 
-use super::covariance::{FORCE_BIAS, LIFT, PITOT_BIAS, PITOT_SCALE, Row};
+use nalgebra::Vector3;
+
+use super::covariance::{FORCE_BIAS, LIFT, Row};
 use super::gusts::Contrast;
-use super::updates::Present;
+use super::updates::{PitotReading, Present};
 use super::{Estimator, SourceHealth, air};
 
 /// The mean over this time is compared, µs: what the model leaves out changes faster.
@@ -13,7 +15,6 @@ const EVERY_US: u64 = 500_000;
 const ERROR: f64 = 0.02;
 /// Part of the gusts, rms, that the wing has not answered to yet, or averages over its span.
 const UNSTEADY: f64 = 0.1;
-
 /// Beyond this airspeed, m/s, about M 0.3, lift depends on the Mach number, which the model does not have: it accuses no pitot tube.
 const SLOW_M_S: f64 = 100.0;
 
@@ -39,19 +40,22 @@ impl Mean {
 }
 
 impl Estimator {
+    /// The lift of the design model here, at a velocity through the air, m/s, body axes.
+    fn wing(&self, through_air: &Vector3<f64>) -> Option<air::Wing> {
+        let [.., altitude] = self.ground.as_ref()?.place.coordinates(&self.estimate.position);
+        self.air.lift(through_air, self.inertial().rate.y, altitude)
+    }
+
     /// While a pitot tube or the vanes are missing: compares the specific force along the body's z axis with the lift of the design model.
     pub(super) fn compare_lift(&mut self, now: SimTime) {
-        let sources = &self.sources;
         let is_used = |source: &super::Source| source.health(now) == SourceHealth::Used;
-        let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
-        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+        let has_vanes = is_used(&self.sources.vanes);
+        if has_vanes && is_used(&self.sources.pitot) {
+            return self.lift.begin(now);
+        }
+        let Some(present) = self.present() else { return };
         let inertial = self.inertial();
-        let wing = self.air.lift(&present.through_air, inertial.rate.y, altitude);
-        let Some(wing) = wing.filter(|_| !(is_used(&sources.pitot) && is_used(&sources.vanes)))
-        else {
-            self.lift.begin(now);
-            return;
-        };
+        let Some(wing) = self.wing(&present.through_air) else { return self.lift.begin(now) };
         self.lift.sum += -inertial.force.z / wing.value - 1.0;
         self.lift.count += 1;
         if now < self.lift.due {
@@ -64,7 +68,7 @@ impl Estimator {
         let per_gust = air::angle_of_attack(&present.through_air)
             .map_or(0.0, |angle| angle.gradient.norm() * wing.per_angle);
         // Without vanes the mean knows nothing of how a gust has changed since.
-        let changed = match is_used(&self.sources.vanes) {
+        let changed = match has_vanes {
             true => 0.0,
             false => EVERY_US as f64 * 1.0e-6 / (3.0 * self.gust_s()),
         };
@@ -79,22 +83,17 @@ impl Estimator {
         &mut self,
         now: SimTime,
         present: &Present,
-        measured_m_s: f64,
-        per_pascal: f64,
-        impact_pa: f64,
+        reading: &PitotReading,
     ) -> bool {
-        let Some(ground) = &self.ground else { return true };
-        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
-        let inertial = self.inertial();
-        let through_air = present.through_air.normalize() * measured_m_s;
-        let wing = self.air.lift(&through_air, inertial.rate.y, altitude);
-        let Some(wing) = wing.filter(|_| measured_m_s < SLOW_M_S) else { return true };
-        let contrast = self.lift.contrast.follow(now, -inertial.force.z / wing.value - 1.0);
-        let per_speed = 2.0 / measured_m_s * per_pascal;
-        let row = Row::empty()
-            .with(LIFT, 1.0)
-            .with(PITOT_BIAS, per_speed)
-            .with(PITOT_SCALE, per_speed * impact_pa);
+        let speed = reading.airspeed_m_s;
+        if speed > SLOW_M_S {
+            return true;
+        }
+        let Some(wing) = self.wing(&(present.through_air.normalize() * speed)) else { return true };
+        let excess = -self.inertial().force.z / wing.value - 1.0;
+        let contrast = self.lift.contrast.follow(now, excess);
+        // Lift grows with the square of the airspeed.
+        let row = reading.with_errors(Row::empty().with(LIFT, 1.0), 2.0 / speed);
         let angle = wing.per_angle * wing.per_angle * self.flow_variance(air::angle_of_attack);
         let variance = self.covariance.compare(&row, 0.0, 0.0).variance + angle;
         self.is_within(contrast, variance)

@@ -71,6 +71,22 @@ pub(super) struct Present {
     rate: Vector3<f64>,
 }
 
+/// A sample of the pitot tube.
+pub(super) struct PitotReading {
+    pub(super) airspeed_m_s: f64,
+    /// Change of the airspeed with the impact pressure, m/s/Pa, and the impact pressure, Pa, both of the estimate.
+    per_pascal: f64,
+    impact_pa: f64,
+}
+
+impl PitotReading {
+    /// The row with the errors of the pitot tube, for a quantity that changes so much with the airspeed.
+    pub(super) fn with_errors(&self, row: Row, per_speed: f64) -> Row {
+        let bias = per_speed * self.per_pascal;
+        row.with(PITOT_BIAS, bias).with(PITOT_SCALE, bias * self.impact_pa)
+    }
+}
+
 impl Estimator {
     /// Compares every new sample with the estimate and corrects it.
     pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
@@ -301,12 +317,14 @@ impl Estimator {
             return;
         };
         let Some(row) = self.flow_row(&present, air::speed) else { return };
-        let row = row.with(PITOT_BIAS, slope).with(PITOT_SCALE, slope * expected);
-        let agrees = self.pitot_agrees(now, &present, measured.airspeed_m_s, slope, expected);
-        let agrees =
-            self.lift_agrees(now, &present, measured.airspeed_m_s, slope, expected) && agrees;
+        let Airspeed { airspeed_m_s, .. } = measured;
+        let reading = PitotReading { airspeed_m_s, per_pascal: slope, impact_pa: expected };
+        let row = reading.with_errors(row, 1.0);
+        // Both follow every sample.
+        let agrees = self.pitot_agrees(now, &present, &reading);
+        let agrees = self.lift_agrees(now, &present, &reading) && agrees;
         let noise = self.gains.pitot_noise_pa * slope;
-        let innovation = measured.airspeed_m_s - flow.value;
+        let innovation = airspeed_m_s - flow.value;
         let comparison = self.covariance.compare(&row, innovation, noise * noise);
         let ratio = self.ratio(&comparison);
         if self.sources.pitot.is_doubted() {

@@ -98,6 +98,10 @@ fn a_command_refuses_settings_of_what_it_does_not_read() {
         );
         assert_eq!(read(key), Err(refused));
     }
+    let args = AircraftArgs { model: Some("f16".into()), ..AircraftArgs::default() };
+    let refused = args.check_read(&[Target::Airframe]).unwrap_err().to_string();
+    assert!(refused.starts_with("--model has no effect"), "{refused}");
+    assert!(args.check_read(&[Target::Airframe, Target::Model]).is_ok());
 }
 
 #[test]
