@@ -98,6 +98,7 @@ class Flight:
             )
         except OSError as error:
             raise Failed(f"cannot open {connect}: {error}") from error
+        self.system = None  # that of the first autopilot heard
         self.t = None
         self.altitude_m = math.nan
         self.airspeed_m_s = math.nan
@@ -130,9 +131,11 @@ class Flight:
                     "and does no other program use the port?"
                 )
             self.pump()
-        self.link.target_system, self.link.target_component = 1, 1
+        self.link.target_system, self.link.target_component = self.system, 1
         # The air angles come as NAMED_VALUE_FLOAT, on request.
-        self.link.mav.command_long_send(1, 1, SET_MESSAGE_INTERVAL, 0, 251, 100_000, 0, 0, 0, 0, 0)
+        self.link.mav.command_long_send(
+            self.system, 1, SET_MESSAGE_INTERVAL, 0, 251, 100_000, 0, 0, 0, 0, 0
+        )
 
     def pump(self, wait_s=0.02):
         """Takes what has come and sends what is due."""
@@ -152,12 +155,14 @@ class Flight:
         half = math.radians(self.roll_setpoint_deg) / 2.0
         quaternion = [math.cos(half), math.sin(half), 0.0, 0.0]
         # 7: body rates are not given.
-        self.link.mav.set_attitude_target_send(0, 1, 1, 7, quaternion, 0.0, 0.0, 0.0, 0.0)
+        self.link.mav.set_attitude_target_send(0, self.system, 1, 7, quaternion, 0.0, 0.0, 0.0, 0.0)
 
     def _take(self, message):
-        if message.get_srcSystem() != 1:
-            return
         kind = message.get_type()
+        if self.system is None and kind == "HEARTBEAT" and message.get_srcComponent() == 1:
+            self.system = message.get_srcSystem()
+        if message.get_srcSystem() != self.system:
+            return
         if kind == "HEARTBEAT":
             self.mode = (message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF)
         elif kind == "ATTITUDE":
@@ -227,7 +232,7 @@ class Flight:
         params = list(params) + [0.0] * (7 - len(params))
         before = len(self.acks.get(command, []))
         for _ in range(TRIES):
-            self.link.mav.command_long_send(1, 1, command, 0, *params)
+            self.link.mav.command_long_send(self.system, 1, command, 0, *params)
             self.sent[command] = self.sent.get(command, 0) + 1
             give_up = time.monotonic() + RETRY_S
             while time.monotonic() < give_up:
