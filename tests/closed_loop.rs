@@ -85,7 +85,7 @@ fn the_model_is_current() {
     assert_eq!(
         text,
         autopilot::config::DEFAULT_MODEL,
-        "autopilot/models/tvc_jet.toml is out of date: run `cargo run --release -- linearize`"
+        "autopilot/models/tvc_jet.toml is out of date: run `cargo run --release -- aircraft linearize`"
     );
 }
 

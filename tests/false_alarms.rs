@@ -1,8 +1,10 @@
-//! A sample of the study of false alarms; the whole one is `sitl false-alarms --hours 100` (docs/false-alarms.md).
+//! A sample of the study of false alarms; the whole one is `sitl study false-alarms --hours 100` (docs/false-alarms.md).
 
+use flight_control::CompensatorMode;
 use plant_sim::GradeName;
 use sitl::false_alarms::flights::{CONDITIONS, measure_delays};
-use sitl::false_alarms::{ALLOWED_PER_H, Options, Shipped, fly_healthy, read_airframe};
+use sitl::false_alarms::{ALLOWED_PER_H, Options, Shipped, fly_healthy};
+use sitl::study::{Sides, StudyOptions};
 
 fn options() -> Options {
     Options {
@@ -13,16 +15,20 @@ fn options() -> Options {
         turbulence_m_s: 3.0,
         gyro_noise_deg_s: 0.1,
         seed: 1_000,
-        out: std::path::PathBuf::new(),
-        airframe: None,
+        study: StudyOptions::default(),
     }
+}
+
+fn sides() -> Sides {
+    StudyOptions::default().drawn_sides(CompensatorMode::Off).expect("a shipped aircraft")
 }
 
 #[test]
 fn healthy_flight_in_moderate_turbulence_has_no_more_alarms_than_the_stated_rate() {
     let Shipped { kind, index } = Shipped::find();
     for grade in [GradeName::Ideal, GradeName::Tactical] {
-        let conditions = fly_healthy(&options(), grade).expect("the shipped aircraft flies");
+        let conditions =
+            fly_healthy(&options(), grade, &sides()).expect("the shipped aircraft flies");
         let (mut alarms, mut hours) = (0, 0.0);
         for at in &conditions {
             assert_eq!(at.lost, 0, "{grade:?}: a healthy aircraft was lost");
@@ -44,7 +50,8 @@ fn healthy_flight_in_moderate_turbulence_has_no_more_alarms_than_the_stated_rate
 fn the_rate_holds_at_the_slowest_condition_alone() {
     let Shipped { kind, index } = Shipped::find();
     let options = Options { conditions: vec![CONDITIONS[0]], seed: 31_000, ..options() };
-    let flown = fly_healthy(&options, GradeName::Tactical).expect("the shipped aircraft flies");
+    let flown =
+        fly_healthy(&options, GradeName::Tactical, &sides()).expect("the shipped aircraft flies");
     let alarms: u32 = flown.iter().map(|at| at.alarms[kind][index]).sum();
     let hours: f64 = flown.iter().map(|at| at.seconds / 3_600.0).sum();
     assert!(f64::from(alarms) <= ALLOWED_PER_H * hours, "{alarms} alarms in {hours} h");
@@ -54,8 +61,7 @@ fn the_rate_holds_at_the_slowest_condition_alone() {
 #[test]
 fn with_tactical_sensors_faults_are_noticed_nearly_as_soon_as_with_the_levels_of_ideal_ones() {
     let Shipped { kind, index } = Shipped::find();
-    let airframe = read_airframe(None).expect("a shipped aircraft");
-    let delays = measure_delays(&options(), GradeName::Tactical, &airframe).expect("it flies");
+    let delays = measure_delays(&options(), GradeName::Tactical, &sides()).expect("it flies");
     // Medians with the levels of the gains alone, s; half as long again is allowed.
     let before = [
         ("case 1: left elevator at +30 deg, in a climb", 0.046),

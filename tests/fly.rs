@@ -165,7 +165,7 @@ fn after_the_loss_the_flight_goes_on_only_if_requested() {
         outcome["end_s"].as_f64().expect("a time")
     };
     assert_eq!(ends_s(&[]), 5.71);
-    // To the ground, as `sitl paper` follows it.
+    // To the ground, as `sitl study paper` follows it.
     let ground_s = ends_s(&["--no-stop-at-loss"]);
     assert!((20.0..60.0).contains(&ground_s), "{ground_s} s");
 }

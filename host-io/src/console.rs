@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, Stderr, Stdout, Write};
+use std::sync::{Mutex, PoisonError};
 
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
@@ -50,10 +51,47 @@ impl<W: Write> Write for Shown<W> {
     }
 }
 
+/// The standard output, which remembers that it could not be written.
+#[derive(Debug)]
+pub struct Out(Stdout);
+
+/// The first error of the standard output, except that nobody reads any more, as behind `| head`.
+static FAILED: Mutex<Option<io::Error>> = Mutex::new(None);
+
+fn remembered<T>(result: io::Result<T>) -> io::Result<T> {
+    if let Err(error) = &result
+        && error.kind() != io::ErrorKind::BrokenPipe
+    {
+        let mut failed = FAILED.lock().unwrap_or_else(PoisonError::into_inner);
+        let _ = failed.get_or_insert_with(|| io::Error::new(error.kind(), error.to_string()));
+    }
+    result
+}
+
+impl Write for Out {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        remembered(self.0.write(bytes))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        remembered(self.0.flush())
+    }
+}
+
 /// The standard output.
 #[must_use]
-pub fn out() -> Shown<Stdout> {
-    Shown(io::stdout())
+pub fn out() -> Shown<Out> {
+    Shown(Out(io::stdout()))
+}
+
+/// Puts out what waits, and says whether everything could be written: a program that ends with success has shown its results.
+///
+/// # Errors
+/// The first error of the standard output.
+pub fn finish() -> io::Result<()> {
+    // Remembered with those before it.
+    let _ = out().flush();
+    FAILED.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
 }
 
 /// The standard error.

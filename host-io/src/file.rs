@@ -38,6 +38,9 @@ pub enum FileProblem {
         /// The names.
         known: String,
     },
+    /// Something else than a folder.
+    #[error("this is no folder")]
+    NoFolder,
     /// Not a regular file.
     #[error("this is {0}, and an ordinary file is needed")]
     NotOrdinary(&'static str),
@@ -194,10 +197,23 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
 /// # Errors
 /// [`FileProblem`]; then nothing has changed.
 pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem> {
-    let has_mark = |beginning: &[u8]| beginning.windows(mark.len().max(1)).any(|w| w == mark);
-    let mut file = NewFile::begin(path, has_mark)?;
+    let mut file = NewFile::begin(path, |beginning| has_mark(beginning, mark))?;
     file.write_all(content)?;
     file.finish()
+}
+
+/// Whether [`write`] can write to this path, before the work whose result it takes.
+///
+/// # Errors
+/// [`FileProblem`].
+pub fn can_write(path: &Path, mark: &[u8]) -> Result<(), FileProblem> {
+    // Given up at once, so nothing stays.
+    NewFile::begin(path, |beginning| has_mark(beginning, mark)).map(drop)
+}
+
+/// Whether a file that begins so is of the kind that this mark stands for.
+pub(crate) fn has_mark(beginning: &[u8], mark: &[u8]) -> bool {
+    beginning.windows(mark.len().max(1)).any(|window| window == mark)
 }
 
 /// The mark of a table or figure whose name is given by the program: the common beginning of its kind.

@@ -40,6 +40,7 @@
 pub mod clock;
 pub mod console;
 pub mod file;
+pub mod folder;
 pub mod health;
 pub mod instance;
 pub mod process;

@@ -156,7 +156,7 @@ impl ScenarioFile {
         if let Some((section, _)) =
             of_cases.chain(self.plant.of_cases()).find(|(_, is_there)| *is_there)
         {
-            let other = "an autopilot: `sitl checkcase` flies it";
+            let other = "an autopilot: `sitl study checkcase` flies it";
             return Err(ConfigError::Excluded { file: name.to_owned(), section, other });
         }
         if self.plant.seed.is_none() {

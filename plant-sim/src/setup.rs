@@ -98,7 +98,9 @@ pub enum SetupError {
         model: Box<Aircraft>,
     },
     /// A body that no controller can fly.
-    #[error("{airframe} has no [[effector]], so no controller can fly it; `sitl checkcase` does")]
+    #[error(
+        "{airframe} has no [[effector]], so no controller can fly it; `sitl study checkcase` does"
+    )]
     NoEffector {
         /// Name in the airframe file.
         airframe: Name,

@@ -1,13 +1,12 @@
-//! `sitl actions`: buttons of QGroundControl that break something, for any aircraft.
+//! `sitl aircraft actions`: buttons of QGroundControl that break something, for any aircraft.
 //!
 //! Each button is one MAV_CMD_USER_1 (docs/commands.md, section Faults). The syntax of a fault is that of scripts.
 
 use std::error::Error;
-use std::fs;
 use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
-use host_io::file;
+use host_io::folder::Folder;
 use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing};
 use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
@@ -30,7 +29,7 @@ const FILES: [(&str, &str, bool); 2] = [
     ("CustomActions.json", "CustomActions", false),
 ];
 
-/// Options of `sitl actions`.
+/// Options of `sitl aircraft actions`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ActionsArgs {
     /// Aircraft and settings.
@@ -60,14 +59,11 @@ struct Button {
 pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[settings::Target::Airframe])?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;
-    fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let folder = Folder::create(&args.out)?;
     for (name, file_type, described) in FILES {
-        let path = args.out.join(name);
-        let beginning = file::beginning(b"{\n  \"version\": 1,\n  \"fileType\": ");
-        file::write(&path, text(&buttons, file_type, described).as_bytes(), beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))?;
-        print_line!("wrote {}", path.display());
+        let content = text(&buttons, file_type, described);
+        folder.write(name, content.as_bytes())?;
+        print_line!("wrote {}", folder.path().join(name).display());
     }
     Ok(())
 }

@@ -1,12 +1,13 @@
 //! The command line: what a user meets first.
 
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::ffi::OsString;
+use std::path::Path;
 use std::process::ExitCode;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
-use clap::{Args, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use plant_sim::Airframe;
 use plant_sim::io::PlantArgs;
 
@@ -30,6 +31,7 @@ use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
 use flight_analysis::sensor_faults;
+use flight_analysis::study::StudyOptions;
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{estimator, false_alarms, isolation};
@@ -53,14 +55,20 @@ pub struct Cli {
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
-    let mut cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+    let words = in_its_group(std::env::args_os().collect());
+    let parsed = command().try_get_matches_from(words).and_then(|m| Cli::from_arg_matches(&m));
+    let mut cli = parsed.unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     });
     if let Some(own) = &own {
         cli.bring(own);
     }
-    run(&cli, own.as_ref()).unwrap_or_else(|error| {
+    let ended = run(&cli, own.as_ref()).and_then(|code| match host_io::console::finish() {
+        Ok(()) => Ok(code),
+        Err(error) => Err(format!("standard output: {error}").into()),
+    });
+    ended.unwrap_or_else(|error| {
         tracing::error!("{error}");
         ExitCode::FAILURE
     })
@@ -71,100 +79,160 @@ impl Cli {
     pub fn bring(&mut self, own: &OwnLaw) {
         match &mut self.command {
             None => self.launch.bring(own),
+            Some(Command::Live(args)) => args.bring(own),
             Some(Command::Autopilot(args)) => args.laws.bring(own),
             Some(Command::Fly(args)) => args.options.laws.bring(own),
-            Some(Command::Mission(args)) => args.laws.bring(own),
-            Some(Command::Jams(args)) => args.bring(own),
-            Some(Command::Margins(args)) => args.bring(own),
-            Some(Command::Replay(args)) => args.bring(own),
-            // It gets the law when it runs.
-            Some(Command::Campaign(_)) => {}
-            Some(command) if command.flies_laws_of_its_own() => {
-                tracing::warn!("this command flies the laws of the program, not {}", own.name());
-            }
+            Some(Command::Study(study)) => study.bring(own),
+            Some(Command::Aircraft(Aircraft::Margins(args))) => args.bring(own),
+            Some(Command::Log(Log::Replay(args))) => args.bring(own),
+            // A campaign gets the law when it runs; the others fly none.
             Some(_) => {}
         }
     }
 }
 
-impl Command {
-    /// Studies of the laws that the program has.
-    fn flies_laws_of_its_own(&self) -> bool {
-        matches!(
-            self,
-            Self::Paper(_)
-                | Self::PaperEstimated(_)
-                | Self::Envelope(_)
-                | Self::FalseAlarms(_)
-                | Self::Isolation(_)
-                | Self::SensorFaults(_)
-                | Self::Estimator(_)
-        )
+impl Study {
+    /// Takes a law that the program brings.
+    fn bring(&mut self, own: &OwnLaw) {
+        let laws = match self {
+            Self::Mission(args) => &mut args.laws,
+            Self::Jams(args) => return args.bring(own),
+            Self::Envelope(args) => &mut args.flight.laws,
+            Self::FalseAlarms(args) => &mut args.study.flight.laws,
+            Self::Isolation(args) => &mut args.study.flight.laws,
+            Self::SensorFaults(args) => &mut args.study.flight.laws,
+            Self::Estimator(args) => &mut args.study.flight.laws,
+            Self::Paper(_) | Self::PaperEstimated(_) => {
+                return tracing::warn!("the paper flies its own laws, not {}", own.name());
+            }
+            // They fly no law.
+            _ => return,
+        };
+        laws.bring(own);
     }
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Plant and autopilot as two processes for ground stations, as without a command; its help has every option
+    Live(Box<LaunchArgs>),
     /// Fly a scenario in this process to its end, and say what became of it
     Fly(Box<FlyArgs>),
-    /// Fly a scenario without a controller, and write its trajectory for a comparison with other simulators
-    Checkcase(Box<CheckcaseArgs>),
-    /// Fly check cases and draw how far they are from the trajectories of other simulators
-    CompareCheckcases(CompareArgs),
+    /// Answer one question with many flights: tables, pictures, pages
+    #[command(subcommand)]
+    Study(Study),
+    /// Fly many flights drawn from a specification with several laws, and compare what they survive
+    #[command(subcommand)]
+    Campaign(flight_campaign::Command),
+    /// What follows from an aircraft's files: models, gains, margins, parameters
+    #[command(subcommand)]
+    Aircraft(Aircraft),
+    /// Draw flight logs, and fly them again
+    #[command(subcommand)]
+    Log(Log),
+    /// The flight software alone, as the program `autopilot`
+    #[command(hide = true)]
+    Autopilot(Box<AutopilotArgs>),
+    /// The aircraft alone, as the program `plant-sim`
+    #[command(hide = true)]
+    PlantSim(Box<PlantArgs>),
+    /// Send link packets to and fro without a flight
+    #[command(hide = true)]
+    Echo(EchoArgs),
+}
+
+/// What is studied.
+#[derive(Debug, Subcommand)]
+enum Study {
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
     /// Fly the paper's two cases on estimated states, with sensors of each grade, and say which limits still hold
     PaperEstimated(paper::estimated::Options),
+    /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
+    Jams(Box<JamsArgs>),
+    /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
+    Envelope(StudyOptions),
     /// Fly a demonstration mission and draw its track
     Mission(MissionOptions),
-    /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
-    Envelope(EnvelopeArgs),
     /// Count false alarms of the detector in hours of healthy flight, over its delay
     FalseAlarms(false_alarms::Options),
     /// Break every effector in many ways, and count how often the isolation names the right one
     Isolation(isolation::Options),
+    /// Fail each sensor in each way on estimated states, and say what becomes of the flight
+    SensorFaults(sensor_faults::Options),
+    /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
+    Estimator(estimator::Options),
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
-    /// Fail each sensor in each way on estimated states, and say what becomes of the flight
-    SensorFaults(sensor_faults::Options),
     /// Draw what each property of an actuator does to a step and a triangle
     Actuators(Box<ActuatorsArgs>),
-    /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
-    Estimator(estimator::Options),
+    /// Fly through turbulence of a level and draw its six spectra beside the formulas of the standard
+    Turbulence(TurbulenceArgs),
+    /// Fly a scenario without a controller, and write its trajectory for a comparison with other simulators
+    Checkcase(Box<CheckcaseArgs>),
+    /// Fly check cases and draw how far they are from the trajectories of other simulators
+    CompareCheckcases(CompareArgs),
+    /// Print how fast flights run on this machine, as ratios
+    Bench(BenchArgs),
+}
+
+/// What is made of an aircraft.
+#[derive(Debug, Subcommand)]
+enum Aircraft {
+    /// Derive the controller's model from the plant at its design trim
+    Linearize(LinearizeArgs),
+    /// Design the gains of a law from the controller's model
+    #[command(subcommand)]
+    Design(Design),
+    /// Print eigenvalues and margins of gain, phase and delay of each law's loop, confirmed by flights
+    Margins(Box<MarginsArgs>),
+    /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
+    Trimmable(Box<TrimmableArgs>),
+    /// Write buttons for QGroundControl that break something
+    Actions(Box<ActionsArgs>),
+    /// Print every parameter of the autopilot, as docs/parameters.md has them
+    Parameters,
+}
+
+/// What is done with a flight log.
+#[derive(Debug, Subcommand)]
+enum Log {
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
     Replay(ReplayArgs),
-    /// Derive the controller's model from the plant at its design trim
-    Linearize(LinearizeArgs),
-    /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
-    Jams(Box<JamsArgs>),
-    /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
-    Trimmable(Box<TrimmableArgs>),
-    /// Fly through turbulence of a level and draw its six spectra beside the formulas of the standard
-    Turbulence(TurbulenceArgs),
-    /// Fly many flights drawn from a specification with several laws, and compare what they survive
-    #[command(subcommand)]
-    Campaign(flight_campaign::Command),
-    /// Design the gains of a law from the controller's model
-    #[command(subcommand)]
-    Design(Design),
-    /// Write buttons for QGroundControl that break something
-    Actions(Box<ActionsArgs>),
-    /// Print eigenvalues and margins of gain, phase and delay of each law's loop, confirmed by flights
-    Margins(Box<MarginsArgs>),
-    /// The flight software alone, as the program `autopilot`
-    Autopilot(Box<AutopilotArgs>),
-    /// The aircraft alone, as the program `plant-sim`
-    PlantSim(Box<PlantArgs>),
-    /// Print every parameter of the autopilot, as docs/parameters.md has them
-    Parameters,
-    /// Print how fast flights run on this machine, as ratios
-    Bench(BenchArgs),
-    /// Send link packets to and fro without a flight
-    #[command(hide = true)]
-    Echo(EchoArgs),
+}
+
+/// The groups whose commands stood at the top once: their old names still work there, and in no help.
+const GROUPS: [&str; 3] = ["study", "aircraft", "log"];
+
+/// Options of a live flight that the first screen shows; `sitl live --help` has them all.
+const FIRST: [&str; 9] =
+    ["scenario", "airframe", "law", "ftc", "script", "speed", "param", "seed", "instance"];
+
+/// The command line as clap has it.
+fn command() -> clap::Command {
+    let hide = |arg: clap::Arg| match FIRST.contains(&arg.get_id().as_str()) {
+        true => arg,
+        false => arg.hide(true),
+    };
+    Cli::command().mut_args(hide)
+}
+
+/// With the group before a command that is named by its old name alone.
+fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
+    let at = if words.get(1).is_some_and(|word| word == "help") { 2 } else { 1 };
+    let name = words.get(at).and_then(|word| word.to_str()).map(str::to_owned);
+    let command = Cli::command();
+    let has = |group: &&&str| {
+        let commands = command.find_subcommand(group).map(clap::Command::get_subcommands);
+        commands.into_iter().flatten().any(|command| Some(command.get_name()) == name.as_deref())
+    };
+    if let Some(group) = GROUPS.iter().find(has) {
+        words.insert(at, (*group).into());
+    }
+    words
 }
 
 /// Laws whose gains can be designed.
@@ -172,14 +240,6 @@ enum Command {
 enum Design {
     /// Linear quadratic regulator: the discrete Riccati equation at the design point
     Lqr(DesignArgs),
-}
-
-/// Options of `sitl envelope`.
-#[derive(Debug, Args)]
-pub struct EnvelopeArgs {
-    /// Folder for table and picture
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
 }
 
 /// Carries out the command line.
@@ -191,38 +251,53 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
     let program = std::env::current_exe()?;
     match &cli.command {
         None => launch::run(&cli.launch, &program)?,
+        Some(Command::Live(args)) => launch::run(args, &program)?,
         Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
-        Some(Command::Paper(args)) => return fly_paper(args, &program),
-        Some(Command::PaperEstimated(args)) => paper::estimated::run(args)?,
-        Some(Command::Mission(args)) => mission::run(args)?,
-        Some(Command::Envelope(args)) => envelope::run(&args.out)?,
-        Some(Command::FalseAlarms(args)) => false_alarms::run(args)?,
-        Some(Command::Isolation(args)) => isolation::run(args)?,
-        Some(Command::Estimator(args)) => estimator::run(args)?,
-        Some(Command::Checkcase(args)) => checkcase::run(args)?,
-        Some(Command::CompareCheckcases(args)) => report::run(args)?,
-        Some(Command::SensorErrors(args)) => sensor_errors::run(args)?,
-        Some(Command::SensorFaults(args)) => sensor_faults::run(args)?,
-        Some(Command::Actuators(args)) => actuators::run(args)?,
-        Some(Command::Plot(args)) => plot::run(args)?,
-        Some(Command::Jams(args)) => jams::run(args)?,
-        Some(Command::Trimmable(args)) => trimmable::run(args)?,
-        Some(Command::Turbulence(args)) => turbulence::run(args)?,
-        Some(Command::Replay(args)) => return Ok(replay::run(args).into()),
-        Some(Command::Linearize(args)) => linearize::run(args)?,
+        Some(Command::Study(study)) => return run_study(study, &program),
         Some(Command::Campaign(command)) => flight_campaign::run(command, own)?,
-        Some(Command::Design(Design::Lqr(args))) => design::run(args)?,
-        Some(Command::Actions(args)) => actions::run(args)?,
-        Some(Command::Margins(args)) => margins::run(args)?,
+        Some(Command::Aircraft(command)) => run_aircraft(command)?,
+        Some(Command::Log(Log::Plot(args))) => plot::run(args)?,
+        Some(Command::Log(Log::Replay(args))) => return Ok(replay::run(args).into()),
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
-        Some(Command::Parameters) => {
-            print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
-        }
-        Some(Command::Bench(args)) => bench::run(args, &program)?,
         Some(Command::Echo(args)) => echo::run(args)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn run_study(study: &Study, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
+    match study {
+        Study::Paper(args) => return fly_paper(args, program),
+        Study::PaperEstimated(args) => paper::estimated::run(args)?,
+        Study::Jams(args) => jams::run(args)?,
+        Study::Envelope(args) => envelope::run(args)?,
+        Study::Mission(args) => mission::run(args)?,
+        Study::FalseAlarms(args) => false_alarms::run(args)?,
+        Study::Isolation(args) => isolation::run(args)?,
+        Study::SensorFaults(args) => sensor_faults::run(args)?,
+        Study::Estimator(args) => estimator::run(args)?,
+        Study::SensorErrors(args) => sensor_errors::run(args)?,
+        Study::Actuators(args) => actuators::run(args)?,
+        Study::Turbulence(args) => turbulence::run(args)?,
+        Study::Checkcase(args) => checkcase::run(args)?,
+        Study::CompareCheckcases(args) => report::run(args)?,
+        Study::Bench(args) => bench::run(args, program)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn run_aircraft(command: &Aircraft) -> Result<(), Box<dyn Error>> {
+    match command {
+        Aircraft::Linearize(args) => linearize::run(args)?,
+        Aircraft::Design(Design::Lqr(args)) => design::run(args)?,
+        Aircraft::Margins(args) => margins::run(args)?,
+        Aircraft::Trimmable(args) => trimmable::run(args)?,
+        Aircraft::Actions(args) => actions::run(args)?,
+        Aircraft::Parameters => {
+            print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
+        }
+    }
+    Ok(())
 }
 
 /// The exit code is that of success if all checked claims hold.
@@ -245,6 +320,16 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn the_help_fits_a_screen_and_every_group_has_its_commands() {
+        let help = command().render_long_help().to_string();
+        assert!(help.lines().count() <= 50, "{help}");
+        assert!(!help.contains("false-alarms") && help.contains("sitl live --help"), "{help}");
+        for group in GROUPS {
+            assert!(Cli::command().find_subcommand(group).is_some(), "{group}");
+        }
     }
 
     /// A parser of another type than its field is found only when the value is taken.
@@ -275,6 +360,10 @@ mod tests {
             "actuators --effector rudder --out x",
             "plot a.ulg",
             "replay a.ulg",
+            "live --speed 2",
+            "aircraft linearize",
+            "study jams",
+            "log replay a.ulg",
             "linearize",
             "design lqr --out x",
             "autopilot --cpu 0",
@@ -284,7 +373,8 @@ mod tests {
             "echo --to 127.0.0.1:9 --cpu 0",
         ];
         for line in lines {
-            let words = ["sitl"].into_iter().chain(line.split_whitespace());
+            let words = ["sitl"].into_iter().chain(line.split_whitespace()).map(OsString::from);
+            let words = in_its_group(words.collect());
             let parsed = Cli::try_parse_from(words).map(drop).map_err(|error| error.to_string());
             assert_eq!(parsed, Ok(()), "{line}");
         }
@@ -338,7 +428,7 @@ mod tests {
     #[test]
     fn numbers_outside_their_range_are_refused_with_the_range() {
         for bad in ["nan", "inf", "-1", "99", "x"] {
-            let arguments = ["sitl", "paper", "--out", "o", "--turbulence-m-s", bad];
+            let arguments = ["sitl", "study", "paper", "--out", "o", "--turbulence-m-s", bad];
             let message = Cli::try_parse_from(arguments).map(|_| ()).unwrap_err().to_string();
             assert!(message.contains("0 to 20 m/s"), "{message}");
         }

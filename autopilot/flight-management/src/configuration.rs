@@ -12,7 +12,7 @@ use crate::parameters::{ParameterError, Parameters, SavedProblem, nearest, set_f
 use crate::script::{Script, ScriptError};
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
 
-/// The shipped model; written by `sitl linearize`.
+/// The shipped model; written by `sitl aircraft linearize`.
 pub const DEFAULT_MODEL: &str = include_str!("../../models/tvc_jet.toml");
 
 /// The model files that come with the program, by the names of their aircraft. The variant of the jet with Mach effects has the

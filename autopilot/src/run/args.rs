@@ -88,7 +88,7 @@ pub struct LawArgs {
     /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls, relief
     #[arg(long, value_name = "HOW", value_parser = parse_allocation)]
     pub allocation: Option<AllocationMode>,
-    /// Parameters from a file, as `sitl design` writes them
+    /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
     pub gains: Option<PathBuf>,
     /// The law that `--law own` flies; a program brings it, no option.

@@ -35,7 +35,7 @@ pub enum LinkError {
     /// The autopilot has the model of another aircraft.
     #[error(
         "the autopilot's model file is of another aircraft than the airframe, {ours}; write one with \
-         `sitl linearize --airframe` and give it with --model"
+         `sitl aircraft linearize --airframe` and give it with --model"
     )]
     Aircraft {
         /// The airframe.

@@ -1,4 +1,4 @@
-//! What each property of an actuator does to steps and triangles: `sitl actuators`.
+//! What each property of an actuator does to steps and triangles: `sitl study actuators`.
 //!
 //! ```text
 //! airframe, effector ─> one property at a time ─> plant, held in its trimmed flight ─> step, triangle, travel ─> table, picture
@@ -8,7 +8,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::file;
+use host_io::folder::Folder;
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
@@ -35,7 +35,7 @@ const SPEEDS: [f64; 2] = [0.3, 1.5];
 const SPEED_COUNT: u32 = 25;
 const TRAVEL_S: f64 = 3.0;
 
-/// Options of `sitl actuators`.
+/// Options of `sitl study actuators`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct ActuatorsArgs {
     /// Aircraft and settings.
@@ -112,20 +112,13 @@ struct Bench {
 /// What is wrong with a file or an option; or that there is no steady flight at the design point.
 pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
+    let folder = Folder::create(&args.out)?;
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
-    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        let path = args.out.join(name);
-        file::write(&path, bytes, beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
-    };
-    write("actuators.csv", csv(&responses).as_bytes(), COLUMNS.as_bytes())?;
+    folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
     for (name, bytes) in bench.figure(&responses, travel).files()? {
-        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
-        write(&name, &bytes, beginning)?;
+        folder.write(&name, &bytes)?;
     }
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);

@@ -1,4 +1,4 @@
-//! `sitl checkcase`: flies a scenario without a controller, and writes its trajectory for a comparison with other simulators.
+//! `sitl study checkcase`: flies a scenario without a controller, and writes its trajectory for a comparison with other simulators.
 
 use std::error::Error;
 use std::io::Write as _;
@@ -23,7 +23,7 @@ pub mod trajectory;
 /// First words of the output, by which this program knows what it may write over.
 const MARK: &[u8] = b"time_s,";
 
-/// Options of `sitl checkcase`.
+/// Options of `sitl study checkcase`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CheckcaseArgs {
     /// What is flown: a scenario with the table `checkcase`

@@ -1,4 +1,4 @@
-//! Designs the gains of the linear quadratic regulator from the controller's model: `sitl design lqr`.
+//! Designs the gains of the linear quadratic regulator from the controller's model: `sitl aircraft design lqr`.
 //!
 //! The model is linearised at its design point, discretised with a hold over the control period, and the discrete
 //! Riccati equation is solved by doubling (E. K.-W. Chu, H.-Y. Fan, W.-W. Lin, C.-S. Wang, "Structure-preserving
@@ -19,7 +19,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use plant_sim::airframe::DEFAULT_NAME;
 
 /// By this line a file of gains is recognised as one of this program, which it may write over.
-pub const MARK: &str = "# Written by `sitl design lqr`";
+pub const MARK: &str = "# Written by `sitl aircraft design lqr`";
 
 /// Largest values that are acceptable (Bryson's rule: Q = diag(1/x²), R = diag(1/u²)): climb rate 25 m/s, airspeed
 /// 5 m/s, pitch angle 0.1 rad, pitch rate 0.1 rad/s, altitude 60 m, its integral 1000 m s, integral of airspeed 75 m.
@@ -38,7 +38,7 @@ const DOUBLINGS_MAX: u32 = 40;
 /// Digits that are kept.
 const DIGITS: usize = 6;
 
-/// Options of `sitl design lqr`.
+/// Options of `sitl aircraft design lqr`.
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
     /// The controller's model: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
@@ -300,7 +300,7 @@ mod tests {
         let (text, shipped) = (to_toml(&designed), to_toml(&LqrGains::REFERENCE));
         assert_eq!(
             text, shipped,
-            "`sitl design lqr` gives the first, main_controller/lqr.rs has the second"
+            "`sitl aircraft design lqr` gives the first, main_controller/lqr.rs has the second"
         );
     }
 

@@ -1,25 +1,30 @@
 //! Where the healthy aircraft holds its altitude: a sweep over airspeed, altitude, bank and climb.
 
-use std::error::Error;
+use core::ops::ControlFlow;
 use std::fmt::Write as _;
-use std::fs;
-use std::path::Path;
 
-use flight_control::{AircraftModel, AltitudeLimit, Demand, FlightControl, Gains, Navigator};
-use icd::{Body, EffectorKind};
+use flight_control::{AltitudeLimit, CompensatorMode};
+use host_io::folder::Folder;
+use icd::{Body, EffectorKind, SimTime};
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
 use plant_sim::atmosphere::{self, LocalDensity};
-use plant_sim::{Airframe, Plant, PlantSetup, SetupError};
-
-use crate::builder::SetupOptions;
-use crate::closed_loop::FlightSetup;
+use plant_sim::{Airframe, Plant, SetupError};
 
 use crate::chart::Figure;
 use crate::chart::drawing::Drawing;
-use crate::false_alarms::write;
+use crate::closed_loop::{FlightSetup, watch};
+use crate::false_alarms::flights::entry;
 use crate::runner;
+use crate::study::{Scale, Sides, StudyError, StudyOptions, write_figure};
 
-/// Airspeeds of the sweep, m/s.
+/// What the sweep sets, whatever a scenario has.
+const SWEPT: [(&str, &str); 3] = [
+    ("plant.start.altitude_m", "no option: it flies all of its own"),
+    ("plant.start.airspeed_m_s", "no option: it flies all of its own"),
+    ("plant.duration_s", "no option: it flies all of its own"),
+];
+
+/// Airspeeds of the sweep with the jet of the paper, m/s; altitudes and climbs likewise.
 pub const AIRSPEEDS_M_S: [f64; 5] = [180.0, 215.0, 250.0, 285.0, 320.0];
 /// Altitudes, m.
 pub const ALTITUDES_M: [f64; 5] = [600.0, 3_000.0, 6_000.0, 9_000.0, 12_000.0];
@@ -95,123 +100,92 @@ impl Flown {
     }
 }
 
-/// Every flight of the sweep: level and banked, then climbs and descents.
+/// Every flight of the sweep, at the scale of an aircraft: level and banked, then climbs and descents.
 #[must_use]
-pub fn cases() -> Vec<Case> {
-    let mut cases = Vec::new();
-    for bank_deg in BANKS_DEG {
-        for from_m in ALTITUDES_M {
-            let case = |airspeed_m_s| Case { airspeed_m_s, from_m, to_m: from_m, bank_deg };
-            cases.extend(AIRSPEEDS_M_S.map(case));
-        }
-    }
-    for [from_m, to_m] in CLIMBS_M {
-        let case = |airspeed_m_s| Case { airspeed_m_s, from_m, to_m, bank_deg: 0.0 };
-        cases.extend(AIRSPEEDS_M_S.map(case));
-    }
-    cases
+pub fn cases(scale: &Scale) -> Vec<Case> {
+    let airspeeds = AIRSPEEDS_M_S.map(|airspeed_m_s| airspeed_m_s * scale.airspeed);
+    let levels = BANKS_DEG.into_iter().flat_map(|bank_deg| ALTITUDES_M.map(|m| (m, m, bank_deg)));
+    let climbs = CLIMBS_M.map(|[from_m, to_m]| (from_m, to_m, 0.0));
+    let all = levels.chain(climbs).flat_map(|(from_m, to_m, bank_deg)| {
+        let [from_m, to_m] = [from_m, to_m].map(|altitude_m| altitude_m * scale.altitude);
+        airspeeds.map(|airspeed_m_s| Case { airspeed_m_s, from_m, to_m, bank_deg })
+    });
+    all.collect()
 }
 
-/// The shipped aircraft without a fault, and the shipped controller.
-#[derive(Debug, Clone)]
-pub struct Sides {
-    /// The aircraft at the design point.
-    pub plant: PlantSetup,
-    /// The controller's model.
-    pub model: AircraftModel,
-    /// Gains.
-    pub gains: Gains,
+/// Flies one case.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
+    let nothing = Flown {
+        case: *case,
+        trim: None,
+        error_m: f64::INFINITY,
+        airspeed_error_m_s: 0.0,
+        alpha_max_rad: 0.0,
+        overshoot_m: 0.0,
+        limit: None,
+        thrust_saturated: false,
+    };
+    let Some(setup) = setup(sides, case)? else { return Ok(nothing) };
+    let level = case.from_m == case.to_m;
+    let end_s = setup.duration.as_seconds();
+    let upwards = if case.to_m >= case.from_m { 1.0 } else { -1.0 };
+    let trim = level_trim(&setup.plant.airframe, case);
+    let mut flown = Flown { trim, error_m: 0.0, ..nothing };
+    let end = watch(&setup, |tick| {
+        let (time_s, state) = (tick.exchange.time.as_seconds(), &tick.log.state);
+        let error_m = state.altitude_m - case.to_m;
+        let beyond = if level { error_m.abs() } else { upwards * error_m };
+        flown.overshoot_m = flown.overshoot_m.max(beyond);
+        flown.alpha_max_rad = flown.alpha_max_rad.max(state.alpha);
+        if time_s >= end_s - JUDGED_S {
+            flown.error_m = flown.error_m.max(error_m.abs());
+        }
+        flown.airspeed_error_m_s = state.airspeed_m_s - case.airspeed_m_s;
+        flown.limit = tick.log.altitude_limit;
+        flown.thrust_saturated = tick.log.health.thrust_saturated;
+        ControlFlow::Continue(())
+    })?;
+    if end.on_ground {
+        flown.error_m = case.to_m;
+    }
+    Ok(flown)
 }
 
-impl Sides {
-    /// As shipped.
-    ///
-    /// # Errors
-    /// What is wrong with the shipped files.
-    pub fn shipped() -> Result<Self, Box<dyn Error>> {
-        let FlightSetup { plant, model, parameters, .. } =
-            SetupOptions::default().setup("nominal")?;
-        Ok(Self { plant, model, gains: parameters.gains })
+/// In steady flight at the start of the case; where the engine cannot hold the airspeed, at a lower one; `None` if there is none either.
+fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> {
+    let Case { airspeed_m_s, from_m, to_m, bank_deg } = *case;
+    let mut setup = sides.nominal().clone();
+    let seconds = if from_m == to_m { LEVEL_S } else { CLIMB_S };
+    setup.duration = SimTime::from_seconds(seconds).unwrap_or(SimTime::ZERO);
+    let references =
+        entry(0.0, 0.0, from_m, airspeed_m_s) + &entry(BEGIN_S, bank_deg, to_m, airspeed_m_s);
+    setup.references = autopilot::config::references("the study", &references)?;
+    let start = &mut setup.plant.start;
+    (start.altitude_m, start.airspeed_m_s) = (from_m, airspeed_m_s);
+    let is_steady =
+        |setup: &FlightSetup| !matches!(Plant::new(&setup.plant), Err(SetupError::Trim(_)));
+    if is_steady(&setup) {
+        return Ok(Some(setup));
     }
-
-    /// Flies one case.
-    ///
-    /// # Errors
-    /// [`SetupError`] if there is no steady flight to start from.
-    pub fn fly(&self, case: &Case) -> Result<Flown, SetupError> {
-        let mut plant = self.start(case)?;
-        let mut flight = FlightControl::new(self.plant.period, &self.model, &self.gains);
-        flight.start_at(&plant.trim().positions());
-        let mut navigator = Navigator::default();
-        let level = case.from_m == case.to_m;
-        let end_s = if level { LEVEL_S } else { CLIMB_S };
-        let upwards = if case.to_m >= case.from_m { 1.0 } else { -1.0 };
-        let mut flown = Flown {
-            case: *case,
-            trim: level_trim(&self.plant.airframe, case),
-            error_m: 0.0,
-            airspeed_error_m_s: 0.0,
-            alpha_max_rad: 0.0,
-            overshoot_m: 0.0,
-            limit: None,
-            thrust_saturated: false,
-        };
-        while plant.time().as_seconds() < end_s && !plant.on_ground() {
-            let time_s = plant.time().as_seconds();
-            let begun = time_s >= BEGIN_S;
-            let demand = Demand {
-                altitude_m: if begun { case.to_m } else { case.from_m },
-                roll_rad: if begun { case.bank_deg.to_radians() } else { 0.0 },
-                airspeed_m_s: case.airspeed_m_s,
-            };
-            let state = navigator.step(plant.time(), &plant.sense());
-            let log = flight.step(&state, &demand);
-            let error_m = state.altitude_m - case.to_m;
-            let beyond = if level { error_m.abs() } else { upwards * error_m };
-            flown.overshoot_m = flown.overshoot_m.max(beyond);
-            flown.alpha_max_rad = flown.alpha_max_rad.max(state.alpha);
-            if time_s >= end_s - JUDGED_S {
-                flown.error_m = flown.error_m.max(error_m.abs());
-            }
-            flown.airspeed_error_m_s = state.airspeed_m_s - case.airspeed_m_s;
-            flown.limit = log.altitude_limit;
-            flown.thrust_saturated = log.health.thrust_saturated;
-            plant.advance(&log.actuators());
-        }
-        if plant.on_ground() {
-            flown.error_m = case.to_m;
-        }
-        Ok(flown)
-    }
-
-    /// In steady flight at the start of the case; where the engine cannot hold the airspeed, at a lower one.
-    fn start(&self, case: &Case) -> Result<Plant, SetupError> {
-        let mut setup = self.plant.clone();
-        setup.start.altitude_m = case.from_m;
-        setup.start.airspeed_m_s = case.airspeed_m_s;
-        match Plant::new(&setup) {
-            Err(SetupError::Trim(_)) => {
-                setup.start.airspeed_m_s -= 20.0;
-                Plant::new(&setup)
-            }
-            plant => plant,
-        }
-    }
+    setup.plant.start.airspeed_m_s -= 20.0 * sides.scale().airspeed;
+    Ok(is_steady(&setup).then_some(setup))
 }
 
 /// Flies the sweep and writes `envelope.csv`, `envelope.svg` and `envelope.png`; prints what is not held.
 ///
 /// # Errors
 /// What is wrong with the shipped files, or with the folder.
-pub fn run(out: &Path) -> Result<(), Box<dyn Error>> {
-    let sides = Sides::shipped()?;
-    let flown = runner::map("held altitude", &cases(), |case| sides.fly(case));
+pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
+    options.flight.aircraft.check_beside(&SWEPT)?;
+    let folder = Folder::create(&options.out)?;
+    let sides = options.sides(CompensatorMode::Armed)?;
+    let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
-    fs::create_dir_all(out)?;
-    write(&out.join("envelope.csv"), csv(&flown).as_bytes())?;
-    for (name, bytes) in figure(&flown).files()? {
-        write(&out.join(name), &bytes)?;
-    }
+    folder.write("envelope.csv", csv(&flown).as_bytes())?;
+    write_figure(&folder, &figure(&flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }
@@ -226,11 +200,12 @@ fn csv(flown: &[Flown]) -> String {
         let (elevator, thrust) = f
             .trim
             .map_or((f64::NAN, f64::NAN), |trim| (trim.elevator_rad.to_degrees(), trim.thrust_n));
+        let error_m =
+            if f.error_m.is_finite() { format!("{:.2}", f.error_m) } else { String::new() };
         let _ = writeln!(
             text,
-            "{airspeed_m_s},{from_m},{to_m},{bank_deg},{elevator:.2},{thrust:.0},{},{:.2},{:.2},{:.1},{:.2},{}",
+            "{airspeed_m_s},{from_m},{to_m},{bank_deg},{elevator:.2},{thrust:.0},{},{error_m},{:.2},{:.1},{:.2},{}",
             u8::from(f.has_reserve()),
-            f.error_m,
             f.airspeed_error_m_s,
             f.overshoot_m,
             f.alpha_max_rad.to_degrees(),
@@ -243,6 +218,7 @@ fn csv(flown: &[Flown]) -> String {
 /// What is at its limit, in a word.
 fn name(flown: &Flown) -> &'static str {
     match flown.limit {
+        _ if flown.error_m.is_infinite() => "no steady start",
         Some(limit) => limit.name(),
         None if flown.thrust_saturated => "engine (airspeed)",
         None => "",
@@ -257,7 +233,12 @@ fn summary(flown: &[Flown]) -> String {
         "{held} of {} flights with a reserve are within {HELD_WITHIN_M} m; worst {worst:.2} m\n",
         due.count()
     );
-    for f in flown.iter().filter(|f| !f.is_held()) {
+    let begun = flown.iter().filter(|f| f.error_m.is_finite());
+    if begun.clone().count() < flown.len() {
+        let none = flown.len() - begun.clone().count();
+        let _ = writeln!(text, "{none} of {} have no steady flight to start from", flown.len());
+    }
+    for f in begun.filter(|f| !f.is_held()) {
         let Case { airspeed_m_s, from_m, to_m, bank_deg } = f.case;
         let reserve = if f.has_reserve() { "with" } else { "without" };
         let _ = writeln!(
@@ -361,27 +342,26 @@ fn figure(flown: &[Flown]) -> Figure {
         drawing.text((ROOM, y), "start", r#" font-size="15""#, title);
         y += 20.0;
     }
-    let banks = BANKS_DEG.iter().map(|bank| {
-        let rows = ALTITUDES_M.iter().map(|altitude| format!("{altitude:.0} m")).collect();
-        (format!("bank {bank:.0} deg"), rows)
-    });
-    let climbs = CLIMBS_M.iter().map(|[from, to]| format!("{from:.0} to {to:.0} m")).collect();
-    let blocks = banks.chain([("climbs and descents".to_owned(), climbs)]);
+    let banks = BANKS_DEG.map(|bank| (format!("bank {bank:.0} deg"), ALTITUDES_M.len()));
+    let blocks = banks.into_iter().chain([("climbs and descents".to_owned(), CLIMBS_M.len())]);
     let mut lines = flown.chunks(AIRSPEEDS_M_S.len());
     for (title, rows) in blocks {
-        let rows: Vec<String> = rows;
         drawing.text((ROOM, y + 14.0), "start", r#" font-size="16""#, &title);
-        let mut x = LEFT;
-        for airspeed in AIRSPEEDS_M_S {
-            let label = format!("{airspeed:.0} m/s");
+        let places = (0..).map(|column| LEFT + f64::from(column) * FIELD.0);
+        for (flown, x) in flown.iter().zip(places).take(AIRSPEEDS_M_S.len()) {
+            let label = format!("{:.0} m/s", flown.case.airspeed_m_s);
             drawing.text((x + 0.5 * FIELD.0, y + 40.0), "middle", "", &label);
-            x += FIELD.0;
         }
         y += TOP;
-        for label in rows {
+        for line in lines.by_ref().take(rows) {
+            let Case { from_m, to_m, .. } = line[0].case;
+            let label = match from_m == to_m {
+                true => format!("{from_m:.0} m"),
+                false => format!("{from_m:.0} to {to_m:.0} m"),
+            };
             drawing.text((LEFT - 10.0, y + 25.0), "end", "", &label);
             let mut x = LEFT;
-            for flown in lines.next().unwrap_or_default() {
+            for flown in line {
                 field(&mut drawing, (x, y), flown);
                 x += FIELD.0;
             }
@@ -403,7 +383,11 @@ fn field(drawing: &mut Drawing, (x, y): (f64, f64), flown: &Flown) {
     let decimals = if flown.error_m < 10.0 { 1 } else { 0 };
     let (middle, limit) = (x + 0.5 * FIELD.0 - 2.0, name(flown));
     drawing.rectangle((x, y), (x + FIELD.0 - 4.0, y + FIELD.1 - 4.0), style, "");
-    let error = format!("{:.decimals$}", flown.error_m);
+    let error = if flown.error_m.is_finite() {
+        format!("{:.decimals$}", flown.error_m)
+    } else {
+        "-".to_owned()
+    };
     drawing.text((middle, y + 17.0), "middle", "", &error);
     drawing.text((middle, y + 32.0), "middle", r#" font-size="11""#, limit);
 }

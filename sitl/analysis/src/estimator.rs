@@ -1,4 +1,4 @@
-//! Whether the estimator knows how wrong it is: `sitl estimator`.
+//! Whether the estimator knows how wrong it is: `sitl study estimator`.
 //!
 //! ```text
 //! grade, seed ─> flight with manoeuvres in turbulence, on estimated states ─> error and covariance, once a second
@@ -9,43 +9,38 @@
 //! χ² with three degrees of freedom: its mean over N flights is 3 within a band that narrows with N (Bar-Shalom, Li, Kirubarajan,
 //! Estimation with Applications to Tracking and Navigation, 2001, section 5.4.2).
 
-use std::fs;
-use std::path::PathBuf;
-
-use autopilot::parameters::Parameters;
-use flight_control::estimator::EstimatorPreset;
+use flight_control::CompensatorMode;
+use host_io::folder::Folder;
 use icd::sensors::SensorKind;
+use plant_sim::GradeName;
 use plant_sim::io::whole;
-use plant_sim::{GradeName, SensorSettings};
 
-use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
-use crate::false_alarms::{StudyError, cannot_write, write};
+use crate::closed_loop::FlightSetup;
+use crate::configuration::{TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
+use crate::study::{Sides, StudyError, StudyOptions, write_figure};
 
 pub mod flights;
 mod results;
 
-use flights::{Flown, Sides};
+use flights::Flown;
 pub use results::{band, mean_nees};
 
 /// Most flights of each case.
 const FLIGHTS_MAX: u32 = 10_000;
 
-/// Options of `sitl estimator`.
+/// Options of `sitl study estimator`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// Folder for table and figure
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Aircraft, laws, settings, folder.
+    #[command(flatten)]
+    pub study: StudyOptions,
     /// Flights of each case, up to 10000
     #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 50, value_parser = whole(1, FLIGHTS_MAX))]
     pub flights: u32,
     /// Turbulence, m/s rms: light 1.5, moderate 3
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 1.5, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
-    /// Aircraft and settings.
-    #[command(flatten)]
-    pub aircraft: AircraftArgs,
     /// Seed of the first flight; each has its own
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
@@ -63,13 +58,11 @@ pub struct Case {
 }
 
 impl Case {
-    /// Puts the sensors into the aircraft, and sets the estimator to them.
-    pub(crate) fn equip(&self, sensors: &mut SensorSettings, parameters: &mut Parameters) {
-        *sensors = SensorSettings::of_grade(self.grade);
-        sensors.fitted[SensorKind::Vanes as usize] = self.vanes;
-        if self.grade == GradeName::Consumer {
-            parameters.gains.selection.estimator = EstimatorPreset::Consumer;
-        }
+    /// Level flight with these sensors, and the estimator set to them.
+    pub(crate) fn equip(&self, sides: &Sides) -> FlightSetup {
+        let mut setup = sides.with_sensors(self.grade);
+        setup.plant.sensors.fitted[SensorKind::Vanes as usize] = self.vanes;
+        setup
     }
 }
 
@@ -86,14 +79,15 @@ pub const CASES: [Case; 4] = [
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown.
 pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
-    options.aircraft.check()?;
-    let sides = Sides::of(&options.aircraft)?;
+    let sides = flights::sides(&options.study, CompensatorMode::Off)?;
     let each = u64::from(options.flights);
     let items: Vec<(usize, u64)> = (0..CASES.len())
         .flat_map(|case| (0..each).map(move |number| (case, number)))
         .map(|(case, number)| (case, options.seed.wrapping_add(number)))
         .collect();
-    let one = |(case, seed): &(usize, u64)| sides.fly(&CASES[*case], options.turbulence_m_s, *seed);
+    let one = |(case, seed): &(usize, u64)| {
+        flights::fly(&sides, &CASES[*case], options.turbulence_m_s, *seed)
+    };
     let mut flown: [Vec<Flown>; CASES.len()] = Default::default();
     for ((case, _), result) in items.iter().zip(runner::map("estimator", &items, one)) {
         flown[*case].push(result?);
@@ -106,16 +100,14 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError>
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let out = options.out.as_path();
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
-    let duration_s = Sides::of(&options.aircraft)?.duration_s;
+    let folder = Folder::create(&options.study.out)?;
+    let sides = flights::sides(&options.study, CompensatorMode::Off)?;
+    let duration_s = sides.nominal().duration.as_seconds();
     let flown = study(options)?;
-    for (name, bytes) in results::figure(duration_s, &flown).files()? {
-        write(&out.join(name), &bytes)?;
-    }
+    write_figure(&folder, &results::figure(duration_s, &flown))?;
     let summary = results::summary(options, duration_s, &flown);
-    write(&out.join("estimator.md"), summary.as_bytes())?;
-    write(&out.join("nees.csv"), results::csv(&flown).as_bytes())?;
-    print_line!("{summary}\nwrote {}", out.display());
+    folder.write("estimator.md", summary.as_bytes())?;
+    folder.write("nees.csv", results::csv(&flown).as_bytes())?;
+    print_line!("{summary}\nwrote {}", folder.path().display());
     Ok(())
 }

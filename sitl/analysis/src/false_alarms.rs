@@ -1,5 +1,5 @@
 //! How often the detector wakes on a healthy aircraft, and what it costs to make it wake less often:
-//! `sitl false-alarms`.
+//! `sitl study false-alarms`.
 //!
 //! ```text
 //! flights, healthy and in turbulence       ─> detectors ─> alarms an hour ─┐
@@ -8,19 +8,14 @@
 //!
 //! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number.
 
-use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
-
-use flight_control::Gains;
-use host_io::file;
+use flight_control::{CompensatorMode, Gains};
+use host_io::folder::Folder;
+use plant_sim::GradeName;
 use plant_sim::io::whole;
-use plant_sim::{Airframe, GradeName, SetupError};
 
-use crate::chart::RasterError;
-use crate::closed_loop::FlightError;
-use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
+use crate::study::{Sides, StudyError, StudyOptions, write_figure, write_page};
 
 pub mod detectors;
 pub mod flights;
@@ -28,7 +23,7 @@ mod results;
 
 use detectors::{DWELLS_S, FILTERS_S, upper_95};
 use flights::{
-    Air, CONDITIONS, Condition, Delays, FLIGHT_S, SETTLED_S, Watched, programme, setup, watch,
+    Air, Condition, Delays, FLIGHT_S, SETTLED_S, Watched, conditions, programme, setup, watch,
 };
 
 /// Alarms an hour that are allowed, as the upper 95 % bound.
@@ -36,20 +31,20 @@ pub const ALLOWED_PER_H: f64 = 1.0;
 /// Longest study, hours.
 const HOURS_MAX: f64 = 10_000.0;
 
-/// Options of `sitl false-alarms`.
+/// Options of `sitl study false-alarms`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// Folder for tables, figure and page
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Aircraft, laws, settings, folder.
+    #[command(flatten)]
+    pub study: StudyOptions,
     /// Sensors: ideal, tactical or consumer; may be repeated
     #[arg(long = "grade", value_name = "NAME", default_values = ["ideal", "tactical", "consumer"], value_parser = crate::sensor_errors::grade)]
     pub grades: Vec<GradeName>,
     /// Healthy flight with each of these sensors, hours, up to 10000; 100 take some minutes of all cores
     #[arg(long, allow_negative_numbers = true, value_name = "H", default_value_t = 3.0, value_parser = up_to(HOURS_MAX, "h"))]
     pub hours: f64,
-    /// Flight conditions, m/s of airspeed at m of altitude; may be repeated
-    #[arg(long = "at", value_name = "AIRSPEED@ALTITUDE", default_values_t = CONDITIONS, value_parser = Condition::parse)]
+    /// Flight conditions, m/s of airspeed at m of altitude; may be repeated [default: five about the design point]
+    #[arg(long = "at", value_name = "AIRSPEED@ALTITUDE", value_parser = Condition::parse)]
     pub conditions: Vec<Condition>,
     /// Straight and level, without manoeuvres
     #[arg(long)]
@@ -60,9 +55,6 @@ pub struct Options {
     /// White noise of the gyros of ideal sensors, deg/s rms of each control sample
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
     pub gyro_noise_deg_s: f64,
-    /// The aircraft, instead of the variant with Mach effects that comes with the program
-    #[arg(long, value_name = "FILE")]
-    pub airframe: Option<PathBuf>,
     /// Seed of the first flight; each has its own
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
@@ -75,45 +67,6 @@ impl Options {
         let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
         Air { grade, turbulence_m_s, gyro_noise_deg_s }
     }
-}
-
-/// Why the study could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// A plant file is not what it should be.
-    #[error(transparent)]
-    PlantConfig(#[from] plant_sim::ConfigError),
-    /// A shipped autopilot file is not what it should be.
-    #[error(transparent)]
-    AutopilotConfig(#[from] autopilot::config::ConfigError),
-    /// A file of the aircraft or a setting cannot be used.
-    #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
-    /// A flight could not start.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// The flight.
-    #[error(transparent)]
-    Flight(#[from] FlightError),
-    /// A file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// Which one.
-        path: PathBuf,
-        /// The error of the system.
-        source: io::Error,
-    },
-    /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Which one.
-        path: PathBuf,
-        /// The error of the system.
-        source: io::Error,
-    },
-    /// The figure cannot be drawn.
-    #[error(transparent)]
-    Figure(#[from] RasterError),
 }
 
 /// What came out with one grade of sensors.
@@ -166,10 +119,13 @@ pub fn bound_per_h(alarms: u32, seconds: f64) -> f64 {
 ///
 /// # Errors
 /// [`StudyError`] if one cannot be flown.
-pub fn fly_healthy(options: &Options, grade: GradeName) -> Result<Vec<Watched>, StudyError> {
-    let airframe = airframe(options)?;
+pub fn fly_healthy(
+    options: &Options,
+    grade: GradeName,
+    sides: &Sides,
+) -> Result<Vec<Watched>, StudyError> {
     let counted_s = FLIGHT_S - SETTLED_S;
-    let at = &options.conditions;
+    let at = conditions(&options.conditions, &sides.scale());
     #[expect(clippy::cast_precision_loss, reason = "a command line has few conditions")]
     let each = (options.hours * 3_600.0 / counted_s / at.len() as f64).ceil().max(1.0);
     #[expect(
@@ -184,9 +140,9 @@ pub fn fly_healthy(options: &Options, grade: GradeName) -> Result<Vec<Watched>, 
         .collect();
     let one = |(place, seed): &(usize, u64)| {
         let condition = &at[*place];
-        let references = programme(condition, *seed, options.straight);
+        let references = programme(condition, &sides.scale(), *seed, options.straight);
         let air = options.air(grade);
-        let setup = setup(&air, &airframe, condition, *seed, &references, FLIGHT_S)?;
+        let setup = setup(&air, sides, condition, *seed, &references, FLIGHT_S)?;
         watch(&setup, options.straight)
     };
     let label = format!("{} sensors, healthy flights of 10 minutes", grade.key());
@@ -204,60 +160,26 @@ pub fn fly_healthy(options: &Options, grade: GradeName) -> Result<Vec<Watched>, 
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let out = options.out.as_path();
-    // First, so that a folder that cannot be written is named before minutes of flying.
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
-    let airframe = airframe(options)?;
+    let folder = Folder::create(&options.study.out)?;
+    let sides = options.study.drawn_sides(CompensatorMode::Off)?;
     let of = |grade: &GradeName| -> Result<_, StudyError> {
         Ok(GradeStudy {
             grade: *grade,
-            delays: flights::measure_delays(options, *grade, &airframe)?,
-            conditions: fly_healthy(options, *grade)?,
+            delays: flights::measure_delays(options, *grade, &sides)?,
+            conditions: fly_healthy(options, *grade, &sides)?,
         })
     };
     let study = options.grades.iter().map(of).collect::<Result<Vec<_>, _>>()?;
+    let at = conditions(&options.conditions, &sides.scale());
     let figure = results::figure(&study);
-    for (name, bytes) in figure.files()? {
-        write(&out.join(name), &bytes)?;
-    }
-    write(&out.join("alarms.csv"), results::alarms_csv(options, &study).as_bytes())?;
-    write(&out.join("delays.csv"), results::delays_csv(&study).as_bytes())?;
-    let summary = results::summary(options, &study);
-    write(&out.join("summary.md"), summary.as_bytes())?;
-    write(&out.join("report.html"), results::page(options, &study, &figure).as_bytes())?;
-    print_line!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    write_figure(&folder, &figure)?;
+    folder.write("alarms.csv", results::alarms_csv(&at, &study).as_bytes())?;
+    folder.write("delays.csv", results::delays_csv(&study).as_bytes())?;
+    let summary = results::summary(options, &at, &study);
+    folder.write("summary.md", summary.as_bytes())?;
+    write_page(&folder, &results::page(options, &at, &study, &figure))?;
+    print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
     Ok(())
-}
-
-fn airframe(options: &Options) -> Result<Airframe, StudyError> {
-    read_airframe(options.airframe.as_deref())
-}
-
-/// The aircraft of a file, or the variant with Mach effects that comes with the program.
-///
-/// # Errors
-/// [`StudyError`] if the file is not what it should be.
-pub fn read_airframe(path: Option<&Path>) -> Result<Airframe, StudyError> {
-    let Some(path) = path else {
-        return Ok(Airframe::from_toml("tvc_jet_mach.toml", plant_sim::airframe::MACH_AIRFRAME)?);
-    };
-    let text = fs::read_to_string(path)
-        .map_err(|source| StudyError::Read { path: path.to_path_buf(), source })?;
-    Ok(Airframe::from_toml(&path.display().to_string(), &text)?)
-}
-
-/// Writes a file of a study.
-///
-/// # Errors
-/// [`StudyError::Write`] names it.
-pub fn write(path: &Path, bytes: &[u8]) -> Result<(), StudyError> {
-    file::write(path, bytes, file::beginning(bytes))
-        .map_err(|problem| cannot_write(path, io::Error::other(problem)))
-}
-
-/// The error of a file or folder that cannot be written.
-pub fn cannot_write(path: &Path, source: io::Error) -> StudyError {
-    StudyError::Write { path: path.to_path_buf(), source }
 }
 
 /// Time constant of the lag and dwell, s.

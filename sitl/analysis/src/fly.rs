@@ -16,7 +16,8 @@ use autopilot::own_law::OwnLaw;
 use autopilot::run::{Ftc, ScriptArgs};
 use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
-use host_io::file::{self, FileProblem};
+use host_io::file;
+use host_io::folder::{Folder, FolderError};
 use plant_sim::io::parse_earth;
 use plant_sim::{EarthModel, PlantSetup};
 use serde::Serialize;
@@ -37,7 +38,7 @@ pub mod outcome;
 pub mod seeds;
 
 use judge::{FlightLog, Keep};
-use outcome::{FIGURES, Folder, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE};
+use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE, write_json};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.
@@ -111,20 +112,9 @@ pub enum FlyError {
         /// The option.
         option: &'static str,
     },
-    /// `--out` is something else.
-    #[error("--out {}: this is no folder", path.display())]
-    NoFolder {
-        /// The requested one.
-        path: PathBuf,
-    },
     /// A file or folder cannot be written.
-    #[error("--out: cannot write {}: {source}", path.display())]
-    Write {
-        /// Which one.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// The flight log or the outcome cannot be encoded, or the line not be printed.
     #[error("{0}")]
     Encode(#[from] io::Error),
@@ -237,18 +227,18 @@ impl OneFlight<'_> {
         if let Some(folder) = &folder {
             // Last: where it is, everything is.
             let written = written(self.scenario, self.aircraft, self.setup, &outcome);
-            folder.write_json(OUTCOME, &written)?;
+            write_json(folder, OUTCOME, &written)?;
         }
         Ok(outcome)
     }
 
     fn write_log(&self, folder: &Folder, bytes: Vec<u8>) -> Result<(), FlyError> {
         if self.ulog {
-            folder.write(LOG, &ulog::format::MAGIC, &bytes)?;
+            folder.write_marked(LOG, &ulog::format::MAGIC, &bytes)?;
         }
         if self.figures {
             let page = plot::page(self.scenario, Log::from_bytes(bytes)?)?;
-            folder.write(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
+            folder.write_marked(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
         }
         Ok(())
     }
@@ -338,11 +328,15 @@ impl FlyArgs {
         let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss)
             .map_err(|error| self.of_scenario(error))?;
         if let Some(folder) = &folder {
-            folder.write(SEEDS, seeds::HEADING.as_bytes(), seeds::csv(&flights).as_bytes())?;
+            folder.write_marked(
+                SEEDS,
+                seeds::HEADING.as_bytes(),
+                seeds::csv(&flights).as_bytes(),
+            )?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
             let flown = Many { flights: &flights, lost };
             let aircraft = &self.options.aircraft;
-            folder.write_json(OUTCOME, &written(&self.scenario, aircraft, setup, flown))?;
+            write_json(folder, OUTCOME, &written(&self.scenario, aircraft, setup, flown))?;
         }
         print(&seeds::shown(&flights))?;
         Ok(flights.iter().all(Outcome::is_kept))

@@ -1,4 +1,4 @@
-//! Which effector the isolation names, how soon, and how often it is wrong: `sitl isolation`.
+//! Which effector the isolation names, how soon, and how often it is wrong: `sitl study isolation`.
 //!
 //! ```text
 //! faults drawn for each class, in turbulence ─> three laws ─> verdicts ─┬─> confusion matrices, delays, losses
@@ -8,16 +8,14 @@
 //! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number. The
 //! gains of the isolation were chosen on other flights (docs/isolation.md).
 
-use std::fs;
-use std::path::PathBuf;
-
-use flight_control::{AllocationMode, IsolationMode};
+use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
+use host_io::folder::Folder;
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
-use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::false_alarms::flights::Air;
-use crate::false_alarms::{StudyError, cannot_write, read_airframe, write};
+use crate::study::{Sides, StudyError, StudyOptions, write_figure, write_page};
 
 pub mod flights;
 pub mod pairs;
@@ -33,12 +31,12 @@ const FLIGHTS_MAX: u32 = 10_000;
 /// Most pairs of jams.
 const PAIRS_MAX: u32 = 100_000;
 
-/// Options of `sitl isolation`.
+/// Options of `sitl study isolation`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// Folder for tables, figure and page
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Aircraft, laws, settings, folder.
+    #[command(flatten)]
+    pub study: StudyOptions,
     /// Flights with a fault, for each class and law, up to 10000
     #[arg(long, allow_negative_numbers = true, value_name = "COUNT", default_value_t = 100, value_parser = whole(1, FLIGHTS_MAX))]
     pub flights: u32,
@@ -57,9 +55,6 @@ pub struct Options {
     /// White noise of the gyros of ideal sensors, deg/s rms of each control sample
     #[arg(long, allow_negative_numbers = true, value_name = "DEG_S", default_value_t = 0.1, value_parser = up_to(GYRO_NOISE_MAX_DEG_S, "deg/s"))]
     pub gyro_noise_deg_s: f64,
-    /// The aircraft, instead of the variant with Mach effects that comes with the program
-    #[arg(long, value_name = "FILE")]
-    pub airframe: Option<PathBuf>,
     /// Seed of the first flight; each has its own
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
@@ -71,6 +66,25 @@ impl Options {
     pub const fn air(&self) -> Air {
         let Self { grade, turbulence_m_s, gyro_noise_deg_s, .. } = *self;
         Air { grade, turbulence_m_s, gyro_noise_deg_s }
+    }
+
+    /// Aircraft and laws; the study compares allocations and uses of the verdict, so that both are its own.
+    ///
+    /// # Errors
+    /// [`StudyError`] names file, key, value and range.
+    pub fn sides(&self) -> Result<Sides, StudyError> {
+        let flight = &self.study.flight;
+        let sets = |name| flight.aircraft.settings.iter().any(|setting| setting.key == name);
+        for (option, is_set) in [
+            ("--allocation", flight.laws.allocation.is_some()),
+            ("--set FTC_ALLOC", sets("FTC_ALLOC")),
+            ("--set FTC_ISO", sets("FTC_ISO")),
+        ] {
+            if is_set {
+                return Err(ConfigurationError::Compared(option).into());
+            }
+        }
+        self.study.drawn_sides(CompensatorMode::Armed)
     }
 }
 
@@ -123,12 +137,12 @@ impl Study {
     /// # Errors
     /// [`StudyError`] if the aircraft cannot be read or a flight cannot be flown.
     pub fn fly(options: &Options) -> Result<Self, StudyError> {
-        let airframe = read_airframe(options.airframe.as_deref())?;
-        let classes = Classes::of(&airframe);
+        let sides = options.sides()?;
+        let classes = Classes::of(sides.airframe());
         Ok(Self {
-            outcomes: flights::fly_faults(options, &airframe, &classes)?,
-            pairs: pairs::fly(options, &airframe)?,
-            healthy: flights::fly_healthy(options, &airframe)?,
+            outcomes: flights::fly_faults(options, &sides, &classes)?,
+            pairs: pairs::fly(options, &sides)?,
+            healthy: flights::fly_healthy(options, &sides)?,
             classes,
         })
     }
@@ -139,20 +153,16 @@ impl Study {
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let out = options.out.as_path();
-    // First, so that a folder that cannot be written is named before minutes of flying.
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let folder = Folder::create(&options.study.out)?;
     let study = Study::fly(options)?;
     let figure = results::figure(&study);
-    for (name, bytes) in figure.files()? {
-        write(&out.join(name), &bytes)?;
-    }
-    write(&out.join("flights.csv"), results::flights_csv(&study).as_bytes())?;
-    write(&out.join("pairs.csv"), results::pairs_csv(&study).as_bytes())?;
-    write(&out.join("confusion.csv"), results::confusion_csv(&study).as_bytes())?;
+    write_figure(&folder, &figure)?;
+    folder.write("flights.csv", results::flights_csv(&study).as_bytes())?;
+    folder.write("pairs.csv", results::pairs_csv(&study).as_bytes())?;
+    folder.write("confusion.csv", results::confusion_csv(&study).as_bytes())?;
     let summary = results::summary(options, &study);
-    write(&out.join("summary.md"), summary.as_bytes())?;
-    write(&out.join("report.html"), results::page(&summary, &figure).as_bytes())?;
-    print_line!("{summary}\nfigure and page: {}", out.join("report.html").display());
+    folder.write("summary.md", summary.as_bytes())?;
+    write_page(&folder, &results::page(&summary, &figure))?;
+    print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
     Ok(())
 }

@@ -76,6 +76,7 @@ pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
 pub mod sensor_faults;
+pub mod study;
 pub mod table;
 pub mod trimmable;
 pub mod turbulence;

@@ -1,6 +1,6 @@
 //! Derives the controller's model from the plant at its design trim.
 //!
-//! The model is a file, because the controller may not look at the plant: `sitl linearize` writes it, and
+//! The model is a file, because the controller may not look at the plant: `sitl aircraft linearize` writes it, and
 //! a test keeps it current. Derivatives are central differences of the plant's own aerodynamics.
 
 use std::error::Error;
@@ -59,7 +59,7 @@ impl std::str::FromStr for Condition {
     }
 }
 
-/// Options of `sitl linearize`.
+/// Options of `sitl aircraft linearize`.
 #[derive(Debug, clap::Args)]
 pub struct LinearizeArgs {
     /// Where the model goes [default: autopilot/models/tvc_jet.toml for that aircraft at its design point]
@@ -78,7 +78,7 @@ pub struct LinearizeArgs {
 const SHIPPED: &str = "autopilot/models/tvc_jet.toml";
 
 /// By this line a model is recognised as one of this program, which it may write over.
-pub const MARK: &str = "# Written by `sitl linearize`";
+pub const MARK: &str = "# Written by `sitl aircraft linearize`";
 
 /// Half width of the differences in angles, rad: tables are linear between breakpoints some degrees apart, and a slope of less
 /// than that would be the one of a single interval.

@@ -1,4 +1,4 @@
-//! `sitl margins`: how much each law's loop can stand, by its linearisation and by flights.
+//! `sitl aircraft margins`: how much each law's loop can stand, by its linearisation and by flights.
 //!
 //! Plant, servos and laws are one sampled system (`closed_loop`). It is opened at the commands of one kind of effector
 //! and stays closed at all others (`loops`). The flights then add the gain or the delay to the commands of these
@@ -45,7 +45,7 @@ const DIED_OUT: f64 = 0.01;
 /// It decays when that swing is below this part of the one in the tenth after half the time: slow motions near a margin.
 const DECAYS: f64 = 0.9;
 
-/// Options of `sitl margins`.
+/// Options of `sitl aircraft margins`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct MarginsArgs {
     /// Aircraft and settings.

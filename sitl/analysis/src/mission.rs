@@ -1,9 +1,8 @@
-//! A mission flown in one process and drawn: `sitl mission`.
+//! A mission flown in one process and drawn: `sitl study mission`.
 
 use autopilot::command::VehicleCommand;
 use std::error::Error;
 use std::f64::consts::TAU;
-use std::fs;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -14,7 +13,7 @@ use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
 use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
-use host_io::file;
+use host_io::folder::Folder;
 use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
@@ -49,7 +48,7 @@ const OPTIONS: [(&str, &str); 5] = [
     ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
 ];
 
-/// Options of `sitl mission`.
+/// Options of `sitl study mission`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct MissionOptions {
     /// Folder for the figure
@@ -241,14 +240,11 @@ impl TrackPoint {
 pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
+    let folder = Folder::create(&options.out)?;
     let flown = fly(&setup, &begin(&plan))?;
-    let figure = figure(&plan, start(&setup), &flown);
-    fs::create_dir_all(&options.out)?;
-    for (name, bytes) in figure.files()? {
-        let path = options.out.join(name);
-        file::write(&path, &bytes, file::beginning(&bytes))
-            .map_err(|problem| format!("{}: {problem}", path.display()))?;
-        print_line!("wrote {}", path.display());
+    for (name, bytes) in figure(&plan, start(&setup), &flown).files()? {
+        folder.write(&name, &bytes)?;
+        print_line!("wrote {}", folder.path().join(name).display());
     }
     Ok(())
 }

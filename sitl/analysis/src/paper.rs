@@ -7,12 +7,9 @@
 //! ```
 
 use std::error::Error;
-use std::fs;
-use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use host_io::console;
-use host_io::file::{self, FileProblem};
+use host_io::folder::{Folder, FolderError};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
 use plant_sim::io::{parse_earth, parse_period, whole};
@@ -59,7 +56,7 @@ pub type FlightError = Box<dyn Error + Send + Sync>;
 pub type Fly<'a> =
     dyn Fn(&FlightSetup, &mut dyn FnMut(&Record)) -> Result<End, FlightError> + Sync + 'a;
 
-/// Options of `sitl paper`.
+/// Options of `sitl study paper`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
     /// Folder for tables, claims, figures and report
@@ -133,13 +130,8 @@ pub enum PaperError {
     #[error(transparent)]
     Derivative(#[from] UnknownDerivative),
     /// A file or folder cannot be written.
-    #[error("cannot write {}: {source}", path.display())]
-    Write {
-        /// Which one.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
+    #[error(transparent)]
+    Folder(#[from] FolderError),
     /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] RasterError),
@@ -307,62 +299,46 @@ pub fn fly_in_noise(
 /// # Errors
 /// [`PaperError`] if a run could not be flown or a file could not be written.
 pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
-    let out = options.out.as_path();
     options.check()?;
-    // First, so that a folder that cannot be written is reported before minutes of flying.
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let folder = Folder::create(&options.out)?;
     let evaluation = fly_and_check(options, fly)?;
     let [first, second] = &evaluation.flown;
     for flown in &evaluation.flown {
-        write_tables(out, flown)?;
+        write_tables(&folder, flown)?;
     }
     let json = serde_json::to_string_pretty(&evaluation.results)?;
-    write(&out.join("claims.json"), json.as_bytes())?;
+    folder.write("claims.json", json.as_bytes())?;
 
     let mut figures = figures::of_the_paper(first, second);
     if !evaluation.survival.is_empty() {
         figures.push(figures::survival(&evaluation.survival));
     }
-    write_figures(out, &figures)?;
+    write_figures(&folder, &figures)?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
     let sensitivity = comparisons::sensitivity(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
-    write_over(&out.join("report.html"), page.as_bytes(), GENERATOR.as_bytes())?;
+    folder.write_marked("report.html", GENERATOR.as_bytes(), page.as_bytes())?;
 
     let table = report::text_table(&evaluation.results);
-    console::out()
-        .write_all(table.as_bytes())
-        .map_err(|source| cannot_write(Path::new("standard output"), source))?;
+    print_text!("{table}");
     Ok(Outcome { results: evaluation.results })
 }
 
-fn write_tables(out: &Path, flown: &Flown) -> Result<(), PaperError> {
+fn write_tables(folder: &Folder, flown: &Flown) -> Result<(), PaperError> {
     let runs =
         [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
     for (name, trace) in runs {
-        let path = out.join(format!("case{}_{name}.csv", flown.case.number));
-        write(&path, table::to_csv(trace.table_rows()).as_bytes())?;
+        let file = format!("case{}_{name}.csv", flown.case.number);
+        folder.write(&file, table::to_csv(trace.table_rows()).as_bytes())?;
     }
     Ok(())
 }
 
-fn write_figures(out: &Path, figures: &[Figure]) -> Result<(), PaperError> {
+fn write_figures(folder: &Folder, figures: &[Figure]) -> Result<(), PaperError> {
     for figure in figures {
         for (name, bytes) in figure.files()? {
-            write(&out.join(name), &bytes)?;
+            folder.write(&name, &bytes)?;
         }
     }
     Ok(())
-}
-
-fn write(path: &Path, bytes: &[u8]) -> Result<(), PaperError> {
-    write_over(path, bytes, file::beginning(bytes))
-}
-
-fn write_over(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), PaperError> {
-    file::write(path, bytes, mark).map_err(|source| cannot_write(path, source))
-}
-
-fn cannot_write(path: &Path, source: impl Into<FileProblem>) -> PaperError {
-    PaperError::Write { path: path.to_path_buf(), source: source.into() }
 }

@@ -19,7 +19,7 @@ use flight::Flight;
 use crate::page::GENERATOR;
 use crate::replay;
 
-/// Options of `sitl plot`.
+/// Options of `sitl log plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
     /// The flight log (.ulg)

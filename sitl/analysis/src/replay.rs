@@ -35,7 +35,7 @@ const DAMAGED: u8 = 3;
 /// Longest log that is read, bytes: that of more than an hour at the full rate. It is read into memory.
 const LOG_MAX: u64 = 1 << 32;
 
-/// Options of `sitl replay`.
+/// Options of `sitl log replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
     /// The flight log (.ulg)

@@ -1,4 +1,4 @@
-//! The errors of each sensor in a flight, over time: `sitl sensors`.
+//! The errors of each sensor in a flight, over time: `sitl study sensors`.
 //!
 //! Two aircraft fly the same steady flight, one with exact sensors and one with those of the grade. An error is the difference of a
 //! sample from the exact one of the time at which it was measured, so a delay is no error.
@@ -7,20 +7,23 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::file;
-use icd::{Actuators, ControlPeriod, Sensors};
+use host_io::folder::Folder;
+use icd::{Actuators, Sensors};
 use plant_sim::io::whole;
-use plant_sim::{Airframe, GradeName, Plant, Scenario, SensorSettings, scenario};
+use plant_sim::{GradeName, Plant, SensorSettings};
 
+use crate::builder::SetupOptions;
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::configuration::AircraftArgs;
+use crate::settings::Target;
 
 /// Longest flight, s.
 const SECONDS_MAX: f64 = 3_600.0;
 /// Time between two rows, s.
 const ROW_EVERY_S: f64 = 0.1;
 
-/// Options of `sitl sensors`.
+/// Options of `sitl study sensors`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct SensorErrorsArgs {
     /// Grade of the sensors
@@ -32,6 +35,9 @@ pub struct SensorErrorsArgs {
     /// Seed of the random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    pub aircraft: AircraftArgs,
     /// Folder for sensors.csv and the picture
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -89,16 +95,18 @@ fn sensor_of(place: usize) -> usize {
 ///
 /// # Errors
 /// What prevents the flight.
-pub fn fly(grade: GradeName, seconds: f64, seed: u64) -> Result<Vec<Errors>, Box<dyn Error>> {
-    let airframe = Airframe::paper();
-    let nominal =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)?.plant;
-    let period = ControlPeriod::DEFAULT;
-    let mut setup = nominal.setup(airframe, 0, period, 1_000);
-    setup.seed = seed;
-    let mut exact = Plant::new(&setup)?;
-    setup.sensors = SensorSettings::of_grade(grade);
+pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
+    let SensorErrorsArgs { grade, seconds, seed, aircraft, .. } = args;
+    aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
+    aircraft.check_beside(&[("plant.seed", "--seed"), ("plant.sensors.grade", "--grade")])?;
+    let mut options = SetupOptions { aircraft: aircraft.clone(), ..SetupOptions::default() };
+    let _ = options.set("plant.sensors.grade", grade.key());
+    let mut setup = options.setup("nominal")?.plant;
+    let period = setup.period;
+    setup.seed = *seed;
     let mut real = Plant::new(&setup)?;
+    setup.sensors = SensorSettings::of_grade(GradeName::Ideal);
+    let mut exact = Plant::new(&setup)?;
     let actuators = Actuators { commands: exact.trim().positions() };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited")]
     let ticks = (seconds / period.as_seconds()) as usize;
@@ -130,9 +138,8 @@ pub fn fly(grade: GradeName, seconds: f64, seed: u64) -> Result<Vec<Errors>, Box
 /// # Errors
 /// What prevents flight or files.
 pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
-    let rows = fly(args.grade, args.seconds, args.seed)?;
+    let folder = Folder::create(&args.out)?;
+    let rows = fly(args)?;
     let header = format!("time_s,{}", Sensors::NAMES.map(|name| format!("error_{name}")).join(","));
     let mut csv = format!("{header}\n");
     for (time_s, errors) in &rows {
@@ -142,15 +149,9 @@ pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
         }
         csv.push('\n');
     }
-    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        let path = args.out.join(name);
-        file::write(&path, bytes, beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
-    };
-    write("sensors.csv", csv.as_bytes(), b"time_s,error_")?;
+    folder.write_marked("sensors.csv", b"time_s,error_", csv.as_bytes())?;
     for (name, bytes) in figure(args, &rows).files()? {
-        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
-        write(&name, &bytes, beginning)?;
+        folder.write(&name, &bytes)?;
     }
     for (title, unit, si, curves) in ROWS {
         for (name, place) in curves {
@@ -200,7 +201,11 @@ mod tests {
 
     #[test]
     fn ideal_sensors_have_no_error_and_consumer_ones_larger_ones_than_tactical_ones() {
-        let flown = |grade| fly(grade, 20.0, 1).expect("the shipped aircraft");
+        let flown = |grade| {
+            let (out, aircraft) = (PathBuf::new(), AircraftArgs::default());
+            let args = SensorErrorsArgs { grade, seconds: 20.0, seed: 1, aircraft, out };
+            fly(&args).expect("the shipped aircraft")
+        };
         let ideal = flown(GradeName::Ideal);
         assert!(ideal.iter().all(|(_, errors)| errors.iter().all(|error| *error == 0.0)));
         let (tactical, consumer) = (flown(GradeName::Tactical), flown(GradeName::Consumer));

@@ -1,4 +1,4 @@
-//! Every fault of every sensor in closed loop, on estimated states: `sitl sensor-faults`.
+//! Every fault of every sensor in closed loop, on estimated states: `sitl study sensor-faults`.
 //!
 //! The aircraft flies turns, climbs and changes of speed in light turbulence with the paper's controller. A sensor fails for a
 //! while and is repaired. What is judged is what an operator sees: is the aircraft kept, how wrong does the state become, does the
@@ -6,12 +6,11 @@
 
 use core::ops::ControlFlow;
 use std::fmt::Write as _;
-use std::fs;
-use std::path::PathBuf;
 
 use flight_control::CompensatorMode;
 use flight_control::estimator::covariance::WIND;
 use flight_control::estimator_status::SourceHealth;
+use host_io::folder::Folder;
 use icd::SimTime;
 use icd::fault::{
     CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Quantity, TargetClass, Timing,
@@ -21,12 +20,10 @@ use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
 
 use crate::closed_loop::{Tick, watch};
-use crate::configuration::AircraftArgs;
-use crate::estimator::Case;
-use crate::estimator::flights::Sides;
+use crate::estimator::{Case, flights};
 use crate::false_alarms::flights::entry;
-use crate::false_alarms::{StudyError, cannot_write, write};
 use crate::runner;
+use crate::study::{Sides, StudyError, StudyOptions};
 
 /// Length of a flight, s.
 const FLIGHT_S: f64 = 120.0;
@@ -37,21 +34,18 @@ pub const DURATION_S: f64 = 40.0;
 /// Turbulence of all flights, m/s rms: light.
 const TURBULENCE_M_S: f64 = 1.5;
 
-/// Options of `sitl sensor-faults`.
+/// Options of `sitl study sensor-faults`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
-    /// Folder for the table
-    #[arg(long, value_name = "DIR")]
-    pub out: PathBuf,
+    /// Aircraft, laws, settings, folder.
+    #[command(flatten)]
+    pub study: StudyOptions,
     /// Grade of the sensors: tactical or consumer
     #[arg(long, value_name = "tactical|consumer", value_parser = grade, default_value = "tactical")]
     pub grade: GradeName,
     /// Flights without each sensor for 600 s
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 4, value_parser = whole(1, 10_000_u64))]
     pub flights: u64,
-    /// Aircraft and settings.
-    #[command(flatten)]
-    pub aircraft: AircraftArgs,
     /// Seed of the random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
@@ -140,8 +134,7 @@ pub fn fly(
     seed: u64,
 ) -> Result<Flown, StudyError> {
     let case = Case { name: grade.key(), grade, vanes: true };
-    let mut setup = sides.setup(&case, TURBULENCE_M_S, seed)?;
-    setup.parameters.gains.selection.compensator = CompensatorMode::Armed;
+    let mut setup = flights::setup(sides, &case, TURBULENCE_M_S, seed)?;
     setup.duration = SimTime::from_seconds(FLIGHT_S).unwrap_or(SimTime::ZERO);
     let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
     let timing = Timing { duration_s: Some(DURATION_S), ..Timing::from_onset(Onset::At(onset)) };
@@ -235,8 +228,7 @@ pub fn fly_without(
     seed: u64,
 ) -> Result<Lost, StudyError> {
     let case = Case { name: grade.key(), grade, vanes: true };
-    let mut setup = sides.setup(&case, turbulence_m_s, seed)?;
-    setup.parameters.gains.selection.compensator = CompensatorMode::Armed;
+    let mut setup = flights::setup(sides, &case, turbulence_m_s, seed)?;
     setup.duration = SimTime::from_seconds(LOSS_FLIGHT_S).unwrap_or(SimTime::ZERO);
     let start = &setup.plant.start;
     let (altitude_m, airspeed_m_s) = (start.altitude_m, start.airspeed_m_s);
@@ -312,8 +304,7 @@ pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown.
 pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
-    options.aircraft.check()?;
-    let sides = Sides::of(&options.aircraft)?;
+    let sides = flights::sides(&options.study, CompensatorMode::Armed)?;
     let faults = SENSORS
         .into_iter()
         .flat_map(|sensor| kinds(sensor).into_iter().map(move |kind| (sensor, kind)));
@@ -340,8 +331,7 @@ pub fn losses(
     sensors: &[Option<SensorKind>],
     flights: u64,
 ) -> Result<Vec<LossRow>, StudyError> {
-    options.aircraft.check()?;
-    let sides = Sides::of(&options.aircraft)?;
+    let sides = flights::sides(&options.study, CompensatorMode::Armed)?;
     let turns = |sensor: Option<SensorKind>| match sensor {
         Some(SensorKind::Pitot) => &[false, true][..],
         _ => &[false],
@@ -411,13 +401,12 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
 /// # Errors
 /// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let out = options.out.as_path();
-    fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let folder = Folder::create(&options.study.out)?;
     let mut text = table(options, &study(options)?);
     let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
     text += &loss_table(options, &losses(options, &sensors, options.flights)?);
-    write(&out.join("sensor-faults.md"), text.as_bytes())?;
-    print_line!("{text}\nwrote {}", out.display());
+    folder.write("sensor-faults.md", text.as_bytes())?;
+    print_line!("{text}\nwrote {}", folder.path().display());
     Ok(())
 }
 
@@ -470,9 +459,8 @@ mod tests {
     fn rows_of_flights_that_were_lost_at_once_have_no_numbers_and_such_flights_do_not_dilute_the_others()
      {
         let options = Options {
-            out: PathBuf::new(),
+            study: StudyOptions::default(),
             grade: GradeName::Tactical,
-            aircraft: AircraftArgs::default(),
             flights: 4,
             seed: 1,
         };

@@ -1,10 +1,11 @@
-//! `sitl trimmable`: which jams leave a steady flight at all, whatever the controller does.
+//! `sitl aircraft trimmable`: which jams leave a steady flight at all, whatever the controller does.
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::file;
+use host_io::folder::Folder;
 use icd::Effector;
 use plant_sim::airframe::Airframe;
 use plant_sim::dynamics::Dynamics;
@@ -28,12 +29,12 @@ const HALVINGS: u32 = 5;
 /// Steps of the jams of an engine over its range.
 const ENGINE_STEPS: f64 = 20.0;
 /// First line of the table, by which this program knows what it may write over.
-const MARK: &str = "<!-- Written by `sitl trimmable`; do not edit. -->";
+const MARK: &str = "<!-- Written by `sitl aircraft trimmable`; do not edit. -->";
 /// First line of the file of flights.
 const COLUMNS: &str = "set,margin,effector,jammed_at,other_effector,other_jammed_at,exists,airspeed_m_s,angle_of_attack_deg,\
                        sideslip_deg,bank_deg,climb_deg,turn_rate_deg_s";
 
-/// Options of `sitl trimmable`.
+/// Options of `sitl aircraft trimmable`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct TrimmableArgs {
     /// Aircraft and settings.
@@ -128,25 +129,22 @@ pub struct Study {
 pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe])?;
     let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let folder = Folder::create(&args.out)?;
     let sweeps = study.singles(args.step_deg);
     let pairs = match args.pairs_deg {
         Some(step_deg) => study.pairs(step_deg),
         None => Vec::new(),
     };
     let table = study.table(&sweeps);
-    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        let path = args.out.join(name);
-        file::write(&path, bytes, beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
-    };
     let csv = study.csv(&sweeps, &pairs);
-    write("trimmable.csv", csv.as_bytes(), COLUMNS.as_bytes())?;
-    write("trimmable.md", format!("{MARK}\n\n{table}").as_bytes(), MARK.as_bytes())?;
+    folder.write_marked("trimmable.csv", COLUMNS.as_bytes(), csv.as_bytes())?;
+    folder.write_marked(
+        "trimmable.md",
+        MARK.as_bytes(),
+        format!("{MARK}\n\n{table}").as_bytes(),
+    )?;
     for (name, bytes) in picture::figure(&study, &sweeps).files()? {
-        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
-        write(&name, &bytes, beginning)?;
+        folder.write(&name, &bytes)?;
     }
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());

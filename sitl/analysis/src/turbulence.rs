@@ -1,4 +1,4 @@
-//! The spectra of the plant's turbulence beside those of the standard: `sitl turbulence`.
+//! The spectra of the plant's turbulence beside those of the standard: `sitl study turbulence`.
 //!
 //! ```text
 //! level, heights, airspeed ─> filters of the plant ─> six axes over time ─> Welch ─> bands ─┬─> table, picture
@@ -9,7 +9,7 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::file;
+use host_io::folder::Folder;
 use icd::{Attitude, Ned};
 use plant_sim::io::whole;
 use plant_sim::wind::level::{Scales, spectra};
@@ -46,7 +46,7 @@ const LENGTHS: f64 = 50.0;
 /// Most samples, so that an absurd duration ends with a message.
 const SAMPLES_MAX: f64 = 2.0e8;
 
-/// Options of `sitl turbulence`.
+/// Options of `sitl study turbulence`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct TurbulenceArgs {
     /// Level of the standard
@@ -168,8 +168,7 @@ impl Flight {
 /// An option that cannot be, with its range; what prevents the files.
 pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
     args.check()?;
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
+    let folder = Folder::create(&args.out)?;
     let flown: Vec<(Flight, [Vec<Band>; 6])> = args
         .altitude_m
         .iter()
@@ -180,15 +179,9 @@ pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
             (flight, flight.fly())
         })
         .collect();
-    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        let path = args.out.join(name);
-        file::write(&path, bytes, beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
-    };
-    write("turbulence.csv", csv(&flown).as_bytes(), COLUMNS.as_bytes())?;
+    folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
     for (name, bytes) in figure(&flown).files()? {
-        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
-        write(&name, &bytes, beginning)?;
+        folder.write(&name, &bytes)?;
     }
     print_text!("{}", summary(&flown));
     print_line!("wrote {}", args.out.display());

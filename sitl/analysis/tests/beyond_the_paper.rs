@@ -176,7 +176,7 @@ fn case_2_flies_the_roll_angle_that_is_asked_for_within_three_seconds() {
     }
 }
 
-/// `sitl trimmable`: a level turn at 15 deg of bank and 264 m/s exists up to 21.1 deg, and at less speed further.
+/// `sitl aircraft trimmable`: a level turn at 15 deg of bank and 264 m/s exists up to 21.1 deg, and at less speed further.
 #[test]
 fn rudder_jams_are_kept_up_to_23_deg_in_the_turn_and_in_level_flight() {
     let mut flights = Vec::new();

@@ -1,15 +1,16 @@
 //! The healthy aircraft holds its altitude over its whole envelope, and says what it lacks elsewhere.
 
-use flight_analysis::envelope::{Case, Flown, Sides};
-use flight_control::AltitudeLimit;
+use flight_analysis::envelope::{self, Case, Flown};
+use flight_analysis::study::StudyOptions;
+use flight_control::{AltitudeLimit, CompensatorMode};
 
 fn fly(airspeed_m_s: f64, from_m: f64, to_m: f64, bank_deg: f64) -> Flown {
     let case = Case { airspeed_m_s, from_m, to_m, bank_deg };
-    let sides = Sides::shipped().expect("the shipped files");
-    sides.fly(&case).expect("a steady flight to start from")
+    let sides = StudyOptions::default().sides(CompensatorMode::Armed).expect("the shipped files");
+    envelope::fly(&sides, &case).expect("a steady flight to start from")
 }
 
-/// Corners of the sweep of `sitl envelope`, with the flights that were the worst before the law had a trim for
+/// Corners of the sweep of `sitl study envelope`, with the flights that were the worst before the law had a trim for
 /// each flight condition: 2195 m, 1381 m and 1204 m off for good.
 #[test]
 fn with_a_tenth_of_elevator_and_thrust_left_the_altitude_is_held_within_10_m() {

@@ -1,13 +1,14 @@
 //! The estimator knows how wrong it is: the normalised estimation errors squared (NEES) of many flights lie in their 95 % band.
 
 use core::ops::ControlFlow;
-use std::path::PathBuf;
 
 use flight_analysis::closed_loop::{Tick, watch};
 use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::estimator::flights::{GROUPS, Sides};
+use flight_analysis::estimator::flights::{self, GROUPS};
 use flight_analysis::estimator::{CASES, Options, band, mean_nees, study};
 use flight_analysis::settings::Setting;
+use flight_analysis::study::StudyOptions;
+use flight_control::CompensatorMode;
 
 const FLIGHTS: u32 = 12;
 
@@ -15,7 +16,8 @@ const FLIGHTS: u32 = 12;
 const SEED: u64 = 4_001;
 
 fn options(aircraft: AircraftArgs) -> Options {
-    Options { out: PathBuf::new(), flights: FLIGHTS, turbulence_m_s: 1.5, aircraft, seed: SEED }
+    let study = StudyOptions::of(aircraft);
+    Options { study, flights: FLIGHTS, turbulence_m_s: 1.5, seed: SEED }
 }
 
 #[test]
@@ -61,9 +63,11 @@ fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
         let setting = |(key, value)| Setting::parse(&format!("plant.start.{key}_deg={value}"));
         let settings_of = set.map(|pair| setting(pair).expect("a key of the start")).into();
         let aircraft = AircraftArgs { settings: settings_of, ..AircraftArgs::default() };
-        let sides = Sides::of(&aircraft).expect("a place");
+        let study = StudyOptions::of(aircraft);
+        let sides = flights::sides(&study, CompensatorMode::Off).expect("a place");
         for case in [&CASES[0], &CASES[2]] {
-            let mut setup = sides.setup(case, 1.5, SEED + u64::from(number)).expect("a flight");
+            let mut setup =
+                flights::setup(&sides, case, 1.5, SEED + u64::from(number)).expect("a flight");
             setup.duration = icd::SimTime::from_micros(60_000_000);
             let mut is_lost = false;
             let look = |tick: &Tick<'_>| {

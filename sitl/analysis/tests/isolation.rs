@@ -1,7 +1,7 @@
 //! Which effector the isolation names, and what becomes of a flight that uses the verdict.
 //!
 //! `cargo test --workspace --test isolation -- --nocapture` prints the lines of the flights. The faults of these
-//! flights are those with which the gains were chosen; `sitl isolation` flies others (docs/isolation.md).
+//! flights are those with which the gains were chosen; `sitl study isolation` flies others (docs/isolation.md).
 
 use autopilot::config;
 use autopilot::event::EventKind;
@@ -10,9 +10,10 @@ use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
 use flight_analysis::isolation::{Options, flights::fly_healthy, pairs};
 use flight_analysis::runner;
+use flight_analysis::study::{Sides, StudyOptions};
 use flight_control::isolation::Verdict;
 use flight_control::isolation::evidence::Behaviour;
-use flight_control::{AllocationMode, IsolationMode};
+use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
 use plant_sim::{Airframe, GradeName, Scenario};
 
@@ -246,16 +247,19 @@ fn a_fault_of_the_engine_is_never_named_as_an_effector() {
 
 fn options() -> Options {
     Options {
-        out: std::path::PathBuf::new(),
+        study: StudyOptions::default(),
         flights: 1,
         pairs: 0,
         hours: 0.5,
         turbulence_m_s: 3.0,
         grade: GradeName::Ideal,
         gyro_noise_deg_s: 0.1,
-        airframe: None,
         seed: 20,
     }
+}
+
+fn paper() -> Sides {
+    StudyOptions::default().sides(CompensatorMode::Armed).expect("it is shipped")
 }
 
 /// Air that wakes the detector is compensated late by the nozzle, and z2 follows the command of the nozzle as it would
@@ -263,7 +267,7 @@ fn options() -> Options {
 #[test]
 fn no_effector_is_named_in_turbulence_that_wakes_the_detector() {
     let options = Options { turbulence_m_s: 5.0, ..options() };
-    let healthy = fly_healthy(&options, &Airframe::paper()).expect("the shipped aircraft flies");
+    let healthy = fly_healthy(&options, &paper()).expect("the shipped aircraft flies");
     for law in healthy {
         assert!(law.woken >= 3, "the detector wakes in this air: {law:?}");
         assert_eq!((law.named, law.lost), (0, 0), "{law:?}");
@@ -274,7 +278,7 @@ fn no_effector_is_named_in_turbulence_that_wakes_the_detector() {
 #[test]
 fn no_effector_is_named_because_of_the_errors_of_sensors() {
     for grade in [GradeName::Tactical, GradeName::Consumer] {
-        let healthy = fly_healthy(&Options { grade, ..options() }, &Airframe::paper());
+        let healthy = fly_healthy(&Options { grade, ..options() }, &paper());
         for law in healthy.expect("the shipped aircraft flies") {
             assert_eq!((law.named, law.lost), (0, 0), "{grade:?}: {law:?}");
         }
@@ -297,12 +301,12 @@ fn elevators_that_jam_at_opposite_angles_cost_no_ailerons() {
     }
 }
 
-/// A sample of what `sitl isolation --pairs 3000` flies: every two effectors with all signs once.
+/// A sample of what `sitl study isolation --pairs 3000` flies: every two effectors with all signs once.
 #[test]
 fn the_use_of_the_verdict_loses_no_pair_that_is_kept_without_it() {
     let options = Options { pairs: 84, seed: 7_000, ..options() };
-    let airframe = Airframe::from_toml("tvc_jet_mach.toml", plant_sim::airframe::MACH_AIRFRAME);
-    let flown = pairs::fly(&options, &airframe.expect("it is shipped")).expect("they fly");
+    let sides = options.sides().expect("it is shipped");
+    let flown = pairs::fly(&options, &sides).expect("they fly");
     let mut saved = 0;
     for [without, with] in &flown {
         assert!(without.lost_s.is_some() || with.lost_s.is_none(), "{with:?}");

@@ -1,10 +1,10 @@
 //! Every fault of every sensor in closed loop on estimated states, with tactical sensors; docs/sensors.md has the table.
 
-use std::path::PathBuf;
-
 use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::estimator::flights::Sides;
+use flight_analysis::estimator::flights;
 use flight_analysis::sensor_faults::{Options, SENSORS, fly_without, kinds, losses, study};
+use flight_analysis::study::StudyOptions;
+use flight_control::CompensatorMode;
 use flight_control::estimator_status::SourceHealth;
 use icd::fault::FaultKind;
 use icd::sensors::SensorKind;
@@ -20,7 +20,7 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
         let aircraft =
             AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
         let grade = GradeName::Tactical;
-        let options = Options { out: PathBuf::new(), grade, flights: 4, aircraft, seed: SEED };
+        let options = Options { study: StudyOptions::of(aircraft), grade, flights: 4, seed: SEED };
         let rows = losses(&options, &[Some(SensorKind::Pitot)], 4).expect("the flights begin");
         assert_eq!(rows.len(), 6);
         for (_, turbulence_m_s, turns, flights) in &rows {
@@ -46,7 +46,7 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
     for grade in [GradeName::Tactical, GradeName::Consumer] {
         let options =
-            Options { out: PathBuf::new(), grade, flights: 4, aircraft: aircraft.clone(), seed: 1 };
+            Options { study: StudyOptions::of(aircraft.clone()), grade, flights: 4, seed: 1 };
         let rows =
             losses(&options, &[None, Some(SensorKind::Pitot)], 4).expect("the flights begin");
         for (sensor, turbulence_m_s, turns, flights) in &rows {
@@ -71,7 +71,8 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
 #[test]
 fn a_slow_drift_of_the_pitot_tube_is_found_by_the_lift() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
-    let sides = Sides::of(&aircraft).expect("the aircraft is there");
+    let study = StudyOptions::of(aircraft);
+    let sides = flights::sides(&study, CompensatorMode::Armed).expect("the aircraft is there");
     for rate in [3.0, -3.0] {
         let fault = Some((SensorKind::Pitot, FaultKind::Drifting { rate }));
         let flown = fly_without(&sides, GradeName::Tactical, 1.5, false, fault, SEED)
@@ -85,8 +86,12 @@ fn a_slow_drift_of_the_pitot_tube_is_found_by_the_lift() {
 #[test]
 fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
     let aircraft = AircraftArgs::default();
-    let options =
-        Options { out: PathBuf::new(), grade: GradeName::Tactical, flights: 4, aircraft, seed: 1 };
+    let options = Options {
+        study: StudyOptions::of(aircraft),
+        grade: GradeName::Tactical,
+        flights: 4,
+        seed: 1,
+    };
     let rows = study(&options).expect("the flights begin");
     assert_eq!(rows.len(), 1 + SENSORS.len() * kinds(SensorKind::Gyro).len());
     let (_, healthy) = rows[0];

@@ -143,7 +143,7 @@ fn no_flight_of_the_tuning_set_is_in_the_suite_or_in_the_map() {
     }
 }
 
-/// The regulator of each aircraft in the campaign over aircraft has the gains that `sitl design lqr` finds for it.
+/// The regulator of each aircraft in the campaign over aircraft has the gains that `sitl aircraft design lqr` finds for it.
 #[test]
 fn the_regulators_of_the_campaign_over_aircraft_are_those_of_the_design() {
     let spec = SpecFile::read("aircraft").expect("it comes with the program").spec;

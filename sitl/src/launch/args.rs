@@ -32,7 +32,7 @@ pub struct LaunchArgs {
     /// Allocation of the compensating demand: paper, wls, relief [default: as the model file says, else paper]
     #[arg(long, value_name = "HOW")]
     allocation: Option<String>,
-    /// Parameters from a file, as `sitl design` writes them
+    /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
     gains: Option<String>,
     /// The law that `--law own` flies; a program brings it, no option.

@@ -1,7 +1,7 @@
 //! Linear quadratic regulator with integral action about the trim of level flight.
 //!
 //! B. D. O. Anderson, J. B. Moore, "Optimal Control: Linear Quadratic Methods", Prentice Hall 1990. The gains are
-//! parameters; `sitl design lqr` solves the discrete Riccati equation for a model file and writes them into a file.
+//! parameters; `sitl aircraft design lqr` solves the discrete Riccati equation for a model file and writes them into a file.
 
 use serde::{Deserialize, Serialize};
 
@@ -58,7 +58,7 @@ pub struct LateralRow {
 }
 
 impl LqrGains {
-    /// What `sitl design lqr` gives for the shipped model file; the design states its Q and R.
+    /// What `sitl aircraft design lqr` gives for the shipped model file; the design states its Q and R.
     pub const REFERENCE: Self = Self {
         elevator: LongitudinalRow {
             climb: -0.00672113,

@@ -9,7 +9,7 @@ use super::{COMPATIBILITY, FAULT_CHOICES, Kind, Parameter, fault_parameters, tab
 const OPENING: &str = "\
 # Parameters
 
-<!-- Written by `sitl parameters`; do not edit. -->
+<!-- Written by `sitl aircraft parameters`; do not edit. -->
 
 Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets
 one for a flight. A change acts at once, without a restart, but for `MAV_SYS_ID`. A value outside its range is refused; the answer
@@ -17,7 +17,7 @@ says why and repeats the value that stays.
 
 What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
 user's data folder) and used again by the next `sitl` or `autopilot`, which says so when it starts. What the
-command line sets wins and is not kept. The plan is kept beside that file. `sitl paper`, `sitl bench` and flights inside one
+command line sets wins and is not kept. The plan is kept beside that file. `sitl study paper`, `sitl study bench` and flights inside one
 process never look at either.
 
 Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
@@ -113,7 +113,7 @@ mod tests {
         let page = std::fs::read_to_string(path).unwrap_or_default();
         assert!(
             page == document(&tvc_jet::effectors()),
-            "write it again: sitl parameters > docs/parameters.md"
+            "write it again: sitl aircraft parameters > docs/parameters.md"
         );
     }
 

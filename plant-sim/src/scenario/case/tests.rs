@@ -261,7 +261,7 @@ fn a_flight_with_a_controller_refuses_what_only_a_case_has() {
         |text: &str| Scenario::from_toml("my.toml", text, &effectors).unwrap_err().to_string();
     assert_eq!(
         refused(SPHERE_CASE),
-        "my.toml: [checkcase] has no meaning beside an autopilot: `sitl checkcase` flies it"
+        "my.toml: [checkcase] has no meaning beside an autopilot: `sitl study checkcase` flies it"
     );
     let nominal = crate::scenario::NOMINAL;
     assert!(refused(&nominal.replace("seed = 1", "")).contains("missing field `seed`"));

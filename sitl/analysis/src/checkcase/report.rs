@@ -1,10 +1,10 @@
-//! `sitl compare-checkcases`: flies check cases and writes how far they are from other simulators, as a table and a picture.
+//! `sitl study compare-checkcases`: flies check cases and writes how far they are from other simulators, as a table and a picture.
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::file;
+use host_io::folder::Folder;
 use plant_sim::scenario::case::CheckCase;
 
 use super::reference::{Comparison, Deviation, References};
@@ -14,12 +14,12 @@ use crate::runner;
 use crate::table::field;
 
 /// First line of the table, by which this program knows what it may write over.
-const MARK: &str = "<!-- Written by `sitl compare-checkcases`; do not edit. -->";
+const MARK: &str = "<!-- Written by `sitl study compare-checkcases`; do not edit. -->";
 /// First line of the file of all quantities.
 const COLUMNS: &str =
     "case,step_ms,quantity,unit,error,spread,tolerance,error_from_finest,tight_tolerance,passes";
 
-/// Options of `sitl compare-checkcases`.
+/// Options of `sitl study compare-checkcases`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct CompareArgs {
     /// What is flown: scenarios with the table `checkcase` and a reference
@@ -42,6 +42,7 @@ pub struct CompareArgs {
 /// What is wrong with a file, an option or the folder; the cases that are farther away than allowed.
 pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
     let references = References::open(&args.reference)?;
+    let folder = Folder::create(&args.out)?;
     let mut cases = Vec::new();
     for scenario in &args.scenarios {
         for step_ms in &args.step_ms {
@@ -49,23 +50,19 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
             cases.push((scenario.display().to_string(), case));
         }
     }
-    std::fs::create_dir_all(&args.out)
-        .map_err(|error| format!("--out {}: {error}", args.out.display()))?;
     let compared = runner::map_quietly("check cases", &cases, |(name, case)| {
         compare(name, case, &references).map_err(|error| format!("{name}: {error}"))
     });
     let comparisons: Vec<Comparison> = compared.into_iter().collect::<Result<_, _>>()?;
-    let write = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        let path = args.out.join(name);
-        file::write(&path, bytes, beginning)
-            .map_err(|problem| format!("--out: {}: {problem}", path.display()))
-    };
     let table = table(&comparisons);
-    write("checkcases.md", format!("{MARK}\n\n{table}").as_bytes(), MARK.as_bytes())?;
-    write("checkcases.csv", csv(&comparisons).as_bytes(), COLUMNS.as_bytes())?;
+    folder.write_marked(
+        "checkcases.md",
+        MARK.as_bytes(),
+        format!("{MARK}\n\n{table}").as_bytes(),
+    )?;
+    folder.write_marked("checkcases.csv", COLUMNS.as_bytes(), csv(&comparisons).as_bytes())?;
     for (name, bytes) in picture::figure(&comparisons).files()? {
-        let beginning = file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" });
-        write(&name, &bytes, beginning)?;
+        folder.write(&name, &bytes)?;
     }
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());

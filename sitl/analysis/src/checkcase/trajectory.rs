@@ -1,4 +1,4 @@
-//! A trajectory as a table of columns, as `sitl checkcase` and the reference data have it.
+//! A trajectory as a table of columns, as `sitl study checkcase` and the reference data have it.
 
 use std::collections::BTreeMap;
 

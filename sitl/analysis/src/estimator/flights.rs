@@ -10,11 +10,9 @@ use plant_sim::range::check_range;
 use plant_sim::{Plant, Start};
 
 use super::Case;
-use crate::builder::SetupOptions;
 use crate::closed_loop::{FlightSetup, Tick, watch};
-use crate::configuration::{AircraftArgs, Named};
-use crate::false_alarms::StudyError;
-use crate::false_alarms::flights::{draws, entry};
+use crate::false_alarms::flights::entry;
+use crate::study::{Sides, StudyError, StudyOptions, draws};
 
 /// Groups of three states, with the unit in which their error is shown, and its size in SI units.
 pub const GROUPS: [(&str, &str, f64); 6] = [
@@ -75,69 +73,61 @@ fn programme(start: &Start, duration_s: f64, seed: u64) -> String {
     text
 }
 
-/// Aircraft, model and parameters of the study.
-#[derive(Debug, Clone)]
-pub struct Sides {
-    nominal: FlightSetup,
-    /// Length of a flight, s.
-    pub duration_s: f64,
+/// Aircraft and laws of flights of 180 s.
+///
+/// # Errors
+/// [`StudyError`] names file, key, value and range.
+pub fn sides(options: &StudyOptions, mode: CompensatorMode) -> Result<Sides, StudyError> {
+    let sides = options.sides(mode)?.lasting(FLIGHT_S);
+    let duration_s = sides.nominal().duration.as_seconds();
+    check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS).map_err(
+        |error| plant_sim::ConfigError::Range {
+            file: "the study".to_owned(),
+            source: Box::new(error),
+        },
+    )?;
+    Ok(sides)
 }
 
-impl Sides {
-    /// Of a command line.
-    ///
-    /// # Errors
-    /// [`StudyError`] names file, key, value and range.
-    pub fn of(args: &AircraftArgs) -> Result<Self, StudyError> {
-        let options = SetupOptions { aircraft: args.clone(), ..SetupOptions::default() };
-        let builder = options.builder()?.lasting(FLIGHT_S);
-        let mut nominal = builder.setup(&Named::scenario("nominal")?, &[])?;
-        nominal.parameters.gains.selection.compensator = CompensatorMode::Off;
-        let duration_s = nominal.duration.as_seconds();
-        check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS)
-            .map_err(|error| plant_sim::ConfigError::Range {
-                file: "the study".to_owned(),
-                source: Box::new(error),
-            })?;
-        Ok(Self { nominal, duration_s })
-    }
+/// The setup of a flight.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn setup(
+    sides: &Sides,
+    case: &Case,
+    turbulence_m_s: f64,
+    seed: u64,
+) -> Result<FlightSetup, StudyError> {
+    let mut setup = case.equip(sides);
+    let plant = &mut setup.plant;
+    let mut between = draws(seed, *b"--------two-step sitl--5");
+    let wind_max = WIND_MAX_M_S.min(WIND_MAX_PART * setup.model.trim.airspeed_m_s);
+    plant.wind.speed_m_s = between(0.0, wind_max);
+    plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
+    plant.wind.turbulence_m_s = turbulence_m_s;
+    plant.seed = seed;
+    let programme = programme(&plant.start, setup.duration.as_seconds(), seed);
+    setup.references = autopilot::config::references("the study", &programme)?;
+    Ok(setup)
+}
 
-    /// The setup of a flight.
-    ///
-    /// # Errors
-    /// [`StudyError`] if it cannot be flown.
-    pub fn setup(
-        &self,
-        case: &Case,
-        turbulence_m_s: f64,
-        seed: u64,
-    ) -> Result<FlightSetup, StudyError> {
-        let mut setup = self.nominal.clone();
-        let plant = &mut setup.plant;
-        let mut between = draws(seed, *b"--------two-step sitl--5");
-        let wind_max = WIND_MAX_M_S.min(WIND_MAX_PART * setup.model.trim.airspeed_m_s);
-        plant.wind.speed_m_s = between(0.0, wind_max);
-        plant.wind.towards_rad = between(0.0, core::f64::consts::TAU);
-        plant.wind.turbulence_m_s = turbulence_m_s;
-        plant.seed = seed;
-        case.equip(&mut plant.sensors, &mut setup.parameters);
-        let programme = programme(&plant.start, self.duration_s, seed);
-        setup.references = autopilot::config::references("the study", &programme)?;
-        Ok(setup)
-    }
-
-    /// Flies and judges.
-    ///
-    /// # Errors
-    /// [`StudyError`] if it cannot be flown.
-    pub fn fly(&self, case: &Case, turbulence_m_s: f64, seed: u64) -> Result<Flown, StudyError> {
-        let setup = self.setup(case, turbulence_m_s, seed)?;
-        let mut judge = Judge { flown: Flown::default() };
-        let end = watch(&setup, |tick| judge.tick(tick))?;
-        let mut flown = judge.flown;
-        flown.lost = end.on_ground;
-        Ok(flown)
-    }
+/// Flies and judges.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be flown.
+pub fn fly(
+    sides: &Sides,
+    case: &Case,
+    turbulence_m_s: f64,
+    seed: u64,
+) -> Result<Flown, StudyError> {
+    let setup = setup(sides, case, turbulence_m_s, seed)?;
+    let mut judge = Judge { flown: Flown::default() };
+    let end = watch(&setup, |tick| judge.tick(tick))?;
+    let mut flown = judge.flown;
+    flown.lost = end.on_ground;
+    Ok(flown)
 }
 
 struct Judge {

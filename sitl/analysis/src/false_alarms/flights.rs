@@ -1,24 +1,22 @@
 //! Healthy flights in turbulence: half of the time straight and level, half in turns, climbs and speed changes. And flights
 //! with faults in the same air: how long the detectors take to notice them.
 
+use std::borrow::Cow;
 use std::fmt::{self, Write as _};
 
 use autopilot::config;
-use flight_control::{CompensatorMode, StepLog};
+use flight_control::StepLog;
 use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::{Effector, SimTime, tvc_jet};
 use nalgebra::Vector3;
-use plant_sim::{Airframe, GradeName, ScheduledFault, SensorSettings};
-use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use plant_sim::{Airframe, GradeName, ScheduledFault};
 
+use super::Options;
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
-use super::{Options, StudyError};
-use crate::builder::{SetupBuilder, SetupOptions, fitted};
 use crate::closed_loop::{FlightSetup, fly};
-use crate::configuration::Named;
 use crate::metrics::DEG;
 use crate::runner;
+use crate::study::{Scale, Sides, StudyError, draws};
 
 /// Length of a flight, s.
 pub const FLIGHT_S: f64 = 600.0;
@@ -48,18 +46,27 @@ pub const CONDITIONS: [Condition; 5] = [
     Condition { altitude_m: 5_000.0, airspeed_m_s: 300.0 },
 ];
 
+/// These, or else those of the jet of the paper at the scale of another aircraft.
+pub fn conditions(own: &[Condition], scale: &Scale) -> Vec<Condition> {
+    let scaled = |condition: &Condition| Condition {
+        altitude_m: condition.altitude_m * scale.altitude,
+        airspeed_m_s: condition.airspeed_m_s * scale.airspeed,
+    };
+    if own.is_empty() { CONDITIONS.iter().map(scaled).collect() } else { own.to_vec() }
+}
+
 impl Condition {
     /// Parser of `AIRSPEED@ALTITUDE`, m/s and m.
     ///
     /// # Errors
     /// The form and the ranges.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let problem = "expected AIRSPEED@ALTITUDE, such as 264@5000: 50 to 400 m/s, 100 to 15000 m";
+        let problem = "expected AIRSPEED@ALTITUDE, such as 264@5000: 10 to 400 m/s, 20 to 15000 m";
         let numbers = text.split_once('@').and_then(|(airspeed, altitude)| {
             Some((airspeed.parse::<f64>().ok()?, altitude.parse::<f64>().ok()?))
         });
         let possible = numbers.filter(|(airspeed, altitude)| {
-            (50.0..=400.0).contains(airspeed) && (100.0..=15_000.0).contains(altitude)
+            (10.0..=400.0).contains(airspeed) && (20.0..=15_000.0).contains(altitude)
         });
         let (airspeed_m_s, altitude_m) = possible.ok_or(problem)?;
         Ok(Self { altitude_m, airspeed_m_s })
@@ -154,26 +161,21 @@ impl Watched {
 /// [`StudyError`] if a shipped file is not what it should be.
 pub fn setup(
     air: &Air,
-    airframe: &Airframe,
+    sides: &Sides,
     condition: &Condition,
     seed: u64,
     references: &str,
     duration_s: f64,
 ) -> Result<FlightSetup, StudyError> {
-    let model = config::model("tvc_jet.toml", config::DEFAULT_MODEL)?;
-    let builder = SetupBuilder::of(airframe.clone(), model, SetupOptions::default());
-    let mut setup = builder.setup(&Named::scenario("nominal")?, &[])?;
+    let mut setup = sides.with_sensors(air.grade);
     let plant = &mut setup.plant;
     plant.start.altitude_m = condition.altitude_m;
     plant.start.airspeed_m_s = condition.airspeed_m_s;
     plant.wind.turbulence_m_s = air.turbulence_m_s;
-    plant.sensors = SensorSettings::of_grade(air.grade);
     if air.grade == GradeName::Ideal {
         plant.sensors.gyro_noise_rad_s = air.gyro_noise_deg_s.to_radians();
     }
     plant.seed = seed;
-    setup.parameters = fitted(model.defaults, &plant.sensors);
-    setup.parameters.gains.selection.compensator = CompensatorMode::Off;
     setup.references = config::references("the study", references)?;
     setup.duration = SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO);
     Ok(setup)
@@ -181,7 +183,7 @@ pub fn setup(
 
 /// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long; or none of them.
 #[must_use]
-pub fn programme(condition: &Condition, seed: u64, is_straight: bool) -> String {
+pub fn programme(condition: &Condition, scale: &Scale, seed: u64, is_straight: bool) -> String {
     let Condition { altitude_m, airspeed_m_s } = *condition;
     let mut between = draws(seed, *b"--------two-step sitl--2");
     let mut text = entry(0.0, 0.0, altitude_m, airspeed_m_s);
@@ -190,8 +192,8 @@ pub fn programme(condition: &Condition, seed: u64, is_straight: bool) -> String 
     while at_s < FLIGHT_S && !is_straight {
         let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
         let roll_deg = side * between(10.0, 30.0);
-        let climb = altitude_m + between(-400.0, 400.0);
-        let speed = airspeed_m_s + between(-15.0, 15.0);
+        let climb = altitude_m + scale.altitude * between(-400.0, 400.0);
+        let speed = airspeed_m_s + scale.airspeed * between(-15.0, 15.0);
         // A turn, a climb or descent, a change of speed, or a climbing turn.
         let kind = between(0.0, 4.0);
         let turns = !(1.0..3.0).contains(&kind);
@@ -205,18 +207,6 @@ pub fn programme(condition: &Condition, seed: u64, is_straight: bool) -> String 
         at_s += 2.0 * PART_S;
     }
     text
-}
-
-/// Numbers between two limits, drawn from the stream of this seed and name.
-pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
-    let mut key = [0; 32];
-    key[..8].copy_from_slice(&seed.to_le_bytes());
-    key[8..].copy_from_slice(&name);
-    let mut generator = ChaCha8Rng::from_seed(key);
-    move |low, high| {
-        let unit = f64::from(generator.next_u32()) / (f64::from(u32::MAX) + 1.0);
-        low + (high - low) * unit
-    }
 }
 
 /// References from a time on, as a table of a scenario.
@@ -287,10 +277,10 @@ pub const SEEDS: u64 = 5;
 const ROLL_DEG: f64 = 15.0;
 
 /// A fault and the flight in which it comes.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// For people.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// What breaks.
     pub effector: Effector,
     /// How.
@@ -301,41 +291,59 @@ pub struct Fault {
     pub roll_deg: f64,
 }
 
-const fn stuck(name: &'static str, effector: Effector, deg: f64) -> Fault {
+fn stuck(name: &'static str, effector: Effector, deg: f64) -> Fault {
     let angle_rad = deg * DEG;
     let kind = FaultKind::StuckAt { angle_rad, travel: Travel::Jump };
-    Fault { name, effector, kind, climb_m: 0.0, roll_deg: 0.0 }
+    Fault { name: Cow::Borrowed(name), effector, kind, climb_m: 0.0, roll_deg: 0.0 }
+}
+
+/// Faults of an aircraft: of the jet those below, of another one each surface and nozzle jammed at half and a quarter of its travel.
+pub fn faults(airframe: &Airframe) -> Vec<Fault> {
+    let list = &airframe.effectors;
+    if *list == tvc_jet::effectors() {
+        return of_the_jet().into();
+    }
+    let of = |effector: Effector| {
+        let servo = &airframe.servos[effector];
+        [0.5 * servo.max, 0.25 * servo.min].map(|angle_rad| {
+            let name = format!("{} at {:+.1} deg", list.name(effector), angle_rad / DEG);
+            Fault { name: name.into(), ..stuck("", effector, angle_rad / DEG) }
+        })
+    };
+    list.all().filter(|effector| list.is_angle(*effector)).flat_map(of).collect()
 }
 
 /// The paper's two faults first, then smaller and other ones.
-pub const FAULTS: [Fault; 14] = [
-    Fault {
-        climb_m: 1_000.0,
-        ..stuck("case 1: left elevator at +30 deg, in a climb", tvc_jet::LEFT_ELEVATOR, 30.0)
-    },
-    Fault {
-        roll_deg: ROLL_DEG,
-        ..stuck("case 2: rudder at +7 deg, in a turn", tvc_jet::RUDDER, 7.0)
-    },
-    stuck("left elevator at -30 deg", tvc_jet::LEFT_ELEVATOR, -30.0),
-    stuck("left elevator at +15 deg", tvc_jet::LEFT_ELEVATOR, 15.0),
-    stuck("left elevator at +8 deg", tvc_jet::LEFT_ELEVATOR, 8.0),
-    stuck("right elevator at -8 deg", tvc_jet::RIGHT_ELEVATOR, -8.0),
-    stuck("rudder at +20 deg", tvc_jet::RUDDER, 20.0),
-    stuck("rudder at +3 deg", tvc_jet::RUDDER, 3.0),
-    stuck("rudder at -3 deg", tvc_jet::RUDDER, -3.0),
-    stuck("right aileron at +25 deg", tvc_jet::RIGHT_AILERON, 25.0),
-    stuck("right aileron at +12 deg", tvc_jet::RIGHT_AILERON, 12.0),
-    stuck("nozzle in pitch at +15 deg", tvc_jet::NOZZLE_PITCH, 15.0),
-    Fault {
-        kind: FaultKind::HardOver { side: Side::Negative },
-        ..stuck("rudder hard over, by its rate", tvc_jet::RUDDER, 0.0)
-    },
-    Fault {
-        kind: FaultKind::Oscillating { amplitude: 8.0 * DEG, frequency_hz: 1.0 },
-        ..stuck("right elevator oscillates, 8 deg at 1 Hz", tvc_jet::RIGHT_ELEVATOR, 0.0)
-    },
-];
+fn of_the_jet() -> [Fault; 14] {
+    [
+        Fault {
+            climb_m: 1_000.0,
+            ..stuck("case 1: left elevator at +30 deg, in a climb", tvc_jet::LEFT_ELEVATOR, 30.0)
+        },
+        Fault {
+            roll_deg: ROLL_DEG,
+            ..stuck("case 2: rudder at +7 deg, in a turn", tvc_jet::RUDDER, 7.0)
+        },
+        stuck("left elevator at -30 deg", tvc_jet::LEFT_ELEVATOR, -30.0),
+        stuck("left elevator at +15 deg", tvc_jet::LEFT_ELEVATOR, 15.0),
+        stuck("left elevator at +8 deg", tvc_jet::LEFT_ELEVATOR, 8.0),
+        stuck("right elevator at -8 deg", tvc_jet::RIGHT_ELEVATOR, -8.0),
+        stuck("rudder at +20 deg", tvc_jet::RUDDER, 20.0),
+        stuck("rudder at +3 deg", tvc_jet::RUDDER, 3.0),
+        stuck("rudder at -3 deg", tvc_jet::RUDDER, -3.0),
+        stuck("right aileron at +25 deg", tvc_jet::RIGHT_AILERON, 25.0),
+        stuck("right aileron at +12 deg", tvc_jet::RIGHT_AILERON, 12.0),
+        stuck("nozzle in pitch at +15 deg", tvc_jet::NOZZLE_PITCH, 15.0),
+        Fault {
+            kind: FaultKind::HardOver { side: Side::Negative },
+            ..stuck("rudder hard over, by its rate", tvc_jet::RUDDER, 0.0)
+        },
+        Fault {
+            kind: FaultKind::Oscillating { amplitude: 8.0 * DEG, frequency_hz: 1.0 },
+            ..stuck("right elevator oscillates, 8 deg at 1 Hz", tvc_jet::RIGHT_ELEVATOR, 0.0)
+        },
+    ]
+}
 
 /// Delays of the detectors for one fault.
 #[derive(Debug, Clone, PartialEq)]
@@ -355,20 +363,18 @@ pub struct Delays {
 pub fn measure_delays(
     options: &Options,
     grade: GradeName,
-    airframe: &Airframe,
+    sides: &Sides,
 ) -> Result<Vec<Delays>, StudyError> {
-    let items: Vec<(Fault, u64)> =
-        FAULTS.iter().flat_map(|fault| (0..SEEDS).map(|seed| (*fault, seed))).collect();
-    let one = |(fault, number): &(Fault, u64)| {
-        noticed(&options.air(grade), airframe, fault, options.seed.wrapping_add(*number))
+    let faults = faults(sides.airframe());
+    let items: Vec<(&Fault, u64)> =
+        faults.iter().flat_map(|fault| (0..SEEDS).map(move |seed| (fault, seed))).collect();
+    let one = |(fault, number): &(&Fault, u64)| {
+        noticed(&options.air(grade), sides, fault, options.seed.wrapping_add(*number))
     };
     let flights = runner::map("faults", &items, one).into_iter().collect::<Result<Vec<_>, _>>()?;
     let per_fault = flights.chunks(usize::try_from(SEEDS).unwrap_or(1));
-    Ok(FAULTS
-        .into_iter()
-        .zip(per_fault)
-        .map(|(fault, flights)| Delays::of(fault, flights))
-        .collect())
+    let all = faults.iter().zip(per_fault);
+    Ok(all.map(|(fault, flights)| Delays::of(fault.clone(), flights)).collect())
 }
 
 impl Delays {
@@ -389,11 +395,12 @@ impl Delays {
 /// Time from the fault until each detector wakes, s. A false alarm before does not count.
 fn noticed(
     air: &Air,
-    airframe: &Airframe,
+    sides: &Sides,
     fault: &Fault,
     seed: u64,
 ) -> Result<Box<PerDetector<f64>>, StudyError> {
-    let [_, design, ..] = CONDITIONS;
+    let start = &sides.airframe().design_point;
+    let design = Condition { altitude_m: start.altitude_m, airspeed_m_s: start.airspeed_m_s };
     let Condition { altitude_m, airspeed_m_s } = design;
     let references = format!(
         "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = {altitude_m:?}\nairspeed_m_s = {airspeed_m_s:?}\n\
@@ -402,7 +409,7 @@ fn noticed(
         fault.roll_deg,
     );
     let duration_s = FAULT_S + WAITED_S;
-    let mut setup = setup(air, airframe, &design, seed, &references, duration_s)?;
+    let mut setup = setup(air, sides, &design, seed, &references, duration_s)?;
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);
     let (effector, kind, timing) = (fault.effector, fault.kind, Timing::at(onset));
     setup.plant.faults = vec![ScheduledFault { target: effector.into(), kind, timing }];
@@ -423,10 +430,12 @@ fn noticed(
 mod tests {
     use super::*;
 
+    const ONE: Scale = Scale { airspeed: 1.0, altitude: 1.0 };
+
     #[test]
     fn half_of_a_programme_is_manoeuvres_and_every_one_can_be_flown() {
         for (seed, condition) in (0..30).zip(CONDITIONS.iter().cycle()) {
-            let text = programme(condition, seed, false);
+            let text = programme(condition, &ONE, seed, false);
             let schedule = config::references("the study", &text).unwrap();
             let entries: Vec<_> = (0..).map_while(|index| schedule.entry(index)).collect();
             // One at the start, two for each of ten manoeuvres.
@@ -445,7 +454,7 @@ mod tests {
 
     #[test]
     fn programmes_repeat_with_their_seed_and_differ_without() {
-        let of = |seed| programme(&CONDITIONS[0], seed, false);
+        let of = |seed| programme(&CONDITIONS[0], &ONE, seed, false);
         assert_eq!(of(3), of(3));
         assert_ne!(of(3), of(4));
     }

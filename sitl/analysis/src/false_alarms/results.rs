@@ -7,7 +7,7 @@ use maud::{PreEscaped, html};
 use plant_sim::GradeName;
 
 use super::detectors::{KINDS, SCALES, scale};
-use super::flights::{FAULTS, SEEDS, WAITED_S, Watched};
+use super::flights::{Condition, SEEDS, WAITED_S, Watched};
 use super::{ALLOWED_PER_H, GradeStudy, Options, Shipped, bound_per_h, of_kind};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Rule, Shape, Symbol};
@@ -15,9 +15,9 @@ use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::page;
 
 /// One row a detector: alarms at each flight condition and together, with the bound.
-pub fn alarms_csv(options: &Options, study: &[GradeStudy]) -> String {
+pub fn alarms_csv(at: &[Condition], study: &[GradeStudy]) -> String {
     let mut text = String::from("sensors,lag_s,dwell_s,level");
-    for condition in &options.conditions {
+    for condition in at {
         // Writing to a string cannot fail, here and below.
         let _ = write!(text, ",alarms_{condition}");
     }
@@ -67,11 +67,11 @@ pub fn delays_csv(study: &[GradeStudy]) -> String {
 }
 
 /// What matters, in Markdown.
-pub fn summary(options: &Options, study: &[GradeStudy]) -> String {
-    study.iter().map(|of_grade| summary_of(options, of_grade)).collect::<Vec<_>>().join("\n")
+pub fn summary(options: &Options, at: &[Condition], study: &[GradeStudy]) -> String {
+    study.iter().map(|of_grade| summary_of(options, at, of_grade)).collect::<Vec<_>>().join("\n")
 }
 
-fn summary_of(options: &Options, study: &GradeStudy) -> String {
+fn summary_of(options: &Options, at: &[Condition], study: &GradeStudy) -> String {
     let Shipped { kind, index } = Shipped::find();
     let all = study.healthy();
     let hours = all.seconds / 3_600.0;
@@ -95,7 +95,7 @@ fn summary_of(options: &Options, study: &GradeStudy) -> String {
         all.lost,
     );
     text += "| flight condition | hours | alarms | rms of z2 over its level: roll, pitch, yaw | largest |\n|---|---|---|---|---|\n";
-    for (condition, at) in options.conditions.iter().zip(&study.conditions) {
+    for (condition, at) in at.iter().zip(&study.conditions) {
         let (rms, largest) = (at.rms(), at.largest);
         let _ = writeln!(
             text,
@@ -117,12 +117,17 @@ fn summary_of(options: &Options, study: &GradeStudy) -> String {
         text,
         "\n| fault, median of {SEEDS} flights in the same air | delay, s | longest |\n|---|---|---|"
     );
-    for (delays, fault) in study.delays.iter().zip(FAULTS) {
+    for delays in &study.delays {
         let seconds =
             |s: f64| if s.is_finite() { format!("{s:.3}") } else { format!("over {WAITED_S}") };
         let (median_s, longest_s) = (delays.median_s[kind][index], delays.longest_s[kind][index]);
-        let _ =
-            writeln!(text, "| {} | {} | {} |", fault.name, seconds(median_s), seconds(longest_s));
+        let _ = writeln!(
+            text,
+            "| {} | {} | {} |",
+            delays.fault.name,
+            seconds(median_s),
+            seconds(longest_s)
+        );
     }
     text
 }
@@ -131,7 +136,7 @@ fn summary_of(options: &Options, study: &GradeStudy) -> String {
 fn lowest_levels(study: &GradeStudy) -> String {
     let all = study.healthy();
     let mut text = String::from(
-        "\n| lag, s | dwell, s | lowest level for the bound | alarms | delay of case 1, s | delay of case 2, s | faults noticed |\n\
+        "\n| lag, s | dwell, s | lowest level for the bound | alarms | delay of the first fault, s | of the second, s | faults noticed |\n\
          |---|---|---|---|---|---|---|\n",
     );
     for kind in 0..KINDS {
@@ -159,14 +164,14 @@ fn lowest_levels(study: &GradeStudy) -> String {
 }
 
 /// One page that opens without a network.
-pub fn page(options: &Options, study: &[GradeStudy], figure: &Figure) -> String {
+pub fn page(options: &Options, at: &[Condition], study: &[GradeStudy], figure: &Figure) -> String {
     let body = html! {
         h1 { "False alarms and detection delay" }
         figure {
             (PreEscaped(&figure.svg))
             figcaption { (figure.caption) }
         }
-        pre { (summary(options, study)) }
+        pre { (summary(options, at, study)) }
     };
     page::page("False alarms", "", &body)
 }
@@ -177,12 +182,8 @@ const DRAWN: [Ink; GradeName::ALL.len()] = [
     Ink::new("#007d37", Pattern::Dashed),
     Ink::new("#c81e1e", Pattern::Dotted).wide(2.5),
 ];
-/// The paper's faults and the two weakest that are noticed, by their place in the list of faults.
-const DRAWN_FAULTS: [(usize, &str); 3] = [
-    (0, "(b) Case 1, left elevator at +30 deg"),
-    (1, "(c) Case 2, rudder at +7 deg"),
-    (7, "(d) Rudder at +3 deg"),
-];
+/// The faults of the panels, by their place in the list: of the jet the paper's two, and the rudder at 3 deg.
+const DRAWN_FAULTS: [(usize, char); 3] = [(0, 'b'), (1, 'c'), (7, 'd')];
 /// Rates of the axis, powers of ten an hour.
 const RATES: (f64, f64) = (-2.0, 3.0);
 /// Delays of the axis, s.
@@ -212,14 +213,15 @@ pub fn figure(study: &[GradeStudy]) -> Figure {
             ..Panel::default()
         }
     };
-    let delays = DRAWN_FAULTS.map(|(fault, title)| {
+    let delays = DRAWN_FAULTS.map(|(fault, letter)| {
+        let name = study.first().and_then(|of| of.delays.get(fault)).map_or("", |d| &d.fault.name);
         // Beyond the axis a curve ends; a fault that was not flown has none.
         let at = |place: usize, index: usize| {
             let delay_s = study[place].delays.get(fault)?.median_s[kind][index];
             (delay_s <= DELAY_MAX_S).then(|| (rates[place][index], delay_s))
         };
         Panel {
-            title: title.to_owned(),
+            title: format!("({letter}) {name}"),
             x_label: "log10 of false alarms an hour",
             y_label: "delay, s",
             x: RATES,

@@ -1,13 +1,13 @@
-//! `sitl jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
+//! `sitl study jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
 
 use std::error::Error;
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
 use flight_control::CompensatorMode;
-use host_io::file;
+use host_io::file::{self, FileProblem};
 use icd::EffectorKind;
 use plant_sim::Airframe;
 
@@ -26,9 +26,9 @@ const PARTS: [f64; 6] = [-1.0, -0.5, -0.25, 0.25, 0.5, 1.0];
 /// When they are jammed, s.
 const ONSET_S: f64 = 1.0;
 /// First line of a table, by which this program knows what it may write over.
-const MARK: &str = "<!-- Written by `sitl jams`; do not edit. -->";
+const MARK: &str = "<!-- Written by `sitl study jams`; do not edit. -->";
 
-/// Options of `sitl jams`.
+/// Options of `sitl study jams`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct JamsArgs {
     /// Aircraft and settings.
@@ -70,6 +70,10 @@ struct Jam {
 /// # Errors
 /// What is wrong with files, options or the place of the table.
 pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
+    let failed = |path: &Path, problem: FileProblem| format!("--out {}: {problem}", path.display());
+    if let Some(path) = &args.out {
+        file::can_write(path, MARK.as_bytes()).map_err(|problem| failed(path, problem))?;
+    }
     let builder = args.options().builder()?;
     let airframe = &builder.airframe;
     let start = &airframe.design_point;
@@ -106,8 +110,7 @@ pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
         print_text!("{text}");
         return Ok(());
     };
-    file::write(path, text.as_bytes(), MARK.as_bytes())
-        .map_err(|problem| format!("--out {}: {problem}", path.display()))?;
+    file::write(path, text.as_bytes(), MARK.as_bytes()).map_err(|problem| failed(path, problem))?;
     print_line!("wrote {}", path.display());
     Ok(())
 }

@@ -24,7 +24,7 @@ use crate::table::{self, Columns};
 #[derive(Default)]
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
-    pub(super) table: Option<&'a mut super::outcome::Output>,
+    pub(super) table: Option<&'a mut host_io::folder::Output>,
     /// The flight log.
     pub(super) log: Option<FlightLog>,
     /// Counts the seconds of simulation time.

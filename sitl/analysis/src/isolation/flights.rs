@@ -1,21 +1,21 @@
 //! The flights of the study: faults drawn for each class, and healthy flights.
 
+use core::ops::ControlFlow;
 use std::fmt::Write as _;
 
 use autopilot::event::EventKind;
-use flight_control::CompensatorMode;
 use flight_control::isolation::Verdict;
 use icd::{Effector, EffectorList};
 use plant_sim::{Airframe, Scenario};
 
 use super::{Options, VARIANTS, Variant};
-use crate::closed_loop::{FlightSetup, Observation, fly_while};
-use crate::false_alarms::StudyError;
+use crate::closed_loop::{self, FlightSetup};
 use crate::false_alarms::flights::{
-    CONDITIONS, Condition, FLIGHT_S, SETTLED_S, draws, entry, programme, setup,
+    Condition, FLIGHT_S, SETTLED_S, conditions, entry, programme, setup,
 };
 use crate::metrics::DEG;
 use crate::runner;
+use crate::study::{Sides, StudyError, draws};
 
 /// The first fault may begin at this time, s: the turbulence has built up.
 const ONSET_S: f64 = 15.0;
@@ -189,7 +189,6 @@ pub(super) fn references(
 
 fn select(mut setup: FlightSetup, variant: &Variant) -> FlightSetup {
     let selection = &mut setup.parameters.gains.selection;
-    selection.compensator = CompensatorMode::Armed;
     (selection.allocation, selection.isolation) = (variant.allocation, variant.isolation);
     setup
 }
@@ -200,16 +199,17 @@ fn select(mut setup: FlightSetup, variant: &Variant) -> FlightSetup {
 /// [`StudyError`] if one cannot be flown.
 pub fn fly_faults(
     options: &Options,
-    airframe: &Airframe,
+    sides: &Sides,
     classes: &Classes,
 ) -> Result<[Vec<Outcome>; VARIANTS.len()], StudyError> {
     let numbers = (0..classes.all.len())
         .flat_map(|class| (0..u64::from(options.flights)).map(move |flight| (class, flight)));
     let seeds = (0_u64..).map(|number| options.seed.wrapping_add(number));
     let items: Vec<((usize, u64), u64)> = numbers.zip(seeds).collect();
+    let at = conditions(&[], &sides.scale());
     let one = |((class, flight), seed): &((usize, u64), u64)| {
-        let condition = &CONDITIONS[usize::try_from(flight % 3).unwrap_or(0)];
-        fly_fault(options, airframe, classes, *class, condition, *seed)
+        let condition = &at[usize::try_from(flight % 3).unwrap_or(0)];
+        fly_fault(options, sides, classes, *class, condition, *seed)
     };
     let flown = runner::map("flights with a fault", &items, one);
     let mut outcomes: [Vec<Outcome>; VARIANTS.len()] = Default::default();
@@ -224,7 +224,7 @@ pub fn fly_faults(
 /// One fault with each law.
 fn fly_fault(
     options: &Options,
-    airframe: &Airframe,
+    sides: &Sides,
     classes: &Classes,
     class: usize,
     condition: &Condition,
@@ -233,12 +233,13 @@ fn fly_fault(
     let mut between = draws(seed, *b"-----two-step isolation-");
     let onset_s = (between(ONSET_S, ONSET_S + 5.0) * 1.0e3).round() / 1.0e3;
     let broken = classes.all[class];
-    let (tables, line) = fault(classes, airframe, &broken, onset_s, &mut between);
+    let (tables, line) = fault(classes, sides.airframe(), &broken, onset_s, &mut between);
     let references = references(condition, onset_s, &mut between);
     let duration_s = onset_s + AFTER_S;
-    let mut setup = setup(&options.air(), airframe, condition, seed, &references, duration_s)?;
+    let mut setup = setup(&options.air(), sides, condition, seed, &references, duration_s)?;
     let text = format!("[plant]\nseed = {seed}\n{tables}");
-    setup.plant.faults = Scenario::from_toml("the study", &text, &airframe.effectors)?.plant.faults;
+    setup.plant.faults =
+        Scenario::from_toml("the study", &text, &sides.airframe().effectors)?.plant.faults;
     let start = Outcome::of(class, seed, line);
     fly_each(&setup, &VARIANTS, broken.effectors, onset_s, &start)
 }
@@ -255,19 +256,19 @@ pub(super) fn fly_each<const N: usize>(
     for (variant, outcome) in variants.iter().zip(&mut flown) {
         let setup = select(setup.clone(), variant);
         let limits = setup.plant.airframe.limits;
-        let mut sink = |observation: &Observation| {
-            let Observation { truth, snapshot, events, .. } = observation;
+        let _ = closed_loop::watch(&setup, |tick| {
+            let truth = tick.plant.truth();
             let after_s = truth.time.as_seconds() - onset_s;
-            outcome.verdict = snapshot.log.isolation.verdict;
-            if limits.are_exceeded(&(*truth).into()) {
+            outcome.verdict = tick.log.isolation.verdict;
+            if limits.are_exceeded(&truth.into()) {
                 outcome.lost_s = Some(after_s);
-                return false;
+                return ControlFlow::Break(());
             }
             if after_s >= 0.0 {
-                if snapshot.log.compensator_active {
+                if tick.log.compensator_active {
                     outcome.detected_s.get_or_insert(after_s);
                 }
-                for event in *events {
+                for event in tick.events {
                     let EventKind::Isolated(verdict) = event.kind else { continue };
                     outcome.named_s.get_or_insert(after_s);
                     match verdict.effectors == broken {
@@ -276,9 +277,8 @@ pub(super) fn fly_each<const N: usize>(
                     }
                 }
             }
-            true
-        };
-        fly_while(&setup, &[], &mut sink)?;
+            ControlFlow::Continue(())
+        })?;
     }
     Ok(flown)
 }
@@ -289,7 +289,7 @@ pub(super) fn fly_each<const N: usize>(
 /// [`StudyError`] if one cannot be flown.
 pub fn fly_healthy(
     options: &Options,
-    airframe: &Airframe,
+    sides: &Sides,
 ) -> Result<[Healthy; VARIANTS.len()], StudyError> {
     let each = (options.hours * 3_600.0 / (FLIGHT_S - SETTLED_S)).ceil().max(1.0);
     #[expect(
@@ -300,12 +300,13 @@ pub fn fly_healthy(
     let flights = each as u64;
     let numbers = (0..flights).flat_map(|flight| (0..VARIANTS.len()).map(move |law| (flight, law)));
     let items: Vec<(u64, usize)> = numbers.collect();
+    let at = conditions(&[], &sides.scale());
     let one = |(flight, law): &(u64, usize)| {
-        let condition = &CONDITIONS[usize::try_from(flight % 3).unwrap_or(0)];
+        let condition = &at[usize::try_from(flight % 3).unwrap_or(0)];
         // Other air than that of the faults.
         let seed = options.seed.wrapping_add(1 << 32).wrapping_add(*flight);
-        let references = programme(condition, seed, false);
-        let setup = setup(&options.air(), airframe, condition, seed, &references, FLIGHT_S)?;
+        let references = programme(condition, &sides.scale(), seed, false);
+        let setup = setup(&options.air(), sides, condition, seed, &references, FLIGHT_S)?;
         watch(&select(setup, &VARIANTS[*law]))
     };
     let results = runner::map("healthy flights of 10 minutes", &items, one);
@@ -324,21 +325,20 @@ fn watch(setup: &FlightSetup) -> Result<Healthy, StudyError> {
     let mut healthy = Healthy::default();
     let limits = setup.plant.airframe.limits;
     let (h, mut active) = (setup.plant.period.as_seconds(), false);
-    let mut sink = |observation: &Observation| {
-        let Observation { truth, snapshot, events, .. } = observation;
-        if limits.are_exceeded(&(*truth).into()) {
+    let _ = closed_loop::watch(setup, |tick| {
+        let truth = tick.plant.truth();
+        if limits.are_exceeded(&truth.into()) {
             healthy.lost = 1;
-            return false;
+            return ControlFlow::Break(());
         }
         if truth.time.as_seconds() >= SETTLED_S {
             healthy.seconds += h;
-            healthy.woken += u32::from(snapshot.log.compensator_active && !active);
-            let named = events.iter().filter(|e| matches!(e.kind, EventKind::Isolated(_)));
+            healthy.woken += u32::from(tick.log.compensator_active && !active);
+            let named = tick.events.iter().filter(|e| matches!(e.kind, EventKind::Isolated(_)));
             healthy.named += u32::try_from(named.count()).unwrap_or(u32::MAX);
         }
-        active = snapshot.log.compensator_active;
-        true
-    };
-    fly_while(setup, &[], &mut sink)?;
+        active = tick.log.compensator_active;
+        ControlFlow::Continue(())
+    })?;
     Ok(healthy)
 }

@@ -2,15 +2,16 @@
 
 use std::fmt::Write as _;
 
+use flight_control::CompensatorMode;
 use icd::{Effector, EffectorList};
-use plant_sim::{Airframe, GradeName, Scenario};
+use plant_sim::{GradeName, Scenario};
 
 use super::flights::{Outcome, fly_each, references};
 use super::{Options, VARIANTS, Variant};
-use crate::false_alarms::StudyError;
-use crate::false_alarms::flights::{Air, CONDITIONS, draws, setup};
+use crate::false_alarms::flights::{Air, conditions, setup};
 use crate::metrics::DEG;
 use crate::runner;
+use crate::study::{Sides, StudyError, draws};
 
 /// The law beyond the paper, without and with the use of the verdict.
 pub const COMPARED: [Variant; 2] = [VARIANTS[1], VARIANTS[2]];
@@ -39,20 +40,18 @@ fn of_two(list: &EffectorList) -> Vec<[Effector; 2]> {
 ///
 /// # Errors
 /// [`StudyError`] if one cannot be flown.
-pub fn fly(
-    options: &Options,
-    airframe: &Airframe,
-) -> Result<Vec<[Outcome; COMPARED.len()]>, StudyError> {
-    let paper = Airframe::paper();
-    let airframes = if options.airframe.is_none() { [airframe, &paper] } else { [airframe; 2] };
+pub fn fly(options: &Options, sides: &Sides) -> Result<Vec<[Outcome; COMPARED.len()]>, StudyError> {
+    let paper = options.study.sides(CompensatorMode::Armed)?;
+    let is_given = options.study.flight.aircraft.airframe.is_some();
+    let both = if is_given { [sides; 2] } else { [sides, &paper] };
     let numbers: Vec<u32> = (0..options.pairs).collect();
-    let one = |number: &u32| fly_pair(options, airframes, *number);
+    let one = |number: &u32| fly_pair(options, both, *number);
     runner::map("pairs of jams", &numbers, one).into_iter().collect()
 }
 
 fn fly_pair(
     options: &Options,
-    airframes: [&Airframe; 2],
+    both: [&Sides; 2],
     number: u32,
 ) -> Result<[Outcome; COMPARED.len()], StudyError> {
     // Other air than that of the other flights.
@@ -60,13 +59,15 @@ fn fly_pair(
     let mut between = draws(seed, *b"------two-step iso pairs");
     let mut coin = || between(0.0, 1.0) < 0.5;
     let (is_later, is_calm, is_tactical) = (coin(), coin(), coin() && coin());
-    let airframe = airframes[usize::from(coin())];
+    let sides = both[usize::from(coin())];
+    let airframe = sides.airframe();
     let number = number as usize;
     let pairs = of_two(&airframe.effectors);
     let pair = pairs[number % pairs.len()];
     let signs = SIGNS[number / pairs.len() % SIGNS.len()];
+    let conditions = conditions(&[], &sides.scale());
     let condition =
-        &CONDITIONS[(between(0.0, CONDITIONS.len() as f64) as usize).min(CONDITIONS.len() - 1)];
+        &conditions[(between(0.0, conditions.len() as f64) as usize).min(conditions.len() - 1)];
     let onset_s = (between(ONSET_S[0], ONSET_S[1]) * 1.0e3).round() / 1.0e3;
     let later_s = if is_later { (between(0.0, LATER_S) * 1.0e3).round() / 1.0e3 } else { 0.0 };
     let (mut tables, mut line) = (String::new(), String::new());
@@ -86,7 +87,7 @@ fn fly_pair(
     let turbulence_m_s = if is_calm { 0.0 } else { between(0.0, options.turbulence_m_s) };
     let grade = if is_tactical { GradeName::Tactical } else { GradeName::Ideal };
     let air = Air { grade, turbulence_m_s, ..options.air() };
-    let mut setup = setup(&air, airframe, condition, seed, &references, onset_s + AFTER_S)?;
+    let mut setup = setup(&air, sides, condition, seed, &references, onset_s + AFTER_S)?;
     let _ = write!(
         line,
         "{}, {:.0} m, {:.0} m/s, turbulence {turbulence_m_s:.2} m/s, {} sensors",

@@ -1,4 +1,4 @@
-//! The paper's cases on estimated states: `sitl paper-estimated`.
+//! The paper's cases on estimated states: `sitl study paper-estimated`.
 //!
 //! ```text
 //! sensors, seed ─> both cases in light turbulence ─> outcomes (claim 4) and every precise limit (claims 1a to 2e)
@@ -8,15 +8,18 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use host_io::folder::Folder;
 use icd::ControlPeriod;
+use icd::sensors::SensorKind;
 use plant_sim::io::whole;
 use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, GradeName};
+use plant_sim::{EarthModel, GradeName, SensorSettings};
 
 use super::both::Noisy;
 use super::cases::{Case, Conditions, Run, Runs};
 use super::claim::{ClaimResult, Limit};
-use super::{NOISE_TURBULENCE_M_S, PaperError, cannot_write, claims, in_process, write};
+use super::{NOISE_TURBULENCE_M_S, PaperError, claims, in_process};
+use crate::builder::preset_of;
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 use crate::estimator::{CASES, Case as Fit};
 use crate::metrics::{max, min};
@@ -25,7 +28,7 @@ use crate::runner;
 /// Most seeds.
 const SEEDS_MAX: u32 = 1_000;
 
-/// Options of `sitl paper-estimated`.
+/// Options of `sitl study paper-estimated`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
 pub struct Options {
     /// Folder for the tables
@@ -90,7 +93,10 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
         seed,
     };
     let mut case = Case::with(number, &conditions, &AircraftArgs::default())?;
-    fit.equip(&mut case.setup.plant.sensors, &mut case.setup.parameters);
+    let sensors = &mut case.setup.plant.sensors;
+    *sensors = SensorSettings::of_grade(fit.grade);
+    sensors.fitted[SensorKind::Vanes as usize] = fit.vanes;
+    case.setup.parameters.gains.selection.estimator = preset_of(fit.grade);
     Ok(case)
 }
 
@@ -115,13 +121,12 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> 
 /// # Errors
 /// [`PaperError`] if a run could not be flown or a file could not be written.
 pub fn run(options: &Options) -> Result<(), PaperError> {
-    let out = options.out.as_path();
-    std::fs::create_dir_all(out).map_err(|source| cannot_write(out, source))?;
+    let folder = Folder::create(&options.out)?;
     let flown = study(options)?;
     let text = summary(options, &flown);
-    write(&out.join("estimated.md"), text.as_bytes())?;
-    write(&out.join("limits.csv"), csv(options, &flown).as_bytes())?;
-    print_line!("{text}\nwrote {}", out.display());
+    folder.write("estimated.md", text.as_bytes())?;
+    folder.write("limits.csv", csv(options, &flown).as_bytes())?;
+    print_line!("{text}\nwrote {}", options.out.display());
     Ok(())
 }
 

@@ -4,6 +4,8 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::sync::LazyLock;
 
+use std::path::Path;
+
 use super::cases::{Conditions, Run};
 use super::trace::{Sample, Trace};
 use super::*;

@@ -1,0 +1,124 @@
+//! The folder of `--out`: made and tried before the work whose results it takes.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use crate::file::{self, FileProblem, NewFile};
+
+/// What keeps the folder, or a file in it, from being written.
+#[derive(Debug, thiserror::Error)]
+#[error("--out {}: {source}", path.display())]
+pub struct FolderError {
+    /// The folder or the file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub source: FileProblem,
+}
+
+/// A folder that takes files.
+#[derive(Debug, Clone)]
+pub struct Folder(PathBuf);
+
+/// A file of it that is being written.
+#[derive(Debug)]
+pub struct Output {
+    file: NewFile,
+    path: PathBuf,
+}
+
+impl Folder {
+    /// Makes the folder if it is not there, and tries whether it takes a file.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the folder.
+    pub fn create(path: &Path) -> Result<Self, FolderError> {
+        let failed = |source| FolderError { path: path.to_path_buf(), source };
+        if fs::metadata(path).is_ok_and(|about| !about.is_dir()) {
+            return Err(failed(FileProblem::NoFolder));
+        }
+        fs::create_dir_all(path).map_err(|error| failed(error.into()))?;
+        // Given up at once, so nothing stays.
+        let _ = NewFile::begin(&path.join("written"), |_| true).map_err(failed)?;
+        Ok(Self(path.to_path_buf()))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// Begins a file that replaces one with this mark in its beginning.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the file.
+    pub fn begin(&self, name: &str, mark: &[u8]) -> Result<Output, FolderError> {
+        let path = self.0.join(name);
+        match NewFile::begin(&path, |beginning| file::has_mark(beginning, mark)) {
+            Ok(file) => Ok(Output { file, path }),
+            Err(source) => Err(FolderError { path, source }),
+        }
+    }
+
+    /// Writes a whole file that replaces one with this mark in its beginning.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the file.
+    pub fn write_marked(&self, name: &str, mark: &[u8], content: &[u8]) -> Result<(), FolderError> {
+        let mut output = self.begin(name, mark)?;
+        output.write(content)?;
+        output.finish()
+    }
+
+    /// Writes a whole table or picture that replaces one of its kind.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the file.
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), FolderError> {
+        self.write_marked(name, file::beginning(content), content)
+    }
+}
+
+impl Output {
+    /// Adds bytes.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the file.
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), FolderError> {
+        let written = self.file.write_all(bytes);
+        written.map_err(|error| FolderError { path: self.path.clone(), source: error.into() })
+    }
+
+    /// Gives the file its name.
+    ///
+    /// # Errors
+    /// [`FolderError`] names the file.
+    pub fn finish(self) -> Result<(), FolderError> {
+        let path = self.path;
+        self.file.finish().map_err(|source| FolderError { path, source })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_cannot_take_files_is_found_before_the_work() {
+        let home = tempfile::tempdir().unwrap();
+        let folder = Folder::create(&home.path().join("a/b")).unwrap();
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "the trial leaves nothing");
+        folder.write("t.csv", b"a,b\n1,2\n").unwrap();
+        let path = folder.path().join("t.csv");
+        let inside = Folder::create(&path.join("x")).unwrap_err().to_string();
+        assert!(inside.starts_with("--out ") && inside.contains("t.csv"), "{inside}");
+        let no_folder = Folder::create(&path).unwrap_err().to_string();
+        assert!(no_folder.ends_with("this is no folder"), "{no_folder}");
+        let foreign = folder.write("t.csv", b"other\n").unwrap_err().to_string();
+        assert!(foreign.contains("not written by this program"), "{foreign}");
+        // Files of the kernel take none, whoever asks.
+        let kernel = Folder::create(Path::new("/proc/self")).unwrap_err().to_string();
+        assert!(kernel.starts_with("--out /proc/self: "), "{kernel}");
+    }
+}

@@ -1,0 +1,199 @@
+//! What the studies share: options, aircraft, drawn numbers, and what keeps them from being made.
+
+use std::path::PathBuf;
+
+use flight_control::CompensatorMode;
+use host_io::folder::{Folder, FolderError};
+use icd::SimTime;
+use plant_sim::{Airframe, GradeName, SensorSettings, SetupError};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+
+use crate::builder::{SetupBuilder, SetupOptions, preset_of};
+use crate::chart::{Figure, RasterError};
+use crate::closed_loop::{FlightError, FlightSetup};
+use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::page::GENERATOR;
+use crate::settings::Setting;
+
+/// Options that every study takes.
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
+pub struct StudyOptions {
+    /// Aircraft, model, laws, settings.
+    #[command(flatten)]
+    pub flight: SetupOptions,
+    /// Folder for tables, pictures and pages
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+/// Why the study could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum StudyError {
+    /// References of the study.
+    #[error(transparent)]
+    AutopilotConfig(#[from] autopilot::config::ConfigError),
+    /// A value of the study's flights.
+    #[error(transparent)]
+    PlantConfig(#[from] plant_sim::ConfigError),
+    /// A file of the aircraft or a setting cannot be used.
+    #[error(transparent)]
+    Configuration(#[from] ConfigurationError),
+    /// A flight could not start.
+    #[error(transparent)]
+    Setup(#[from] SetupError),
+    /// The flight.
+    #[error(transparent)]
+    Flight(#[from] FlightError),
+    /// A file or folder cannot be written.
+    #[error(transparent)]
+    Folder(#[from] FolderError),
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] RasterError),
+}
+
+/// Keys that the studies of random flights set themselves.
+const DRAWN: [(&str, &str); 5] = [
+    ("plant.seed", "--seed"),
+    ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
+    ("plant.sensors.grade", "--grade"),
+    ("plant.start.altitude_m", "--at"),
+    ("plant.start.airspeed_m_s", "--at"),
+];
+
+/// Aircraft and laws of a study, read once.
+#[derive(Debug, Clone)]
+pub struct Sides {
+    /// From a scenario to a flight.
+    builder: SetupBuilder,
+    /// Level flight at the design point.
+    nominal: FlightSetup,
+    sets_preset: bool,
+    sets_duration: bool,
+}
+
+impl StudyOptions {
+    /// An aircraft with settings, and nothing written.
+    #[must_use]
+    pub fn of(aircraft: AircraftArgs) -> Self {
+        let flight = SetupOptions { aircraft, ..SetupOptions::default() };
+        Self { flight, ..Self::default() }
+    }
+
+    /// Aircraft and laws. Without `--ftc` the compensator is in `mode`; without `--airframe` the aircraft is the jet of the paper.
+    ///
+    /// # Errors
+    /// [`StudyError`] names file, key, value and range.
+    pub fn sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
+        Sides::of(&self.flight, mode)
+    }
+
+    /// The same for a study of random flights, which has options for some keys.
+    ///
+    /// # Errors
+    /// [`StudyError`] names file, key, value and range.
+    pub fn drawn_sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
+        self.flight.aircraft.check_beside(&DRAWN)?;
+        let mut options = self.flight.clone();
+        if options.aircraft.airframe.is_none() {
+            // Its derivatives change with the Mach number, which the controller's model does not know.
+            options.aircraft.airframe = Some("tvc_jet_mach".into());
+            let _ = options.aircraft.model.get_or_insert_with(|| "tvc_jet".into());
+        }
+        Sides::of(&options, mode)
+    }
+}
+
+impl Sides {
+    fn of(options: &SetupOptions, mode: CompensatorMode) -> Result<Self, StudyError> {
+        let builder = options.builder()?;
+        let mut nominal = builder.setup(&Named::scenario("nominal")?, &[])?;
+        let settings = &options.aircraft.settings;
+        let sets = |name: &str| settings.iter().any(|Setting { key, .. }| key == name);
+        if options.ftc.is_none() && !sets("FTC_MODE") {
+            nominal.parameters.gains.selection.compensator = mode;
+        }
+        let (sets_preset, sets_duration) = (sets("EST_PRESET"), sets("plant.duration_s"));
+        Ok(Self { builder, nominal, sets_preset, sets_duration })
+    }
+
+    /// The aircraft.
+    #[must_use]
+    pub fn airframe(&self) -> &Airframe {
+        &self.builder.airframe
+    }
+
+    /// Flights last so long, s, unless `plant.duration_s` is set.
+    #[must_use]
+    pub fn lasting(mut self, seconds: f64) -> Self {
+        if !self.sets_duration {
+            self.nominal.duration = SimTime::from_seconds(seconds).unwrap_or(SimTime::ZERO);
+        }
+        self
+    }
+
+    /// Level flight at the design point.
+    #[must_use]
+    pub fn nominal(&self) -> &FlightSetup {
+        &self.nominal
+    }
+
+    /// The same with sensors of a grade, and the estimator set to them.
+    #[must_use]
+    pub fn with_sensors(&self, grade: GradeName) -> FlightSetup {
+        let mut setup = self.nominal.clone();
+        setup.plant.sensors = SensorSettings::of_grade(grade);
+        if !self.sets_preset {
+            setup.parameters.gains.selection.estimator = preset_of(grade);
+        }
+        setup
+    }
+
+    /// Airspeed and altitude of the design point over those of the paper's jet: flight conditions that are stated for it are scaled so.
+    #[must_use]
+    pub fn scale(&self) -> Scale {
+        let design = &self.airframe().design_point;
+        Scale { airspeed: design.airspeed_m_s / 264.0, altitude: design.altitude_m / 5_000.0 }
+    }
+}
+
+/// Airspeed and altitude over those of the paper's jet, at the design points.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scale {
+    /// Of airspeeds.
+    pub airspeed: f64,
+    /// Of altitudes.
+    pub altitude: f64,
+}
+
+/// Numbers between two limits, drawn from the stream of this seed and name.
+pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
+    let mut key = [0; 32];
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    key[8..].copy_from_slice(&name);
+    let mut generator = ChaCha8Rng::from_seed(key);
+    move |low, high| {
+        let unit = f64::from(generator.next_u32()) / (f64::from(u32::MAX) + 1.0);
+        low + (high - low) * unit
+    }
+}
+
+/// Writes a figure and the page that has it, and says where.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be drawn or written.
+pub fn write_figure(folder: &Folder, figure: &Figure) -> Result<(), StudyError> {
+    for (name, bytes) in figure.files()? {
+        folder.write(&name, &bytes)?;
+    }
+    Ok(())
+}
+
+/// Writes a page.
+///
+/// # Errors
+/// [`StudyError`] if it cannot be written.
+pub fn write_page(folder: &Folder, page: &str) -> Result<(), StudyError> {
+    Ok(folder.write_marked("report.html", GENERATOR.as_bytes(), page.as_bytes())?)
+}
