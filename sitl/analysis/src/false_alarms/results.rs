@@ -166,7 +166,7 @@ pub fn page(options: &Options, study: &[GradeStudy], figure: &Figure) -> String 
             (PreEscaped(&figure.svg))
             figcaption { (figure.caption) }
         }
-        pre { (summary(options, study)) }
+        (page::markdown(&summary(options, study)))
     };
     page::page("False alarms", "", &body)
 }
