@@ -13,11 +13,13 @@ import math
 import socket
 import struct
 import sys
+import time
 import zlib
 
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
 MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 8, 1, 2, 3
 SAMPLES = "gyro accelerometer attitude gnss barometer pitot vanes engine_monitor magnetometer".split()
+START_S, SILENCE_S = 30.0, 10.0  # How long it waits for a plant to begin, and for one that has begun.
 COMMANDS = 8  # What `law` gives.
 NAMES = ("p q r fx fy fz qw qx qy qz vn ve vd pn pe pd latitude longitude altitude airspeed alpha beta thrust "
          "gnss_altitude year static_pressure impact_pressure mx my mz").split()
@@ -74,8 +76,13 @@ def main():
         options.error("--listen %s: expected IP:PORT, a free one: %s" % (demand.listen, problem))
     print("listening on %s:%d" % link.getsockname(), flush=True)
     flight, answer, memory, s, said = None, b"", {}, {}, ""
-    while True:
-        data, plant = link.recvfrom(2048)
+    link.settimeout(1.0)
+    deadline = time.monotonic() + START_S
+    while time.monotonic() < deadline:
+        try:
+            data, plant = link.recvfrom(2048)
+        except socket.timeout:
+            continue
         if len(data) < 36 or data[:4] != MAGIC:
             continue
         _, version, kind, phase, session, sequence, time_us = HEADER.unpack_from(data)
@@ -86,6 +93,7 @@ def main():
             continue
         if flight == (session, sequence):
             link.sendto(answer, plant)  # The answer was lost: the same bytes again.
+            deadline = time.monotonic() + SILENCE_S
             continue
         try:
             aircraft, period_s, s = samples(data)
@@ -104,8 +112,12 @@ def main():
         body = aircraft + commands + b"\0\0"  # No request to the plant, no flight log.
         answer = packet(ACTUATORS, 0, session, sequence, time_us, body)
         link.sendto(answer, plant)
+        deadline = time.monotonic() + SILENCE_S
         if phase == 2 or time_us * 1e-6 >= demand.for_s:
             break
+    if flight is None:
+        sys.exit("no plant has spoken to %s:%d for %d s; start one, for example: cargo run -- plant-sim --autopilot %s:%d"
+                 % (*link.getsockname(), START_S, *link.getsockname()))
     print("%.1f s: altitude %.1f m, airspeed %.1f m/s" % (time_us * 1e-6, s["altitude"], s["airspeed"]))
 
 

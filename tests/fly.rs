@@ -171,6 +171,30 @@ fn after_the_loss_the_flight_goes_on_only_if_requested() {
 }
 
 #[test]
+fn the_page_of_a_flight_without_compensator_has_its_loss_and_nothing_that_wakes() {
+    let folder = folder();
+    let words = ["case1", "--ftc", "off", "--no-stop-at-loss", "--figures", "--out"];
+    assert_eq!(fly(&[&words[..], &[text(folder.path())]].concat()).status.code(), Some(1));
+    let page = fs::read_to_string(folder.path().join("flight.html")).expect("it was written");
+    for word in [
+        "<th>Aircraft</th><td>tvc_jet</td>",
+        "<th>Main law</th><td>pid</td>",
+        "<th>Compensator</th><td>off (FTC_MODE), neso, allocation paper</td>",
+        "a fault is seen, the compensator is off: something acts about the roll axis",
+        "fault seen, compensator off",
+        "the aircraft is lost: roll angle 90.",
+    ] {
+        assert!(page.contains(word), "{word}");
+    }
+    for word in ["awake", "wakes", "verdict good"] {
+        assert!(!page.contains(word), "{word}");
+    }
+    for word in ["limit 90 deg (", "touches the ground ("] {
+        assert!(page.matches(word).count() > 20, "on every chart: {word}");
+    }
+}
+
+#[test]
 fn the_limits_of_the_airframe_file_decide_when_the_aircraft_is_lost() {
     let output = fly(&["case2", "--set", "airframe.limits.roll_deg=8"]);
     assert_eq!(output.status.code(), Some(1));

@@ -114,6 +114,24 @@ fn packets_that_are_no_samples_do_not_end_the_python_law() {
 }
 
 #[test]
+fn the_python_law_ends_after_a_flight_and_says_so_where_there_is_none() {
+    let (mut alone, ..) = python_law(&[]);
+    let (_law, mut said, address) = python_law(&[]);
+    let plant = Command::new(env!("CARGO_BIN_EXE_sitl"))
+        .args(["plant-sim", "--autopilot", &address, "--speed", "max", "--until-s", "2"])
+        .output()
+        .unwrap();
+    assert!(plant.status.success());
+    let mut line = String::new();
+    said.read_line(&mut line).unwrap();
+    assert!(line.starts_with("2.0 s: altitude 5000."), "{line}");
+    let mut message = String::new();
+    alone.0.stderr.take().unwrap().read_to_string(&mut message).unwrap();
+    assert!(message.starts_with("no plant has spoken to 127.0.0.1:"), "{message}");
+    assert_eq!(alone.0.wait().unwrap().code(), Some(1));
+}
+
+#[test]
 fn the_python_law_flies_the_plant_over_the_link() {
     let (_law, mut said, address) = python_law(&["--altitude", "5100", "--for-s", "60"]);
     let plant = Command::new(env!("CARGO_BIN_EXE_sitl"))

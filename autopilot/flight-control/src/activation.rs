@@ -21,6 +21,12 @@ pub enum CompensatorMode {
     AlwaysOn,
 }
 
+impl CompensatorMode {
+    /// All of them with their names on a command line.
+    pub const NAMES: [(&'static str, Self); 3] =
+        [("off", Self::Off), ("armed", Self::Armed), ("always", Self::AlwaysOn)];
+}
+
 /// Gains of the activation logic.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ActivationGains {

@@ -103,6 +103,11 @@ pub struct Selection {
     pub estimator: EstimatorPreset,
 }
 
+/// The name of a value on a command line, from a list like [`MainLaw::NAMES`].
+pub fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
+    names.iter().find(|(_, named)| *named == value).map_or("?", |(name, _)| *name)
+}
+
 /// The compensation that the observer takes into account.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -272,8 +272,8 @@ impl PlantLink {
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
             let plant = if self.watchdog.is_lost() { PlantState::Lost } else { PlantState::Flying };
-            let effectors = &self.autopilot.model().effectors.list;
-            status.show(plant, self.autopilot.snapshot(), &self.faults, effectors);
+            let settings = self.autopilot.settings();
+            status.show(plant, self.autopilot.snapshot(), &self.faults, &settings);
         }
     }
 

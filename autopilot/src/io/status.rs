@@ -9,11 +9,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread;
 use std::time::Duration;
 
+use flight_control::CompensatorMode;
 use host_io::{Stop, console};
 use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
 use serde::{Deserialize, Serialize};
 
+use flight_management::autopilot::Settings;
 use flight_management::event::{Axis, Snapshot};
 use flight_management::fault_list::FaultList;
 
@@ -72,6 +74,8 @@ pub struct FlightStatus {
     pub roll_deg: f64,
     /// References of the laws.
     pub references: References,
+    /// The compensator never acts (`FTC_MODE` 0).
+    pub compensator_off: bool,
     /// The detector has found a fault.
     pub compensator_active: bool,
     /// Fraction of the compensation that is applied, 0 to 1.
@@ -152,7 +156,8 @@ impl FaultStatus {
 }
 
 impl FlightStatus {
-    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList, effectors: &EffectorList) -> Self {
+    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList, settings: &Settings) -> Self {
+        let effectors = &settings.model.effectors.list;
         let (log, demand) = (&s.log, &s.demand);
         let plant = match plant {
             PlantState::Flying if s.on_ground => PlantState::OnGround,
@@ -172,6 +177,7 @@ impl FlightStatus {
                 airspeed_m_s: demand.airspeed_m_s,
                 roll_deg: demand.roll_rad.to_degrees(),
             },
+            compensator_off: settings.gains.selection.compensator == CompensatorMode::Off,
             compensator_active: log.compensator_active,
             fade: log.fade,
             level: log.level,
@@ -225,11 +231,11 @@ impl StatusSource {
         plant: PlantState,
         snapshot: Option<&Snapshot>,
         faults: &FaultList,
-        effectors: &EffectorList,
+        settings: &Settings,
     ) {
         self.wanted.store(false, Ordering::Relaxed);
         let line = snapshot.map_or(StatusLine::NoPlant, |snapshot| {
-            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults, effectors)))
+            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults, settings)))
         });
         // Full means that earlier lines are not printed yet: this one would add nothing.
         let _ = self.lines.try_send(line);

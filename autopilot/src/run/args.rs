@@ -48,16 +48,6 @@ pub enum Ftc {
 }
 
 impl Ftc {
-    /// Name on the command line.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Armed => "armed",
-            Self::Always => "always",
-        }
-    }
-
     /// Value of `FTC_MODE`.
     #[must_use]
     pub const fn value(self) -> f64 {

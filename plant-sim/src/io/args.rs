@@ -37,7 +37,7 @@ pub struct PlantArgs {
     /// Simulation time per wall time, 0.01 to 1000, or max
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max", default_value = "1")]
     pub speed: Speed,
-    /// Let simulation time stand still at the start, until somebody lets it run
+    /// Let simulation time stand still at the start, until an operator lets it run
     #[arg(long)]
     pub start_paused: bool,
     /// Control period, 1 to 4 ms

@@ -13,7 +13,8 @@ use std::sync::Arc;
 use autopilot::autopilot::Settings;
 use autopilot::config::ConfigError;
 use autopilot::own_law::OwnLaw;
-use autopilot::run::{Ftc, ScriptArgs};
+use autopilot::run::ScriptArgs;
+use flight_control::gains::name_of;
 use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file;
@@ -271,12 +272,7 @@ fn written<'a, T>(
         own_law: setup.own_law.as_ref().map(OwnLaw::name),
         compensator: name_of(&CompensatorLaw::NAMES, selection.compensator_law),
         allocation: name_of(&AllocationMode::NAMES, selection.allocation),
-        ftc: match selection.compensator {
-            CompensatorMode::Off => Ftc::Off,
-            CompensatorMode::Armed => Ftc::Armed,
-            CompensatorMode::AlwaysOn => Ftc::Always,
-        }
-        .name(),
+        ftc: name_of(&CompensatorMode::NAMES, selection.compensator),
         fault_known: setup.knows_fault,
         setup: Sides {
             plant: &setup.plant,
@@ -285,11 +281,6 @@ fn written<'a, T>(
         },
         flown,
     }
-}
-
-/// The name on the command line.
-fn name_of<T: PartialEq>(names: &[(&'static str, T)], value: T) -> &'static str {
-    names.iter().find(|(_, named)| *named == value).map_or("?", |(name, _)| *name)
 }
 
 impl FlyArgs {

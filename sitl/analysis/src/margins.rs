@@ -11,6 +11,7 @@ use std::fmt::Write as _;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
+use flight_control::gains::name_of;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
 use icd::{ControlPeriod, EffectorKind, PerEffector};
 use nalgebra::Complex;
@@ -231,12 +232,9 @@ impl MarginsArgs {
 
 impl Laws {
     fn name(self) -> String {
-        let of = |found: Option<&'static str>| found.unwrap_or("?");
-        let main = MainLaw::NAMES.iter().find(|(_, law)| *law == self.main).map(|(name, _)| *name);
-        let compensator = self.compensator.map_or("off", |this| {
-            of(CompensatorLaw::NAMES.iter().find(|(_, law)| *law == this).map(|(name, _)| *name))
-        });
-        format!("{}, compensator {compensator}", of(main))
+        let compensator =
+            self.compensator.map_or("off", |law| name_of(&CompensatorLaw::NAMES, law));
+        format!("{}, compensator {compensator}", name_of(&MainLaw::NAMES, self.main))
     }
 }
 

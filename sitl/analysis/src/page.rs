@@ -33,3 +33,41 @@ pub fn page_with_head(title: &str, style: &str, head: &Markup, body: &Markup) ->
     };
     page.into_string()
 }
+
+/// The summary of a study, which is Markdown with paragraphs and tables, as a part of a page.
+#[must_use]
+pub fn markdown(text: &str) -> Markup {
+    let cells = |line: &str| -> Vec<String> {
+        let line = line.trim().trim_start_matches('|').trim_end_matches('|');
+        line.split('|').map(|cell| cell.trim().to_owned()).collect()
+    };
+    html! {
+        @for block in text.split("\n\n").map(str::trim) {
+            @let mut lines = block.lines();
+            @if !block.starts_with('|') { p { (block) } }
+            @else {
+                table.study {
+                    thead { tr { @for cell in lines.next().map(cells).unwrap_or_default() { th { (cell) } } } }
+                    // The next line rules off the heading.
+                    @for line in lines.skip(1) { tr.first { @for cell in cells(line) { td { (cell) } } } }
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_and_paragraphs_of_markdown_are_those_of_a_page() {
+        let html = markdown("Of 3 < 4.\n\n| law | lost |\n|---|---|\n| a | 1 |\n| b | |\n\nEnd.\n")
+            .into_string();
+        assert_eq!(
+            html,
+            "<p>Of 3 &lt; 4.</p><table class=\"study\"><thead><tr><th>law</th><th>lost</th></tr></thead>\
+             <tr class=\"first\"><td>a</td><td>1</td></tr><tr class=\"first\"><td>b</td><td></td></tr></table><p>End.</p>"
+        );
+    }
+}

@@ -262,7 +262,7 @@ fn push_value(text: &mut String, value: f64) {
 }
 
 /// A text as a field of a CSV file (RFC 4180). A text that a spreadsheet would take for a formula, such as the name `=1+1` of a law
-/// in somebody's file, begins with an apostrophe; a number stays a number.
+/// in a file of a user, begins with an apostrophe; a number stays a number.
 #[must_use]
 pub fn field(text: &str) -> String {
     let is_formula =

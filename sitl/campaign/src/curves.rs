@@ -157,10 +157,12 @@ pub fn csv(plan: &Plan, all: &[Curves]) -> String {
             for (points, law) in laws.iter().zip(plan.laws()) {
                 for Point { level, flights, value, interval: (low, high) } in points {
                     let (law, joint) = (field(law), &curves.joint);
-                    let _ = writeln!(
-                        text,
-                        "{airframe},{law},{joint},{level},{name},{unit},{flights},{value:.4},{low:.4},{high:.4}"
-                    );
+                    let _ =
+                        write!(text, "{airframe},{law},{joint},{level},{name},{unit},{flights}");
+                    let _ = match flights {
+                        0 => writeln!(text, ",,,"),
+                        _ => writeln!(text, ",{value:.4},{low:.4},{high:.4}"),
+                    };
                 }
             }
         }

@@ -8,7 +8,7 @@ use flight_analysis::metrics::wilson_95;
 use flight_analysis::trimmable::sets::{self, Set};
 use flight_analysis::trimmable::{Study, Sweep};
 
-use crate::plan::{Plan, Value};
+use crate::plan::{Aircraft, Plan, Value};
 use crate::results::Results;
 use crate::store::RunEnd;
 use flight_analysis::table::field;
@@ -19,6 +19,8 @@ pub const SCORES: &str = "scores.csv";
 pub const BEGINNING: &str = "airframe,law,set,margin,trimmable_flights,kept,kept_percent";
 /// Step of the search for the limits, deg.
 const STEP_DEG: f64 = 2.0;
+/// Angles of files are rounded: what is at a limit is within it.
+pub(crate) const ROUNDING_DEG: f64 = 1.0e-6;
 
 /// Keys that name the jammed effector and its angle.
 const EFFECTOR: &str = "plant.fault.1.effector";
@@ -28,40 +30,56 @@ const KIND: &str = "plant.fault.1.kind";
 /// A campaign whose flights each have one effector jammed at an angle.
 #[derive(Debug, Clone, Copy)]
 pub struct Jams {
-    effector: usize,
+    /// Place of the variable; `None` where every flight has the effector of `[set]`.
+    effector: Option<usize>,
     angle: usize,
 }
 
 impl Jams {
-    /// `None` if the campaign is of another kind.
+    /// `None` if the campaign is of another kind, or draws the angles: then it has no cells.
     #[must_use]
     pub fn of(plan: &Plan) -> Option<Self> {
         let place = |key| plan.variables().iter().position(|variable| variable.key == key);
-        let has = |setting: &flight_analysis::settings::Setting, key: &str, value: &str| {
-            setting.key == key && setting.value.as_str() == Some(value)
+        let has = |key, value: Option<&str>| {
+            let known = |aircraft| setting(aircraft, key);
+            plan.aircraft
+                .iter()
+                .map(known)
+                .all(|at| at.is_some() && (value.is_none() || at == value))
         };
-        let is_jam = plan.aircraft.iter().all(|aircraft| {
-            aircraft.args.settings.iter().any(|setting| has(setting, KIND, "stuck_at"))
-        });
+        let is_jam = has(KIND, Some("stuck_at"));
         let is_single = plan.file.spec.joint.is_empty()
             && !plan.variables().iter().any(|v| v.key.starts_with("plant.fault.2"));
-        let (effector, angle) = (place(EFFECTOR)?, place(ANGLE)?);
-        (is_jam && is_single && place(KIND).is_none()).then_some(Self { effector, angle })
+        let (effector, angle) = (place(EFFECTOR), place(ANGLE)?);
+        let is_listed = !plan.variables()[angle].is_drawn();
+        let is_known = effector.is_some() || has(EFFECTOR, None);
+        let is_it = is_jam && is_single && is_listed && is_known && place(KIND).is_none();
+        is_it.then_some(Self { effector, angle })
     }
 
     /// Key of the jammed effector of a flight, and its angle, deg.
     #[must_use]
     pub fn jam(self, plan: &Plan, flight: usize) -> Option<(String, f64)> {
         let run = plan.run(flight as u64 * plan.laws().len() as u64).ok()?;
-        let Value::Text(effector) = run.values.get(self.effector)? else { return None };
-        Some((effector.clone(), run.values.get(self.angle)?.number()?))
+        let effector = match self.effector.map(|place| run.values.get(place)) {
+            None => setting(&plan.aircraft[run.airframe], EFFECTOR)?,
+            Some(Some(Value::Text(effector))) => effector,
+            Some(_) => return None,
+        };
+        Some((effector.to_owned(), run.values.get(self.angle)?.number()?))
     }
 
     /// Whether a variable is neither the effector nor the angle.
     #[must_use]
     pub fn is_other(self, place: usize) -> bool {
-        place != self.effector && place != self.angle
+        Some(place) != self.effector && place != self.angle
     }
+}
+
+/// A text that every flight of an aircraft has; of several the last counts.
+fn setting<'a>(aircraft: &'a Aircraft, key: &str) -> Option<&'a str> {
+    let settings = &aircraft.args.settings;
+    settings.iter().rfind(|setting| setting.key == key)?.value.as_str()
 }
 
 /// The limits of an aircraft.
@@ -115,10 +133,10 @@ pub struct Score {
 }
 
 impl Score {
-    /// The share, percent.
+    /// The share, percent; `None` of no flight.
     #[must_use]
-    pub fn percent(&self) -> f64 {
-        100.0 * f64::from(self.kept) / f64::from(self.flights)
+    pub fn percent(&self) -> Option<f64> {
+        (self.flights > 0).then(|| 100.0 * f64::from(self.kept) / f64::from(self.flights))
     }
 }
 
@@ -141,8 +159,6 @@ pub fn scores(
     airframe: usize,
 ) -> Vec<Score> {
     let mut scores = Vec::new();
-    // Angles of files are rounded: what is at the limit is within it.
-    const ROUNDING_DEG: f64 = 1.0e-6;
     let flights: Vec<_> = plan
         .flights_of(airframe)
         .filter_map(|flight| Some((flight, jams.jam(plan, flight)?)))
@@ -176,18 +192,44 @@ pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
         scores.iter().map(move |score| (score, sets))
     }) {
         let Score { airframe, law, set, margin, flights, kept } = score;
-        let (low, high) = wilson_95(*kept, *flights);
-        let _ = writeln!(
+        let _ = write!(
             text,
-            "{},{},{},{},{flights},{kept},{:.2},{:.2},{:.2}",
+            "{},{},{},{},{flights},{kept}",
             field(&plan.aircraft[*airframe].name),
             field(plan.laws()[*law]),
             sets[*set].key,
             u8::from(*margin),
-            score.percent(),
-            100.0 * low,
-            100.0 * high
         );
+        let (low, high) = wilson_95(*kept, *flights);
+        let _ = match score.percent() {
+            Some(percent) => writeln!(text, ",{percent:.2},{:.2},{:.2}", 100.0 * low, 100.0 * high),
+            None => writeln!(text, ",,,"),
+        };
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::spec::SpecFile;
+
+    #[test]
+    fn a_campaign_with_one_effector_is_one_of_jams_unless_its_angles_are_drawn() {
+        let plan = |name| Plan::new(SpecFile::read(name).expect("it is shipped")).expect("a plan");
+        let rudder = plan("ftc-06");
+        let jams = Jams::of(&rudder).expect("jams of the rudder");
+        assert_eq!(jams.jam(&rudder, 0), Some(("rudder".to_owned(), -20.0)));
+        assert!(Jams::of(&plan("jams")).is_some() && Jams::of(&plan("smoke")).is_none());
+    }
+
+    #[test]
+    fn a_share_of_no_flight_is_an_empty_cell() {
+        let plan = Plan::new(SpecFile::read("ftc-06").expect("it is shipped")).expect("a plan");
+        let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
+        let limits = Some(Limits { sets: set, sweeps: Vec::new(), keys: Vec::new() });
+        let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
+        let csv = csv(&plan, &[Studied { limits, scores: vec![none] }]);
+        assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");
+    }
 }

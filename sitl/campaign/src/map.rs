@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use flight_analysis::chart::drawing::Drawing;
 use flight_analysis::chart::{Figure, Ink, Pattern, WIDTH, axis};
 
-use crate::limit::{Jams, Limits, Score};
+use crate::limit::{Jams, Limits, ROUNDING_DEG, Score};
 use crate::plan::Plan;
 use crate::results::Results;
 use crate::store::RunEnd;
@@ -49,9 +49,9 @@ pub fn figure(
     let laws = plan.laws();
     for (effector, angles) in grouped(plan, jams, airframe) {
         let name = shown_name(plan, airframe, &effector);
-        let (Some(first), Some(last)) = (angles.first(), angles.last()) else { continue };
-        let half = if angles.len() > 1 { 0.5 * (angles[1].0 - first.0) } else { 0.5 };
-        let range = (first.0 - half, last.0 + half);
+        let edges = edges(&angles);
+        let (Some(first), Some(last)) = (edges.first(), edges.last()) else { continue };
+        let range = (*first, *last);
         let x_of = |deg: f64| LEFT + (deg - range.0) / (range.1 - range.0) * (WIDTH - LEFT - RIGHT);
         let style = r#" font-weight="bold""#;
         drawing.text((14.0, y + 11.0), "start", style, &format!("{name} jammed at, deg"));
@@ -60,15 +60,7 @@ pub fn figure(
         for (law, law_name) in laws.iter().enumerate() {
             drawing.text((LEFT - 8.0, y + ROW - 4.0), "end", r#" font-size="12""#, law_name);
             for (place, (deg, flights)) in angles.iter().enumerate() {
-                let edge = |from: f64, to: f64| x_of(0.5 * (from + to));
-                let left = match place {
-                    0 => x_of(range.0),
-                    place => edge(angles[place - 1].0, *deg),
-                };
-                let right = match angles.get(place + 1) {
-                    None => x_of(range.1),
-                    Some((next, _)) => edge(*deg, *next),
-                };
+                let (left, right) = (x_of(edges[place]), x_of(edges[place + 1]));
                 let kept = flights.iter().filter(|f| results.end(**f, law) == RunEnd::Kept).count();
                 let part = kept as f64 / flights.len() as f64;
                 let tip = format!(
@@ -142,7 +134,8 @@ fn ink(pattern: Pattern) -> Ink {
     Ink::new("#111111", pattern).wide(2.0)
 }
 
-/// A line from the lower to the upper limit of each drawn set, and down both ends through the rows of the laws.
+/// A line from the lower to the upper limit of each drawn set, and down both ends through the rows of the laws. An end that
+/// lies beyond the flown angles is open.
 fn draw_limits(
     drawing: &mut Drawing,
     limits: &Limits,
@@ -153,10 +146,16 @@ fn draw_limits(
     for (key, pattern) in DRAWN {
         let Some(set) = limits.sets.iter().position(|set| set.key == key) else { continue };
         if let Some([low, high]) = limits.range_deg(set, false, effector) {
-            let ends = [low, high].map(|deg| deg.clamp(range.0, range.1));
-            let [left, right] = ends.map(x_of);
             let at = y + 0.5 * BAR;
-            drawing.path([(left, top), (left, at), (right, at), (right, top)], &ink(pattern));
+            let end = |deg: f64, edge: f64| {
+                let x = x_of(if is_flown(deg, range) { deg } else { edge });
+                let top = if is_flown(deg, range) { top } else { at };
+                [(x, top), (x, at)]
+            };
+            let ([left, right], [last, top]) = (end(low, range.0), end(high, range.1));
+            if low <= range.1 && high >= range.0 {
+                drawing.path([left, right, top, last], &ink(pattern));
+            }
         }
         y += BAR;
     }
@@ -185,7 +184,7 @@ fn draw_scores(
     for (law, name) in plan.laws().iter().enumerate() {
         drawing.text((LEFT - 8.0, y), "end", r#" font-size="12""#, name);
         for score in scores.iter().filter(|score| score.law == law && !score.margin) {
-            let text = format!("{:.1}", score.percent());
+            let text = score.percent().map_or("-".to_owned(), |percent| format!("{percent:.1}"));
             let is_headline = limits.sets[score.set].key == DRAWN[0].0;
             let style = if is_headline { r#" font-weight="bold""# } else { "" };
             drawing.text((x_of(score.set), y), "end", style, &text);
@@ -215,6 +214,23 @@ pub(crate) fn grouped(plan: &Plan, jams: Jams, airframe: usize) -> Vec<(String, 
     names.into_iter().zip(by_effector.into_values()).collect()
 }
 
+/// Ends of the cells of these angles: halfway to the next one; nothing is known beyond the outermost flights.
+pub(crate) fn edges(angles: &Angles) -> Vec<f64> {
+    match angles[..] {
+        [] => Vec::new(),
+        [(only, _)] => vec![only - 0.5, only + 0.5],
+        [(first, _), .., (last, _)] => {
+            let between = angles.windows(2).map(|pair| 0.5 * (pair[0].0 + pair[1].0));
+            [first].into_iter().chain(between).chain([last]).collect()
+        }
+    }
+}
+
+/// Whether an angle lies within the flown ones; those of files are rounded.
+pub(crate) fn is_flown(deg: f64, (first, last): (f64, f64)) -> bool {
+    (first - ROUNDING_DEG..=last + ROUNDING_DEG).contains(&deg)
+}
+
 /// Name of an effector for people.
 pub(crate) fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
     let list = &plan.aircraft[airframe].airframe.effectors;
@@ -226,4 +242,16 @@ pub(crate) fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
 fn colour(kept: f64) -> String {
     let mix = |place: usize| (LOST[place] + kept * (KEPT[place] - LOST[place])).round();
     format!("rgb({},{},{})", mix(0), mix(1), mix(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_cell_reaches_beyond_the_flown_angles() {
+        let angles = |all: &[f64]| all.iter().map(|deg| (*deg, Vec::new())).collect();
+        assert_eq!(edges(&angles(&[-4.0, 0.0, 2.0])), [-4.0, -2.0, 1.0, 2.0]);
+        assert_eq!(edges(&angles(&[3.0])), [2.5, 3.5]);
+    }
 }

@@ -54,8 +54,8 @@ impl Sources<'_> {
     fn headline(&self, airframe: usize, law: usize) -> Option<f64> {
         let Studied { limits, scores } = &self.studied[airframe];
         let set = limits.as_ref()?.sets.iter().position(|set| set.key == "any")?;
-        let is_it = |s: &&Score| s.law == law && s.set == set && !s.margin && s.flights > 0;
-        scores.iter().find(is_it).map(Score::percent)
+        let is_it = |s: &&Score| s.law == law && s.set == set && !s.margin;
+        scores.iter().find(is_it).and_then(Score::percent)
     }
 
     /// The command that flies a run again.
@@ -134,9 +134,10 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
         @if let Some(jams) = jams {
             h2 { "Which law survives which jam" }
             p.note {
-                "Each row is a law, each cell an angle at which the effector jammed: blue was survived, red was lost. Between the black lines a steady "
-                "flight exists (solid: any turn, climb or descent; dotted: straight and level at the speed of the design point); outside them no "
-                "controller could help. Point at a cell for its runs. The same map without a browser: map.svg, map.png."
+                "Each row is a law, each cell an angle at which the effector jammed: blue was survived, red was lost. The black lines are the limits of physics; "
+                "one that lies beyond the flown angles is not drawn. Between them a steady flight exists (solid: any turn, climb or descent; dotted: straight and "
+                "level at the speed of the design point), outside them none: an aircraft that is kept there has not left its limits within "
+                (plan.file.spec.duration_s) " s. Point at a cell for its runs. The same map without a browser: map.svg, map.png."
             }
             (place(charts, charts::map(sources, *jams, airframe)))
         }
@@ -158,7 +159,7 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
         }
         h2 { "Scorecard" }
         (scorecard(sources, airframe))
-        h2 { "The nearest losses" }
+        h2 { @if jams.is_some() { "The nearest losses" } @else { "The first losses" } }
         (histories::section(sources, airframe, charts))
         h2 { "Runs that were lost" }
         (lost(sources, airframe))

@@ -386,8 +386,21 @@ impl Spec {
         self.joint.iter().try_for_each(|joint| joint.check(file))
     }
 
-    /// Every key that is varied has one source.
+    /// Every key that is varied has one source, and every law that is tuned a file of its own.
     fn check_names(&self, file: &str) -> Result<(), SpecError> {
+        let tuned: Vec<&LawSpec> = self.law.iter().filter(|law| !law.tune.is_empty()).collect();
+        for (place, law) in tuned.iter().enumerate() {
+            let path = file_name(&law.name);
+            let is_same = |other: &&&LawSpec| file_name(&other.name) == path;
+            if let Some(other) = tuned[..place].iter().find(is_same) {
+                let expected = format!(
+                    "a name whose gains do not go to {path}.toml, as those of \"{}\" do",
+                    other.name
+                );
+                let (file, key) = (file.to_owned(), "law.name".to_owned());
+                return Err(SpecError::Value { file, key, value: law.name.clone(), expected });
+            }
+        }
         let keys = || self.vary.iter().flat_map(|v| std::iter::once(&v.key).chain(&v.sets));
         match keys().enumerate().find(|(place, key)| keys().take(*place).any(|other| other == *key))
         {
@@ -400,6 +413,14 @@ impl Spec {
             }),
         }
     }
+}
+
+/// A law's name as a name of a file.
+pub fn file_name(law: &str) -> String {
+    let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
+    let name: String = law.chars().map(letter).collect();
+    let words: Vec<&str> = name.split('-').filter(|word| !word.is_empty()).collect();
+    words.join("-")
 }
 
 /// A finite number, a text, true or false.

@@ -167,15 +167,17 @@ pub fn csv(plan: &Plan, groups: &[Group]) -> String {
         let law = plan.laws()[group.law];
         let _ = write!(
             text,
-            "{},{},{},{},{lost},{failed},{:.3},{:.3},{:.3}",
+            "{},{},{},{},{lost},{failed}",
             field(name),
             field(law),
             flown + failed,
             flown - lost,
-            100.0 * group.fraction_lost(),
-            100.0 * interval.0,
-            100.0 * interval.1
         );
+        let percent = [group.fraction_lost(), interval.0, interval.1].map(|part| 100.0 * part);
+        let _ = match (flown, percent) {
+            (0, _) => write!(text, ",,,"),
+            (_, [lost, low, high]) => write!(text, ",{lost:.3},{low:.3},{high:.3}"),
+        };
         push_difference(&mut text, group.difference, 100.0);
         for (median, difference) in group.medians.iter().zip(&group.differences) {
             let _ = match median {
@@ -208,14 +210,11 @@ pub fn shown(plan: &Plan, groups: &[Group]) -> String {
         let _ = writeln!(text, "{}, {} flights:", aircraft.name, plan.flights_of(place).len());
         for group in groups.iter().filter(|group| group.airframe == place) {
             let Group { law, flown, lost, failed, interval: (low, high), .. } = group;
-            let percent = 100.0 * group.fraction_lost();
-            let _ = write!(
-                text,
-                "  {:width$}  {lost} of {flown} lost: {percent:.1} %, {:.1} to {:.1} % (95 %, Wilson)",
-                laws[*law],
-                100.0 * low,
-                100.0 * high
-            );
+            let _ = write!(text, "  {:width$}  {lost} of {flown} lost", laws[*law]);
+            if *flown > 0 {
+                let [percent, low, high] = [group.fraction_lost(), *low, *high].map(|p| 100.0 * p);
+                let _ = write!(text, ": {percent:.1} %, {low:.1} to {high:.1} % (95 %, Wilson)");
+            }
             if let Some(Difference { mean, interval: (low, high) }) = group.difference {
                 let _ = write!(
                     text,

@@ -27,7 +27,7 @@ use rayon::prelude::*;
 
 use crate::draw;
 use crate::plan::{Plan, PlanError};
-use crate::spec::SpecFile;
+use crate::spec::{SpecFile, file_name};
 use crate::store::{PROGRAM, write_new};
 use flight_analysis::print_line;
 use flight_analysis::table::field;
@@ -145,14 +145,6 @@ fn validation(file: &SpecFile) -> SpecFile {
     let mut other = file.clone();
     other.spec.seed = draw::stream(file.spec.seed, "validation", 0).next_u64() >> 11;
     other
-}
-
-/// A law's name as a name of a file.
-fn file_name(law: &str) -> String {
-    let letter = |c: char| if c.is_ascii_alphanumeric() { c.to_ascii_lowercase() } else { '-' };
-    let name: String = law.chars().map(letter).collect();
-    let words: Vec<&str> = name.split('-').filter(|word| !word.is_empty()).collect();
-    words.join("-")
 }
 
 /// Searches, compares on the other set, and gives the rest of the file of gains.

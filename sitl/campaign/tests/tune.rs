@@ -106,6 +106,16 @@ fn what_cannot_be_tuned_is_refused_by_name() {
     }
 }
 
+#[test]
+fn laws_whose_gains_would_share_a_file_are_refused_by_both_names() {
+    let law = |name: &str| format!("\n[[law]]\nname = \"{name}\"\ntune = [\"ROL_KP\"]\n");
+    let text = SPEC.to_owned() + &law("PID, x") + &law("PID x");
+    let refused = SpecFile::parse("small.toml", text, Path::new("").to_path_buf());
+    let message = refused.expect_err("one file").to_string();
+    assert!(message.contains("PID x: expected") || message.contains("\"PID x\""), "{message}");
+    assert!(message.contains("pid-x.toml, as those of \"PID, x\""), "{message}");
+}
+
 /// Everything that a flight is but for the law: its settings, and with them its seed.
 fn flights(name: &str) -> (BTreeSet<String>, BTreeSet<u64>) {
     let plan = Plan::new(SpecFile::read(name).expect("a campaign")).expect("a plan");

@@ -41,7 +41,7 @@ pub struct LaunchArgs {
     /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
     speed: Option<String>,
-    /// Let simulation time stand still at the start, until somebody lets it run
+    /// Let simulation time stand still at the start, until an operator lets it run
     #[arg(long)]
     start_paused: bool,
     /// Control period, 1 to 4 ms [default: 2]

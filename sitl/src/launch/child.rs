@@ -66,7 +66,7 @@ impl Reports {
         Self { sender, receiver }
     }
 
-    /// For somebody else who has something to report.
+    /// For another thread that has something to report.
     pub(super) fn sender(&self) -> ReportSender {
         ReportSender(self.sender.clone())
     }

@@ -249,6 +249,8 @@ mod tests {
                         compensator asleep   Hold   x1.0";
         let running = PaceState { paused: false, speed: Some(1.0) };
         assert_eq!(plain_line(&flight, running, None), expected);
+        flight.compensator_off = true;
+        assert!(plain_line(&flight, running, None).contains("compensator off "));
         flight.compensator_active = true;
         assert!(plain_line(&flight, running, None).contains("compensator fault seen, off"));
         flight.fade = 0.5;

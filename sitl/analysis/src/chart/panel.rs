@@ -300,20 +300,21 @@ fn draw_rule(drawing: &mut Drawing, frame: &Frame, rule: &Rule) {
 }
 
 fn draw_marks(drawing: &mut Drawing, frame: &Frame, marks: &[Mark]) {
-    let (mut free, mut drawn) = (f64::NEG_INFINITY, f64::NEG_INFINITY);
+    let (mut numbers, mut drawn) = (Vec::new(), Vec::new());
+    let is_near = |x: f64, others: &[f64], apart| others.iter().any(|at| (x - at).abs() < apart);
     for mark in marks {
         let Some((x, _)) = frame.span((mark.x, mark.x)) else { continue };
         // A fault that comes and goes a thousand times must not make a thousand lines in one place.
-        if x - drawn < APART {
+        if is_near(x, &drawn, APART) {
             continue;
         }
-        drawn = x;
+        drawn.push(x);
         let tip: String = mark.label.chars().take(TIP_MAX).collect();
         drawing.line((x, frame.top - 4.0), (x, frame.bottom), &stroke(&mark.ink), &tip);
-        if let Some(number) = mark.number.filter(|_| x >= free) {
+        if let Some(number) = mark.number.filter(|_| !is_near(x, &numbers, NUMBER_APART)) {
             let style = format!(r#" font-size="11" fill="{}""#, mark.ink.colour);
             drawing.text((x, frame.top - 6.0), "middle", &style, &number.to_string());
-            free = x + NUMBER_APART;
+            numbers.push(x);
         }
     }
 }

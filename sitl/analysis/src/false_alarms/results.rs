@@ -171,7 +171,7 @@ pub fn page(options: &Options, at: &[Condition], study: &[GradeStudy], figure: &
             (PreEscaped(&figure.svg))
             figcaption { (figure.caption) }
         }
-        pre { (summary(options, at, study)) }
+        (page::markdown(&summary(options, at, study)))
     };
     page::page("False alarms", "", &body)
 }

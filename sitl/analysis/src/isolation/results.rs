@@ -236,7 +236,7 @@ pub fn page(summary: &str, figure: &Figure) -> String {
             (PreEscaped(&figure.svg))
             figcaption { (figure.caption) }
         }
-        pre { (summary) }
+        (page::markdown(summary))
     };
     page::page("Isolation", "", &body)
 }

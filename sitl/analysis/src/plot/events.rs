@@ -6,9 +6,11 @@ use autopilot::command::Command;
 use autopilot::command::VehicleCommand;
 use autopilot::recorder::{Recorded, command_text};
 use autopilot::vehicle::Mode;
+use flight_control::CompensatorMode;
 use icd::fault::{FaultKind, TargetClass};
 use icd::record::effector_field;
 use icd::{ControlPeriod, Effector, EffectorList};
+use plant_sim::Attained;
 use ulog::reader::Topic;
 
 use super::flight::{FaultSpan, Flight, Kind, LogEvent};
@@ -39,9 +41,12 @@ pub fn find(flight: &mut Flight) {
     flight.strays = all - flight.events.len();
 }
 
-/// The lines on the time axes, with the numbers of the table.
+/// The lines on the time axes, with the numbers of the table. A loss comes first: of lines in one place the first is drawn.
 pub fn marks(events: &[LogEvent]) -> Vec<Mark> {
     let numbered = events.iter().zip(1..).filter(|(what, _)| what.kind.is_marked());
+    let (losses, others): (Vec<_>, Vec<_>) =
+        numbered.partition(|(what, _)| what.kind == Kind::Loss);
+    let numbered = losses.into_iter().chain(others);
     numbered
         .map(|(what, number)| Mark {
             x: what.t_s,
@@ -238,10 +243,7 @@ fn timeline(flight: &Flight) -> Vec<LogEvent> {
     all.extend(compensator(flight));
     all.extend(saturations(flight));
     all.extend(modes(flight));
-    if let Some(t_s) = on_ground(flight) {
-        let text = "the aircraft touches the ground".to_owned();
-        all.push(LogEvent { t_s, kind: Kind::Flight, text });
-    }
+    all.extend(losses(flight));
     all.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     let text = match flight.log.info_text("end") {
         Some(why) => format!("the log ends: {why}"),
@@ -309,22 +311,45 @@ const fn stream_name(command: &Command) -> &'static str {
 }
 
 fn compensator(flight: &Flight) -> Vec<LogEvent> {
-    let event = |t_s, text: &str| LogEvent { t_s, kind: Kind::Compensator, text: text.to_owned() };
+    let event = |t_s, text| LogEvent { t_s, kind: Kind::Compensator, text };
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
     let levels = AXES.map(|axis| flight.signal("control", &format!("level_{axis}"), 1.0));
     let mut all = Vec::new();
-    for (from, to) in spans(&active, 0.0) {
+    for (mode, (from, to)) in detections(flight) {
         let row = active.partition_point(|(t_s, _)| *t_s < from);
         let about = farthest(&levels, row).map(|axis| format!(" about the {axis} axis"));
         let about = about.unwrap_or_default();
-        let text =
-            format!("the compensator wakes: something acts{about} that the model does not expect");
-        all.push(event(from, &text));
-        if to < flight.span.1 {
-            all.push(event(to, "the compensator goes back to sleep"));
+        let (begin, end) = match mode {
+            CompensatorMode::Off => ("a fault is seen, the compensator is off", NO_FAULT),
+            CompensatorMode::Armed => {
+                ("the compensator wakes", "the compensator goes back to sleep")
+            }
+            CompensatorMode::AlwaysOn => ("a fault is seen", NO_FAULT),
+        };
+        let text = format!("{begin}: something acts{about} that the model does not expect");
+        all.push(event(from, text));
+        if active.last().is_some_and(|last| to < last.0) {
+            all.push(event(to, end.to_owned()));
         }
     }
     all
+}
+
+/// The end of a detection that did not wake the compensator.
+const NO_FAULT: &str = "a fault is no longer seen";
+
+/// When the detector saw a fault, from and to, s, and how `FTC_MODE` stood.
+pub fn detections(flight: &Flight) -> Vec<(CompensatorMode, (f64, f64))> {
+    let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
+    let modes = flight.compensator_modes();
+    let mode_at = |t_s| modes[modes.partition_point(|(since_s, _)| *since_s < t_s) - 1].1;
+    let of_mode = |mode| {
+        let counts =
+            |(t_s, value): &Point| (*t_s, if mode_at(*t_s) == mode { *value } else { 0.0 });
+        let points: Vec<Point> = active.iter().map(counts).collect();
+        spans(&points, 0.0).into_iter().map(move |span| (mode, span))
+    };
+    CompensatorMode::NAMES.into_iter().flat_map(|(_, mode)| of_mode(mode)).collect()
 }
 
 /// Axes in the order of the columns of levels.
@@ -396,9 +421,29 @@ fn modes(flight: &Flight) -> Vec<LogEvent> {
     mode_spans(flight).iter().map(event).collect()
 }
 
-/// No control step is flown on the ground, so no row has it: the autopilot's texts do.
-fn on_ground(flight: &Flight) -> Option<f64> {
-    let texts = flight.log.texts().iter();
-    let mut contacts = texts.filter(|text| text.text.starts_with("Ground contact"));
-    contacts.next().map(|text| text.timestamp_us as f64 * 1.0e-6)
+/// The first limit of the airframe file that was passed, and the ground, from the truth; without it the ground from the
+/// autopilot's texts.
+fn losses(flight: &Flight) -> Vec<LogEvent> {
+    let event = |t_s, text| LogEvent { t_s, kind: Kind::Loss, text };
+    let columns =
+        ["roll_rad", "pitch_rad", "alpha_rad", "beta_rad", "altitude_m", "on_ground", "broken"];
+    let truth = flight.rows("truth", columns);
+    let limits = flight.plant.as_ref().map(|plant| plant.setup.airframe.limits);
+    let mut limit = truth.iter().filter_map(|(us, row)| {
+        let [roll_rad, pitch_rad, alpha_rad, beta_rad, altitude_m, ..] = *row;
+        let at = Attained { roll_rad, pitch_rad, alpha_rad, beta_rad, altitude_m };
+        let by = limits.filter(|limits| limits.are_exceeded(&at))?.exceeded(&at)?;
+        Some(event(*us as f64 * 1.0e-6, format!("the aircraft is lost: {by}")))
+    });
+    let stopped = truth.iter().find(|(_, row)| row[5] > 0.0).map(|(us, row)| (*us, row[6] > 0.0));
+    let told = || flight.log.texts().iter().find(|text| text.text.starts_with("Ground contact"));
+    let stopped = stopped.or_else(|| told().map(|text| (text.timestamp_us, false)));
+    let ground = stopped.map(|(us, is_broken)| {
+        let text = match is_broken {
+            true => "the plant stops: a quantity is beyond all bounds",
+            false => "the aircraft touches the ground",
+        };
+        event(us as f64 * 1.0e-6, text.to_owned())
+    });
+    limit.next().into_iter().chain(ground).collect()
 }

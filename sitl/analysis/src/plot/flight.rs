@@ -2,14 +2,15 @@
 
 use std::collections::HashMap;
 
+use autopilot::parameters::Parameters;
 use autopilot::recorder::{ControlHeader, Recorded};
-use flight_control::{DesignModel, NavigationState};
+use flight_control::{CompensatorMode, DesignModel, NavigationState};
 use icd::record::{FieldName, TRUTH_HEAD, effector_field};
 use icd::{Effector, EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::io::header::PlantHeader;
 use serde::de::DeserializeOwned;
-use ulog::reader::{Log, Topic};
+use ulog::reader::{Log, ParameterValue, Topic};
 
 use super::NothingToDraw;
 use crate::chart::curve::{Point, thin};
@@ -103,6 +104,27 @@ impl Flight {
     /// The log has a topic with rows.
     pub fn has(&self, topic: &str) -> bool {
         self.log.topic(topic).is_some_and(|topic| !topic.is_empty())
+    }
+
+    /// How `FTC_MODE` stood, and since when, s; armed, as usual, if the log does not have it.
+    pub fn compensator_modes(&self) -> Vec<(f64, CompensatorMode)> {
+        let mut parameters = Parameters::default();
+        let mode = &mut parameters.gains.selection.compensator;
+        *mode = self
+            .control
+            .as_ref()
+            .map_or(CompensatorMode::Armed, |control| control.gains.selection.compensator);
+        let mut modes = vec![(f64::NEG_INFINITY, *mode)];
+        for change in self.log.parameters().iter().filter(|change| change.name == "FTC_MODE") {
+            let (Some(us), ParameterValue::Integer(value)) = (change.after_us, change.value) else {
+                continue;
+            };
+            // A damaged log may have a value that there is not.
+            if parameters.set(&change.name, value.into()).is_ok() {
+                modes.push((us as f64 * 1.0e-6, parameters.gains.selection.compensator));
+            }
+        }
+        modes
     }
 
     /// The autopilot flew on an estimate of the state.
@@ -231,7 +253,9 @@ pub enum Kind {
     Saturation,
     /// The mode changes.
     Mode,
-    /// The link to the plant, the ground, the end.
+    /// The aircraft passes a limit of its airframe file, or touches the ground.
+    Loss,
+    /// The link to the plant, the end.
     Flight,
 }
 
@@ -246,6 +270,7 @@ impl Kind {
             Self::Compensator => "compensator",
             Self::Saturation => "limit",
             Self::Mode => "mode",
+            Self::Loss => "loss",
             Self::Flight => "flight",
         }
     }
@@ -260,6 +285,7 @@ impl Kind {
             Self::Compensator => "#0a6b2e",
             Self::Saturation => "#8a5a00",
             Self::Mode => "#5b3fa0",
+            Self::Loss => "#e0002a",
             Self::Flight => "#444444",
         }
     }

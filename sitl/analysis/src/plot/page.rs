@@ -1,5 +1,7 @@
 //! The page: header, events, figures, what is missing, and the texts of the autopilot.
 
+use flight_control::gains::{Selection, name_of};
+use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use maud::{Markup, PreEscaped, html};
 use plant_sim::WindSettings;
 use ulog::reader::{Log, ParameterValue};
@@ -54,8 +56,10 @@ fn verdict(flight: &Flight) -> Markup {
     let is_damaged = !log.damages().is_empty();
     let complete = log.info_text("run_hash").is_some() && !log.is_cut() && !is_damaged;
     let missing = missing(flight);
+    let loss = flight.events.iter().find(|what| what.kind == Kind::Loss);
     html! {
-        p.verdict.good[complete].bad[!complete] {
+        @if let Some(LogEvent { t_s, text, .. }) = loss { p.verdict.bad { (format!("At {t_s:.3} s {text}.")) } }
+        p.verdict.good[complete && loss.is_none()].bad[!complete] {
             @if complete { "The log is complete." }
             @else if is_damaged { "The log is damaged. What can be read of it is shown." }
             @else {
@@ -102,6 +106,7 @@ fn header(flight: &Flight) -> Markup {
     };
     let info = |key| log.info_text(key).map(short);
     let setup = flight.plant.as_ref().map(|plant| &plant.setup);
+    let selection = flight.control.as_ref().map(|control| &control.gains.selection);
     let seconds =
         format!("{:.3} s of simulation time ({} control steps have rows)", to - from, flight.steps);
     let rate = flight.control.as_ref().map(|control| match control.row_every {
@@ -111,6 +116,9 @@ fn header(flight: &Flight) -> Markup {
     html! {
         table {
             (fact("Scenario", flight.plant.as_ref().map(|plant| plant.scenario.clone())))
+            (fact("Aircraft", aircraft(flight)))
+            (fact("Main law", selection.map(|selection| name_of(&MainLaw::NAMES, selection.main).to_owned())))
+            (fact("Compensator", selection.map(|selection| compensator(flight, selection))))
             (fact("Seed, run", setup.map(|setup| format!("{}, {}", setup.seed, setup.run))))
             (fact("Duration", Some(seconds)))
             (fact("Control period", setup.map(|s| format!("{} ms", 1.0e3 * s.period.as_seconds()))))
@@ -124,6 +132,31 @@ fn header(flight: &Flight) -> Markup {
             (fact("End", info("end").map(str::to_owned)))
         }
     }
+}
+
+/// The aircraft, and of which one the controller has the model, if of another.
+fn aircraft(flight: &Flight) -> Option<String> {
+    let plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.name.to_string());
+    let model = flight.control.as_ref().map(|control| control.model.aircraft.to_string());
+    match (plant, model) {
+        (Some(plant), Some(model)) if plant != model => {
+            Some(format!("{plant}, with the controller's model of {model}"))
+        }
+        (plant, model) => plant.or(model),
+    }
+}
+
+/// Estimator, allocation and mode of the compensator.
+fn compensator(flight: &Flight, selection: &Selection) -> String {
+    let law = name_of(&CompensatorLaw::NAMES, selection.compensator_law);
+    let allocation = name_of(&AllocationMode::NAMES, selection.allocation);
+    let modes = flight.compensator_modes().into_iter().map(|(since_s, mode)| {
+        let name = name_of(&CompensatorMode::NAMES, mode);
+        let since =
+            if since_s > flight.span.0 { format!(" since {since_s:.3} s") } else { String::new() };
+        format!("{name}{since}")
+    });
+    format!("{} (FTC_MODE), {law}, allocation {allocation}", modes.collect::<Vec<_>>().join(", "))
 }
 
 fn table(events: &[LogEvent]) -> Markup {

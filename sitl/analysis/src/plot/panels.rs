@@ -1,11 +1,12 @@
 //! Which figures there are, and what is in them. A signal that the log does not have leaves its curve out.
 
+use flight_control::CompensatorMode;
 use icd::record::effector_field;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
 use super::errors;
-use super::events::spans;
+use super::events::detections;
 use super::flight::{FaultSpan, Flight, Kind};
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
@@ -290,8 +291,8 @@ fn estimate(flight: &Flight) -> Group {
         Some(panel)
     });
     let caption = "What no part of the model explains: the estimate of the observer, and the truth F if the log has it. \
-                   Beyond its level for 20 ms the compensator wakes (shaded). The levels are those at the beginning \
-                   of the flight.";
+                   Beyond its level for 20 ms a fault is seen (shaded). The levels are those at the beginning of the \
+                   flight.";
     Group {
         title: "Estimated fault acceleration",
         caption: caption.to_owned(),
@@ -308,15 +309,17 @@ fn with_rules(panel: &mut Panel<'_>, rules: &[(f64, &str)]) {
     }
 }
 
-/// When the compensator was awake.
+/// When a fault was seen.
 fn active(flight: &Flight) -> Vec<Band> {
-    let points = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
-    let band = |span| Band {
-        span,
-        colour: Kind::Compensator.colour(),
-        label: "compensator awake".to_owned(),
+    let band = |(mode, span)| {
+        let label = match mode {
+            CompensatorMode::Off => "fault seen, compensator off",
+            CompensatorMode::Armed => "compensator awake",
+            CompensatorMode::AlwaysOn => "fault seen",
+        };
+        Band { span, colour: Kind::Compensator.colour(), label: label.to_owned() }
     };
-    spans(&points, 0.0).into_iter().map(band).collect()
+    detections(flight).into_iter().map(band).collect()
 }
 
 fn compensator(flight: &Flight) -> Group {

@@ -326,7 +326,7 @@ impl<'a> Replay<'a> {
 
     fn check_truth(&mut self, exchange: &Exchange, plant: &Plant) -> Checked {
         let Exchange { step, time, .. } = *exchange;
-        // A plant sends its truth only where somebody records.
+        // A plant sends its truth only to a recorder.
         if !self.truth.reach(time) {
             return Ok(());
         }

@@ -5,6 +5,7 @@ use serde_json::{Value as Json, json};
 use super::{Sources, bars, effectors, list};
 use crate::curves::{COLOURS, Curves, Point, Quantity};
 use crate::limit::Jams;
+use crate::map::{edges, is_flown};
 use crate::plan::Plan;
 use crate::store::RunEnd;
 
@@ -151,6 +152,8 @@ pub(super) fn map(sources: &Sources<'_>, jams: Jams, airframe: usize) -> Chart {
     let mut layout_axes = serde_json::Map::new();
     for (place, (key, name, angles)) in effectors.iter().enumerate() {
         let number = if place == 0 { String::new() } else { (place + 1).to_string() };
+        let edges = edges(angles);
+        let (Some(first), Some(last)) = (edges.first(), edges.last()) else { continue };
         let top = 1.0 - (AXIS - 40.0 + (field + AXIS) * place as f64) / height;
         let domain = [(top - field / height).max(0.0), top];
         let kept = |law: usize, flights: &[usize]| {
@@ -179,7 +182,7 @@ pub(super) fn map(sources: &Sources<'_>, jams: Jams, airframe: usize) -> Chart {
                 .collect()
         };
         data.push(json!({
-            "type": "heatmap", "x": list(angles.iter().map(|(deg, _)| *deg)), "y": laws,
+            "type": "heatmap", "x": list(edges.iter().copied()), "y": laws,
             "z": (0..laws.len()).map(of_law).collect::<Json>(),
             "text": (0..laws.len()).map(hover).collect::<Json>(),
             "hovertemplate": "%{text}<extra></extra>",
@@ -190,7 +193,7 @@ pub(super) fn map(sources: &Sources<'_>, jams: Jams, airframe: usize) -> Chart {
         }));
         let _ = layout_axes.insert(
             format!("xaxis{number}"),
-            json!({"anchor": format!("y{number}"), "ticksuffix": " deg", "zeroline": false}),
+            json!({"anchor": format!("y{number}"), "ticksuffix": " deg", "zeroline": false, "range": [first, last]}),
         );
         let _ = layout_axes.insert(
             format!("yaxis{number}"),
@@ -206,7 +209,7 @@ pub(super) fn map(sources: &Sources<'_>, jams: Jams, airframe: usize) -> Chart {
                 let set = limits.sets.iter().position(|known| known.key == set)?;
                 limits.range_deg(set, false, key)
             });
-            for deg in found.into_iter().flatten() {
+            for deg in found.into_iter().flatten().filter(|deg| is_flown(*deg, (*first, *last))) {
                 shapes.push(json!({
                     "type": "line", "x0": deg, "x1": deg, "y0": 0, "y1": 1,
                     "xref": format!("x{number}"), "yref": format!("y{number} domain"),

@@ -132,7 +132,7 @@ fn is_in_background(out: &Stdout) -> bool {
 }
 
 /// Whether a write returns at once. It does not on a terminal whose output was stopped (Ctrl-S): a write would wait
-/// until somebody lets it go on, and a request to stop with it. An output that cannot be asked is taken as ready, and
+/// until the user lets it go on, and a request to stop with it. An output that cannot be asked is taken as ready, and
 /// the write finds out.
 pub(super) fn takes_output(out: &Stdout) -> bool {
     let mut asked = [PollFd::new(out.as_fd(), PollFlags::POLLOUT)];

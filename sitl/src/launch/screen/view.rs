@@ -156,10 +156,12 @@ fn without_sign(value: f64, digits: usize) -> f64 {
 
 /// The compensator's state in words, and how serious it is.
 pub(super) fn compensator_text(flight: &FlightStatus) -> (Tone, String) {
-    match (flight.compensator_active, flight.fade) {
-        (false, fade) if fade <= 0.0 => (Tone::Good, "asleep".to_owned()),
-        (true, fade) if fade <= 0.0 => (Tone::Warning, "fault seen, off".to_owned()),
-        (_, fade) => (Tone::Warning, format!("ACTIVE {:.0} %", 100.0 * fade)),
+    match (flight.compensator_off, flight.compensator_active) {
+        _ if flight.fade > 0.0 => (Tone::Warning, format!("ACTIVE {:.0} %", 100.0 * flight.fade)),
+        (true, false) => (Tone::Plain, "off".to_owned()),
+        (true, true) => (Tone::Warning, "fault seen, off".to_owned()),
+        (false, false) => (Tone::Good, "asleep".to_owned()),
+        (false, true) => (Tone::Warning, "fault seen".to_owned()),
     }
 }
 

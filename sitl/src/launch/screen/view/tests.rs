@@ -14,6 +14,7 @@ pub(in super::super) fn flight() -> FlightStatus {
         airspeed_m_s: 264.0,
         roll_deg: -0.25,
         references: References { altitude_m: 6_000.0, airspeed_m_s: 264.0, roll_deg: 0.0 },
+        compensator_off: false,
         compensator_active: false,
         fade: 0.0,
         level: 0.05,
