@@ -246,6 +246,17 @@ impl EffectorList {
         if self.is_angle(effector) { "rad" } else { "n" }
     }
 
+    /// Unit for people of an effector whose largest value is `largest`, rad or N, and what a value is multiplied by for it: a thrust
+    /// below 1 kN is shown in N.
+    #[must_use]
+    pub fn shown_unit(&self, effector: Effector, largest: f64) -> (f64, &'static str) {
+        match self.is_angle(effector) {
+            true => (180.0 / core::f64::consts::PI, "deg"),
+            false if largest < 1.0e3 => (1.0, "N"),
+            false => (1.0e-3, "kN"),
+        }
+    }
+
     /// The partner on the other side; the effector itself if it has none.
     #[must_use]
     pub fn mirrored(&self, effector: Effector) -> Effector {

@@ -82,7 +82,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
         suspensions.send(Report::Suspended);
     })?;
     let options = args.check()?;
-    let mut screen = Screen::new(args.pace());
+    let mut screen = Screen::new(args.pace(), options.advice.clone());
     if let Some(note) = &options.note {
         screen.message(note)?;
     }

@@ -325,6 +325,12 @@ impl Autopilot {
     pub fn model(&self) -> &AircraftModel {
         &self.model
     }
+
+    /// The gains that fly.
+    #[must_use]
+    pub fn gains(&self) -> &Gains {
+        &self.gains
+    }
 }
 
 #[cfg(test)]

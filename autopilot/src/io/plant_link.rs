@@ -272,8 +272,7 @@ impl PlantLink {
         }
         if let Some(status) = self.status.as_ref().filter(|status| status.is_wanted()) {
             let plant = if self.watchdog.is_lost() { PlantState::Lost } else { PlantState::Flying };
-            let settings = self.autopilot.settings();
-            status.show(plant, self.autopilot.snapshot(), &self.faults, &settings);
+            status.show(plant, &self.autopilot, &self.faults);
         }
     }
 

@@ -11,11 +11,11 @@ use std::time::Duration;
 
 use flight_control::CompensatorMode;
 use host_io::{Stop, console};
-use icd::EffectorList;
 use icd::fault::{FaultEntry, FaultState};
+use icd::{EffectorKind, EffectorList};
 use serde::{Deserialize, Serialize};
 
-use flight_management::autopilot::Settings;
+use flight_management::autopilot::Autopilot;
 use flight_management::event::{Axis, Snapshot};
 use flight_management::fault_list::FaultList;
 
@@ -74,6 +74,8 @@ pub struct FlightStatus {
     pub roll_deg: f64,
     /// References of the laws.
     pub references: References,
+    /// The aircraft has a nozzle that turns.
+    pub has_nozzle: bool,
     /// The compensator never acts (`FTC_MODE` 0).
     pub compensator_off: bool,
     /// The detector has found a fault.
@@ -156,8 +158,8 @@ impl FaultStatus {
 }
 
 impl FlightStatus {
-    fn new(plant: PlantState, s: &Snapshot, faults: &FaultList, settings: &Settings) -> Self {
-        let effectors = &settings.model.effectors.list;
+    fn new(plant: PlantState, s: &Snapshot, autopilot: &Autopilot, faults: &FaultList) -> Self {
+        let effectors = &autopilot.model().effectors.list;
         let (log, demand) = (&s.log, &s.demand);
         let plant = match plant {
             PlantState::Flying if s.on_ground => PlantState::OnGround,
@@ -177,7 +179,8 @@ impl FlightStatus {
                 airspeed_m_s: demand.airspeed_m_s,
                 roll_deg: demand.roll_rad.to_degrees(),
             },
-            compensator_off: settings.gains.selection.compensator == CompensatorMode::Off,
+            has_nozzle: effectors.of_kind(EffectorKind::NozzlePitch).next().is_some(),
+            compensator_off: autopilot.gains().selection.compensator == CompensatorMode::Off,
             compensator_active: log.compensator_active,
             fade: log.fade,
             level: log.level,
@@ -226,16 +229,10 @@ impl StatusSource {
     }
 
     /// Reports the flight with the faults on the plant's list. Never waits.
-    pub fn show(
-        &self,
-        plant: PlantState,
-        snapshot: Option<&Snapshot>,
-        faults: &FaultList,
-        settings: &Settings,
-    ) {
+    pub fn show(&self, plant: PlantState, autopilot: &Autopilot, faults: &FaultList) {
         self.wanted.store(false, Ordering::Relaxed);
-        let line = snapshot.map_or(StatusLine::NoPlant, |snapshot| {
-            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, faults, settings)))
+        let line = autopilot.snapshot().map_or(StatusLine::NoPlant, |snapshot| {
+            StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, autopilot, faults)))
         });
         // Full means that earlier lines are not printed yet: this one would add nothing.
         let _ = self.lines.try_send(line);

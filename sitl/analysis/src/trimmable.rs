@@ -345,11 +345,22 @@ impl Study {
         pairs
     }
 
-    /// Position in the unit of people: deg or kN.
+    /// Factor and unit of a position for people.
+    fn unit(&self, effector: usize) -> (f64, &'static str) {
+        let (airframe, effector) = (self.airframe(), self.effectors()[effector]);
+        airframe.effectors.shown_unit(effector, airframe.servos[effector].max)
+    }
+
+    fn engine_unit(&self) -> &'static str {
+        let list = &self.airframe().effectors;
+        let engine = self.effectors().iter().position(|effector| !list.is_angle(*effector));
+        engine.map_or("kN", |engine| self.unit(engine).1)
+    }
+
+    /// Position in the unit of people.
     #[must_use]
     pub fn shown(&self, effector: usize, value: f64) -> f64 {
-        let is_angle = self.airframe().effectors.is_angle(self.effectors()[effector]);
-        if is_angle { value.to_degrees() } else { value / 1.0e3 }
+        value * self.unit(effector).0
     }
 
     fn csv(&self, sweeps: &[Sweep], pairs: &[Jams]) -> String {
@@ -393,9 +404,10 @@ impl Study {
         let airframe = self.airframe();
         let list = &airframe.effectors;
         let mut text = format!(
-            "Jams of {} up to which a steady flight exists, deg (engine: kN), at {} m; with {:.0} %: a tenth of the healthy authority \
+            "Jams of {} up to which a steady flight exists, deg (engine: {}), at {} m; with {:.0} %: a tenth of the healthy authority \
              left on every axis both ways.\n\n| jammed |",
             airframe.name,
+            self.engine_unit(),
             airframe.design_point.altitude_m,
             100.0 * MARGIN
         );

@@ -10,6 +10,7 @@ use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
 
 use super::keys::PaceState;
+use super::screen::Advice;
 
 /// Options of a flight; each is explained by `sitl autopilot --help` and `sitl plant-sim --help`.
 #[derive(Debug, Clone, Default, clap::Args)]
@@ -121,6 +122,8 @@ pub(super) struct Options {
     pub(super) plant: Vec<String>,
     /// What the operator has to know at the start.
     pub(super) note: Option<String>,
+    /// What can be broken.
+    pub(super) advice: Option<Advice>,
 }
 
 /// An option, or a file that it names, is wrong.
@@ -168,6 +171,7 @@ impl LaunchArgs {
             autopilot: self.autopilot_options(),
             plant: self.plant_options(),
             note: None,
+            advice: Advice::of(&setup.airframe),
         };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
         autopilot.laws.own = self.own_law.clone();

@@ -14,6 +14,7 @@ mod text;
 mod view;
 
 use terminal::Terminal;
+pub(super) use text::Advice;
 use view::{State, compensator_text, fault_text};
 
 /// Time between two lines where the output is no terminal.
@@ -47,8 +48,9 @@ struct Change {
 }
 
 impl Screen {
-    pub(super) fn new(pace: PaceState) -> Self {
-        let (state, terminal) = (State::new(pace), Terminal::open());
+    pub(super) fn new(pace: PaceState, advice: Option<Advice>) -> Self {
+        let (mut state, terminal) = (State::new(pace), Terminal::open());
+        state.advice = advice;
         Self { state, terminal, drawn: None, shown: None, measured: None, log: None }
     }
 
@@ -69,7 +71,9 @@ impl Screen {
         if self.terminal.is_some() {
             return Ok(());
         }
-        text::plain_lines(ground_stations).iter().try_for_each(|line| print(line))?;
+        text::plain_lines(ground_stations, self.state.advice.as_ref())
+            .iter()
+            .try_for_each(|line| print(line))?;
         if has_keys { print(&keys::HELP.join(", ")) } else { Ok(()) }
     }
 

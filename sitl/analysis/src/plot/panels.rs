@@ -387,9 +387,8 @@ fn authority(flight: &Flight) -> Option<Panel<'static>> {
 fn effectors(flight: &Flight) -> Group {
     let list = &flight.effectors;
     let panels = list.all().filter_map(|effector| {
-        let is_angle = list.is_angle(effector);
-        let scale = if is_angle { DEG } else { 1.0e-3 };
-        let (y_label, span_min) = if is_angle { ("deg", 2.0) } else { ("kN", 2.0) };
+        let (_, largest) = travel(flight, effector).unwrap_or((0.0, f64::INFINITY));
+        let (scale, y_label) = list.shown_unit(effector, largest);
         let [command, position, effect] =
             ["", "position", "effect"].map(|before| effector_field(before, list, effector));
         let signals = [
@@ -398,7 +397,7 @@ fn effectors(flight: &Flight) -> Group {
             signal("commands", &command, scale, "command", REFERENCE),
         ];
         let mut panel =
-            panel(title(list.name(effector)), y_label, span_min, LOW, curves(flight, &signals))?;
+            panel(title(list.name(effector)), y_label, 2.0, LOW, curves(flight, &signals))?;
         if let Some((min, max)) = travel(flight, effector) {
             with_rules(&mut panel, &[(max * scale, "end of travel"), (min * scale, "")]);
         }

@@ -46,7 +46,7 @@ pub fn figure(study: &Study, sweeps: &[Sweep]) -> Figure {
             r#" font-weight="bold""#,
             airframe.effectors.name(name),
         );
-        let unit = if airframe.effectors.is_angle(name) { "deg" } else { "kN" };
+        let (_, unit) = airframe.effectors.shown_unit(name, servo.max);
         let labels = range.map(|at| format!("{at:.0}"));
         drawing.text((LEFT - 8.0, middle), "end", "", &labels[0]);
         let last = format!("{} {unit}", labels[1]);

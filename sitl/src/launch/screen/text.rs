@@ -2,12 +2,59 @@
 
 use autopilot::io::status::Listening;
 use host_io::console;
+use icd::{Effector, EffectorKind};
+use plant_sim::Airframe;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
 /// Before each command.
 const INDENT: &str = "  ";
 /// Where a command of a shell goes on in the next line.
 const GOES_ON: &str = " \\";
+
+/// What to break of this aircraft: an elevator, or else its first surface.
+#[derive(Debug, Clone, PartialEq)]
+pub(in super::super) struct Advice {
+    name: String,
+    /// Number of its servo, from 1.
+    servo: usize,
+    /// Where it sticks, deg, within its travel.
+    angle_deg: f64,
+    is_elevator: bool,
+}
+
+/// What `gcs-scripts/break_elevator.py` breaks without options.
+const OF_THE_SCRIPT: (usize, f64) = (3, 30.0);
+
+impl Advice {
+    /// For an aircraft; `None` for one without surfaces.
+    pub(in super::super) fn of(airframe: &Airframe) -> Option<Self> {
+        let list = &airframe.effectors;
+        let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
+        let elevator = list.of_kind(EffectorKind::Elevator).next();
+        let effector = elevator.or_else(|| list.all().find(is_surface))?;
+        let servo = list.all().position(|other| other == effector)? + 1;
+        let angle_deg = airframe.servos[effector].max.to_degrees().min(OF_THE_SCRIPT.1).round();
+        let name = list.name(effector).to_owned();
+        Some(Self { name, servo, angle_deg, is_elevator: elevator.is_some() })
+    }
+
+    fn part(&self, option: &str) -> Part {
+        let Self { name, servo, angle_deg, is_elevator } = self;
+        let (number, angle) = OF_THE_SCRIPT;
+        let angle =
+            if *angle_deg == angle { String::new() } else { format!(" --angle {angle_deg}") };
+        let script = format!("python3 gcs-scripts/break_elevator.py{option}{angle}");
+        let script = (*is_elevator && *servo == number).then_some(Command::Shell(script));
+        let consoles = [
+            format!("failure servo stuck -i {servo} -v {angle_deg}deg"),
+            format!("long USER_1 102 2 {servo} 1 {angle_deg} 0 0"),
+        ];
+        Part {
+            heading: format!("Break the {name} (shell, MAVLink console, MAVProxy):"),
+            commands: script.into_iter().chain(consoles.map(Command::Console)).collect(),
+        }
+    }
+}
 
 /// A heading and the commands that belong to it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -22,7 +69,7 @@ pub(super) enum Command {
     /// For a shell.
     Shell(String),
     /// For a console of a ground station.
-    Console(&'static str),
+    Console(String),
 }
 
 impl Command {
@@ -62,7 +109,7 @@ fn shell_lines(text: &str, width: usize) -> Vec<String> {
 }
 
 /// How to reach the aircraft and how to break it; empty if there can be no ground station.
-pub(super) fn parts(stations: &Listening) -> Vec<Part> {
+pub(super) fn parts(stations: &Listening, advice: Option<&Advice>) -> Vec<Part> {
     let Listening { clients, udp_server, tcp_server } = stations;
     // Of two addresses that are called the first is the one of ground stations, the second that of programs.
     let station = match (clients.first(), tcp_server, udp_server) {
@@ -80,20 +127,11 @@ pub(super) fn parts(stations: &Listening) -> Vec<Part> {
     } else {
         "Connect with MAVProxy:"
     };
-    vec![
-        Part {
-            heading: qgc.to_owned(),
-            commands: vec![Command::Shell(format!("mavproxy.py --master={station}"))],
-        },
-        Part {
-            heading: "Break the left elevator (shell, MAVLink console, MAVProxy):".to_owned(),
-            commands: vec![
-                Command::Shell(format!("python3 gcs-scripts/break_elevator.py{option}")),
-                Command::Console("failure servo stuck -i 3 -v 30deg"),
-                Command::Console("long USER_1 102 2 3 1 30 0 0"),
-            ],
-        },
-    ]
+    let connect = Part {
+        heading: qgc.to_owned(),
+        commands: vec![Command::Shell(format!("mavproxy.py --master={station}"))],
+    };
+    [connect].into_iter().chain(advice.map(|advice| advice.part(&option))).collect()
 }
 
 /// Where QGroundControl listens.
@@ -102,7 +140,7 @@ const QGROUNDCONTROL_PORT: u16 = 14_550;
 const DEFAULT_CONNECT: &str = "udpin:127.0.0.1:14540";
 
 /// The same as plain lines, with the other addresses.
-pub(super) fn plain_lines(stations: &Listening) -> Vec<String> {
+pub(super) fn plain_lines(stations: &Listening, advice: Option<&Advice>) -> Vec<String> {
     let Listening { clients, udp_server, tcp_server } = stations;
     let called: Vec<String> = clients.iter().map(|station| format!("udp {station}")).collect();
     let udp = udp_server.map(|port| format!("udp {port}"));
@@ -115,7 +153,7 @@ pub(super) fn plain_lines(stations: &Listening) -> Vec<String> {
     if !awaited.is_empty() {
         lines.push(format!("ground stations  may connect to {}", awaited.join(", ")));
     }
-    for part in parts(stations) {
+    for part in parts(stations, advice) {
         lines.push(part.heading);
         lines.extend(part.commands.iter().map(|command| format!("{INDENT}{}", command.text())));
     }
@@ -195,7 +233,8 @@ mod tests {
             udp_server: Some(at(18_570)),
             tcp_server: Some(at(5_760)),
         };
-        let words = |listening: &Listening| plain_lines(listening).join("\n");
+        let advice = Advice::of(&Airframe::paper());
+        let words = |listening: &Listening| plain_lines(listening, advice.as_ref()).join("\n");
         let all = words(&listening);
         assert!(all.contains("called at udp 127.0.0.1:14550, udp 127.0.0.1:14540"), "{all}");
         assert!(all.contains("connect to udp 127.0.0.1:18570, tcp 127.0.0.1:5760"), "{all}");
@@ -209,7 +248,32 @@ mod tests {
         assert!(words(&listening).contains("--connect tcp:127.0.0.1:5760"));
         listening.tcp_server = None;
         assert!(words(&listening).contains("--connect udpout:127.0.0.1:18570"));
-        assert!(plain_lines(&Listening::default()).is_empty());
+        assert!(plain_lines(&Listening::default(), None).is_empty());
+    }
+
+    #[test]
+    fn what_is_advised_can_be_broken_on_every_aircraft() {
+        let of = |name: &str| {
+            let shipped = plant_sim::airframe::AIRFRAMES;
+            let (_, text) = shipped.iter().find(|(known, _)| *known == name).unwrap();
+            Advice::of(&Airframe::from_toml(name, text).unwrap()).unwrap().part("")
+        };
+        let lines =
+            |name| of(name).commands.iter().map(|c| c.text().to_owned()).collect::<Vec<_>>();
+        let jet = [
+            "python3 gcs-scripts/break_elevator.py",
+            "failure servo stuck -i 3 -v 30deg",
+            "long USER_1 102 2 3 1 30 0 0",
+        ];
+        assert_eq!(lines("tvc_jet"), jet);
+        assert_eq!(lines("f16")[0], "python3 gcs-scripts/break_elevator.py --angle 25");
+        assert!(of("aerosonde").heading.contains("elevator"));
+        // A flying wing has no elevator.
+        let text = include_str!("../../../../plant-sim/airframes/aerosonde.toml");
+        let text = text.replace("kind = \"elevator\"", "kind = \"rudder\"");
+        let wing = Advice::of(&Airframe::from_toml("wing.toml", &text).unwrap()).unwrap().part("");
+        assert!(wing.heading.starts_with("Break the left aileron"), "{}", wing.heading);
+        assert!(wing.commands.iter().all(|command| !command.text().contains("break_elevator")));
     }
 
     #[test]

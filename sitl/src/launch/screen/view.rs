@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use autopilot::io::status::{FaultPhase, FaultStatus, FlightStatus, Listening, PlantState};
 
-use super::text::{self, cut, fields};
+use super::text::{self, Advice, cut, fields};
 use crate::launch::keys::{self, PaceState};
 
 /// Messages of the two processes that are remembered.
@@ -46,6 +46,8 @@ pub(super) struct State {
     pub(super) achieved: Option<f64>,
     /// Where ground stations can be, once it is known.
     pub(super) stations: Option<Listening>,
+    /// What to break.
+    pub(super) advice: Option<Advice>,
     /// There is a keyboard.
     pub(super) keys: bool,
     messages: VecDeque<String>,
@@ -54,7 +56,15 @@ pub(super) struct State {
 impl State {
     pub(super) fn new(pace: PaceState) -> Self {
         let messages = VecDeque::with_capacity(MESSAGES_MAX);
-        Self { flight: None, pace, achieved: None, stations: None, keys: false, messages }
+        Self {
+            flight: None,
+            pace,
+            achieved: None,
+            stations: None,
+            advice: None,
+            keys: false,
+            messages,
+        }
     }
 
     /// Remembers a message; of too many the oldest is forgotten.
@@ -82,7 +92,10 @@ impl State {
             lines.extend(faults(flight, width));
         }
         let keys = if self.keys { keys_line(width) } else { Vec::new() };
-        let help = self.stations.as_ref().map_or_else(Vec::new, |stations| help(stations, width));
+        let help = self
+            .stations
+            .as_ref()
+            .map_or_else(Vec::new, |stations| help(stations, self.advice.as_ref(), width));
         if height >= lines.len() + help.len() + keys.len() {
             lines.extend(help);
         }
@@ -170,11 +183,14 @@ fn compensator(flight: &FlightStatus, width: usize) -> Vec<Line> {
     let level = format!("estimate {:.2} of its level", flight.level);
     let mut lines = row(tone, "compensator", &[format!("{words:<16}"), level], width);
     let uses = &flight.compensation;
-    let uses = [
+    let mut uses = vec![
         format!("ailerons {:5.1} deg", without_sign(uses.aileron_deg, 1)),
         format!("nozzle {:5.1} deg pitch", without_sign(uses.nozzle_pitch_deg, 1)),
         format!("{:5.1} deg yaw", without_sign(uses.nozzle_yaw_deg, 1)),
     ];
+    if !flight.has_nozzle {
+        uses.truncate(1);
+    }
     lines.extend(row(Tone::Plain, "  adds", &uses, width));
     let least = flight.authority_pct.iter().copied().fold(f64::INFINITY, f64::min);
     let tone = if least < AUTHORITY_LOW_PCT { Tone::Warning } else { Tone::Plain };
@@ -215,8 +231,8 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
 }
 
 /// Where to connect and how to break something: each command is a line of its own.
-fn help(stations: &Listening, width: usize) -> Vec<Line> {
-    let parts = text::parts(stations);
+fn help(stations: &Listening, advice: Option<&Advice>, width: usize) -> Vec<Line> {
+    let parts = text::parts(stations, advice);
     let mut lines = Vec::new();
     if !parts.is_empty() {
         lines.push(line(Tone::Plain, String::new()));

@@ -119,8 +119,8 @@ fn effectors(text: &mut String, state: &Snapshot, list: &EffectorList) {
     let log = &state.log;
     let _ = writeln!(text, "effector         command   modelled");
     for effector in list.all() {
-        let (scale, unit) =
-            if list.is_angle(effector) { (1.0_f64.to_degrees(), "deg") } else { (1.0e-3, "kN") };
+        let largest = log.commands[effector].abs().max(log.modelled[effector].abs());
+        let (scale, unit) = list.shown_unit(effector, largest);
         let commanded = fixed(2, log.commands[effector] * scale);
         let modelled = fixed(2, log.modelled[effector] * scale);
         let limit = if log.limited.contains(effector) { "  at its limit" } else { "" };

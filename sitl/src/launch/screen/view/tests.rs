@@ -14,6 +14,7 @@ pub(in super::super) fn flight() -> FlightStatus {
         airspeed_m_s: 264.0,
         roll_deg: -0.25,
         references: References { altitude_m: 6_000.0, airspeed_m_s: 264.0, roll_deg: 0.0 },
+        has_nozzle: true,
         compensator_off: false,
         compensator_active: false,
         fade: 0.0,
@@ -44,6 +45,7 @@ fn state(flight: FlightStatus) -> State {
         udp_server: Some(at(18_570)),
         tcp_server: Some(at(5_760)),
     });
+    state.advice = Advice::of(&plant_sim::Airframe::paper());
     state.flight = Some(flight);
     state.keys = true;
     for n in 0..30 {
