@@ -3,23 +3,25 @@
 mod flights;
 
 use autopilot::event::{Axis, Event, EventKind, Limit};
+use core::ops::ControlFlow;
 use flights::{case_1, setup};
 use icd::fault::{FaultEntry, FaultState};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{EarthModel, scenario};
-use sitl::closed_loop::{FlightSetup, fly_with_commands};
+use sitl::closed_loop::{FlightSetup, watch};
 
 /// The events of a flight, and the longest time without authority in roll.
 fn fly(setup: &FlightSetup) -> (Vec<Event>, f64) {
     let (mut events, mut exhausted_s, mut longest_s) = (Vec::new(), 0.0, 0.0_f64);
-    fly_with_commands(setup, &[], &mut |moment| {
-        events.extend(moment.events);
-        let is_exhausted = moment.snapshot.log.authority.roll_pct < 1.0;
+    let end = watch(setup, |tick| {
+        events.extend(tick.events);
+        let is_exhausted = tick.log.authority.roll_pct < 1.0;
         let period_s = f64::from(ControlPeriod::DEFAULT.as_micros()) * 1.0e-6;
         exhausted_s = if is_exhausted { exhausted_s + period_s } else { 0.0 };
         longest_s = longest_s.max(exhausted_s);
-    })
-    .expect("the shipped aircraft flies");
+        ControlFlow::Continue(())
+    });
+    let _ = end.expect("the shipped aircraft flies");
     (events, longest_s)
 }
 

@@ -3,6 +3,7 @@
 mod flights;
 
 use autopilot::command::VehicleCommand;
+use core::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -18,7 +19,7 @@ use icd::SimTime;
 use nalgebra::Vector3;
 use plant_sim::EarthModel;
 use plant_sim::geodesy::{Geodetic, ecef};
-use sitl::closed_loop::{FlightSetup, Observation, TimedCommand, fly_with_commands};
+use sitl::closed_loop::{FlightSetup, TimedCommand, watch_with_commands};
 use sitl::configuration::AircraftArgs;
 use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 
@@ -257,17 +258,18 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         at(25.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
     let (mut terminated_at, mut last, mut reports) = (None, None, 0);
-    let end = fly_with_commands(&setup, &commands, &mut |moment: &Observation| {
-        reports += moment
+    let end = watch_with_commands(&setup, &commands, |tick| {
+        reports += tick
             .events
             .iter()
             .filter(|event| event.kind == EventKind::Vehicle(VehicleEvent::Terminated))
             .count();
-        if moment.snapshot.terminated {
-            terminated_at.get_or_insert(moment.truth.position);
-            assert_eq!(moment.snapshot.mode, Mode::Position, "no command has an effect");
+        if tick.snapshot.terminated {
+            terminated_at.get_or_insert(tick.plant.truth().position);
+            assert_eq!(tick.snapshot.mode, Mode::Position, "no command has an effect");
         }
-        last = Some(moment.truth.position);
+        last = Some(tick.plant.truth().position);
+        ControlFlow::Continue(())
     });
     assert!(end.expect("the shipped aircraft flies").on_ground);
     assert_eq!(reports, 1, "reported once");

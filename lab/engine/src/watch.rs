@@ -3,10 +3,8 @@
 use core::ops::ControlFlow;
 
 use autopilot::command::{Command, Intent};
-use autopilot::event::{Event, Snapshot};
 use autopilot::recorder::Recorded;
 use icd::SimTime;
-use plant_sim::Truth;
 
 use crate::flight::{End, Flight, FlightError, FlightSetup, Record, Tick};
 
@@ -17,17 +15,6 @@ pub struct TimedCommand {
     pub at: SimTime,
     /// What.
     pub command: Command,
-}
-
-/// One tick of a flight with commands.
-#[derive(Debug, Clone, Copy)]
-pub struct Observation<'a> {
-    /// The plant's truth at the tick.
-    pub truth: &'a Truth,
-    /// What the autopilot shows at the tick.
-    pub snapshot: &'a Snapshot,
-    /// Events since the tick before.
-    pub events: &'a [Event],
 }
 
 /// Flies a setup to its end, or until `look` breaks.
@@ -78,36 +65,5 @@ pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, Fl
     watch(setup, |tick| {
         sink(&tick.record());
         ControlFlow::Continue(())
-    })
-}
-
-/// Flies a setup with commands, in the order of time, and hands every tick to `sink`.
-///
-/// # Errors
-/// As [`watch`].
-pub fn fly_with_commands(
-    setup: &FlightSetup,
-    commands: &[TimedCommand],
-    sink: &mut dyn FnMut(&Observation<'_>),
-) -> Result<End, FlightError> {
-    fly_while(setup, commands, &mut |observation| {
-        sink(observation);
-        true
-    })
-}
-
-/// The same, ended by a `sink` that returns false.
-///
-/// # Errors
-/// As [`watch`].
-pub fn fly_while(
-    setup: &FlightSetup,
-    commands: &[TimedCommand],
-    sink: &mut dyn FnMut(&Observation<'_>) -> bool,
-) -> Result<End, FlightError> {
-    watch_with_commands(setup, commands, |tick| {
-        let Tick { snapshot, events, plant, .. } = *tick;
-        let goes_on = sink(&Observation { truth: plant.truth(), snapshot, events });
-        if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use plant_sim::Truth;
 
 pub use lab_engine::flight::{End, Exchange, Flight, FlightError, FlightSetup, Held, Record, Tick};
-pub use lab_engine::watch::{Observation, TimedCommand, fly, fly_while, fly_with_commands, watch};
+pub use lab_engine::watch::{TimedCommand, fly, watch, watch_with_commands};
 
 /// F: the truth that z2 estimates, rad/s².
 ///

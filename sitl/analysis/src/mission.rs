@@ -1,6 +1,7 @@
 //! A mission flown in one process and drawn: `sitl study mission`.
 
 use autopilot::command::VehicleCommand;
+use core::ops::ControlFlow;
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
@@ -23,7 +24,7 @@ use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
-use crate::closed_loop::{FlightError, FlightSetup, Observation, TimedCommand, fly_while};
+use crate::closed_loop::{FlightError, FlightSetup, Tick, TimedCommand, watch_with_commands};
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
@@ -186,31 +187,25 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 /// [`FlightError`] if the plant cannot start.
 pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, FlightError> {
     let mut flown = Flown::default();
-    let mut tick = 0;
     let mut over_s = f64::INFINITY;
-    let mut sink = |observation: &Observation| {
-        let t_s = observation.snapshot.time.as_seconds();
-        flown.events.extend(observation.events.iter().map(|event| (t_s, event.kind)));
-        if observation
-            .events
-            .iter()
-            .any(|event| event.kind == EventKind::Vehicle(VehicleEvent::PlanComplete))
-        {
+    let _ = watch_with_commands(setup, commands, |tick| {
+        let t_s = tick.exchange.time.as_seconds();
+        flown.events.extend(tick.events.iter().map(|event| (t_s, event.kind)));
+        let complete = EventKind::Vehicle(VehicleEvent::PlanComplete);
+        if tick.events.iter().any(|event| event.kind == complete) {
             over_s = t_s + AFTER_S;
         }
-        if tick % TRACK_EVERY == 0 {
-            flown.track.push(TrackPoint::of(observation));
+        if tick.exchange.step.is_multiple_of(TRACK_EVERY) {
+            flown.track.push(TrackPoint::of(tick));
         }
-        tick += 1;
-        t_s < over_s
-    };
-    fly_while(setup, commands, &mut sink)?;
+        if t_s < over_s { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })?;
     Ok(flown)
 }
 
 impl TrackPoint {
-    fn of(observation: &Observation) -> Self {
-        let Observation { truth, snapshot, .. } = observation;
+    fn of(tick: &Tick<'_>) -> Self {
+        let (truth, snapshot) = (tick.plant.truth(), tick.snapshot);
         let navigation = &snapshot.navigation;
         Self {
             t_s: snapshot.time.as_seconds(),

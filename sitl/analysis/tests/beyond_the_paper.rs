@@ -2,13 +2,14 @@
 //!
 //! `cargo test --workspace --test beyond_the_paper -- --nocapture` prints the figures of docs/beyond-the-paper.md.
 
+use core::ops::ControlFlow;
 use std::sync::Arc;
 
 use autopilot::config;
 use autopilot::event::EventKind;
 use autopilot::vehicle::VehicleEvent;
 use flight_analysis::builder::SetupOptions;
-use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
+use flight_analysis::closed_loop::{FlightSetup, watch_with_commands};
 use flight_analysis::metrics::DEG;
 use flight_analysis::{mission, runner};
 use flight_control::{AllocationMode, CompensatorMode};
@@ -108,11 +109,11 @@ fn fly_plan(setup: &FlightSetup, commands: &[flight_analysis::closed_loop::Timed
     let mut flown = Flown::default();
     let (mut squares, mut count) = (0.0, 0_u32);
     let end_s = setup.duration.as_seconds();
-    let mut sink = |observation: &Observation| {
-        let Observation { truth, snapshot, events, .. } = observation;
-        let (t_s, log) = (truth.time.as_seconds(), &snapshot.log);
+    let end = watch_with_commands(setup, commands, |tick| {
+        let (truth, log, events) = (tick.plant.truth(), tick.log, tick.events);
+        let t_s = truth.time.as_seconds();
         flown.events.extend(events.iter().map(|event| (t_s, event.kind)));
-        if setup.plant.airframe.limits.are_exceeded(&(*truth).into()) {
+        if setup.plant.airframe.limits.are_exceeded(&truth.into()) {
             flown.lost_s = Some(t_s);
         }
         flown.roll_deg = truth.euler().phi / DEG;
@@ -128,9 +129,10 @@ fn fly_plan(setup: &FlightSetup, commands: &[flight_analysis::closed_loop::Timed
             flown.speed_error_m_s = flown.speed_error_m_s.max(error);
         }
         let complete = EventKind::Vehicle(VehicleEvent::PlanComplete);
-        flown.kept() && events.iter().all(|event| event.kind != complete)
-    };
-    fly_while(setup, commands, &mut sink).expect("the shipped aircraft flies");
+        let goes_on = flown.kept() && events.iter().all(|event| event.kind != complete);
+        if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    let _ = end.expect("the shipped aircraft flies");
     flown.roll_rate_rms_deg_s = (squares / f64::from(count.max(1))).sqrt();
     flown
 }

@@ -6,8 +6,9 @@
 use autopilot::config;
 use autopilot::event::EventKind;
 use autopilot::flight_management::event_text::verdict_text;
+use core::ops::ControlFlow;
 use flight_analysis::builder::SetupOptions;
-use flight_analysis::closed_loop::{FlightSetup, Observation, fly_while};
+use flight_analysis::closed_loop::{FlightSetup, watch};
 use flight_analysis::isolation::{Options, flights::fly_healthy, pairs};
 use flight_analysis::runner;
 use flight_analysis::study::{Sides, StudyOptions};
@@ -62,24 +63,23 @@ struct Flown {
 fn fly(name: &str, text: &str, mode: IsolationMode, allocation: AllocationMode) -> Flown {
     let setup = setup(text, mode, allocation);
     let mut flown = Flown::default();
-    let mut sink = |observation: &Observation| {
-        let Observation { truth, snapshot, events, .. } = observation;
+    let end = watch(&setup, |tick| {
+        let (truth, log) = (tick.plant.truth(), tick.log);
         let t_s = truth.time.as_seconds();
-        for event in *events {
+        for event in tick.events {
             if let EventKind::Isolated(verdict) = event.kind {
                 flown.named.push((t_s, verdict));
             }
         }
-        let log = &snapshot.log;
         flown.last = log.isolation.verdict;
         flown.test_rad = flown.test_rad.max(log.isolation.test_rad.abs());
         flown.altitude_error_m = truth.altitude_m - log.altitude_reference_m;
-        if setup.plant.airframe.limits.are_exceeded(&(*truth).into()) {
+        if setup.plant.airframe.limits.are_exceeded(&truth.into()) {
             flown.lost_s = Some(t_s);
         }
-        flown.lost_s.is_none()
-    };
-    fly_while(&setup, &[], &mut sink).expect("the shipped aircraft flies");
+        if flown.lost_s.is_none() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    let _ = end.expect("the shipped aircraft flies");
     let list = &setup.plant.airframe.effectors;
     let named = flown.named.iter().map(|(t, v)| format!("{t:.2} s {}", verdict_text(v, list)));
     let named = named.collect::<Vec<_>>().join("; ");

@@ -6,8 +6,9 @@ use autopilot::event::EventKind;
 use autopilot::run::AutopilotArgs;
 use autopilot::script::ScriptEvent;
 use clap::{Args, Command};
+use core::ops::ControlFlow;
 use flight_analysis::builder::SetupOptions;
-use flight_analysis::closed_loop::{FlightSetup, fly_with_commands};
+use flight_analysis::closed_loop::{FlightSetup, watch};
 use icd::tvc_jet;
 use icd::{Effector, SimTime};
 use plant_sim::Truth;
@@ -45,12 +46,13 @@ struct Seen {
 fn seen() -> Seen {
     let setup = flight();
     let (mut truths, mut events) = (Vec::new(), Vec::new());
-    let end = fly_with_commands(&setup, &[], &mut |moment| {
-        truths.push(*moment.truth);
-        events.extend(moment.events.iter().filter_map(|event| match event.kind {
+    let end = watch(&setup, |tick| {
+        truths.push(*tick.plant.truth());
+        events.extend(tick.events.iter().filter_map(|event| match event.kind {
             EventKind::Script { event: kind, .. } => Some((event.time, kind)),
             _ => None,
         }));
+        ControlFlow::Continue(())
     });
     Seen { truths, events, on_ground: end.unwrap().on_ground }
 }

@@ -230,7 +230,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
     let jams = Jams::of(plan);
     let mut studied = Vec::new();
     for airframe in 0..plan.aircraft.len() {
-        let limits = jams.map(|_| Limits::of(plan, airframe));
+        let limits = jams.map(|_| Limits::of(plan, airframe, store.folder()));
         if let Some(Err(error)) = &limits {
             let name = &plan.aircraft[airframe].name;
             // Nobody may read any more.

@@ -3,14 +3,19 @@
 
 use std::error::Error;
 use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 use flight_analysis::metrics::wilson_95;
 use flight_analysis::trimmable::sets::{self, Set};
 use flight_analysis::trimmable::{Study, Sweep};
+use host_io::file::{self, TEXT_MAX};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
 use crate::plan::{Aircraft, Plan, Value};
 use crate::results::Results;
-use crate::store::RunEnd;
+use crate::store::{PROGRAM, RunEnd, write_new};
 use flight_analysis::table::field;
 
 /// Name of the file of scores.
@@ -87,31 +92,90 @@ fn setting<'a>(aircraft: &'a Aircraft, key: &str) -> Option<&'a str> {
 pub struct Limits {
     /// The sets of steady flights.
     pub sets: Vec<Set>,
-    /// The limits.
-    pub sweeps: Vec<Sweep>,
+    found: Vec<Limit>,
     keys: Vec<String>,
 }
 
+/// The limit of one effector in one set.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Limit {
+    set: usize,
+    margin: bool,
+    effector: usize,
+    /// Largest jams to either side, rad or N.
+    range: Option<[f64; 2]>,
+}
+
+impl From<Sweep> for Limit {
+    fn from(sweep: Sweep) -> Self {
+        let Sweep { set, margin, effector, limits, .. } = sweep;
+        Self { set, margin, effector, range: limits }
+    }
+}
+
+/// The search takes seconds, so its result stays: in the folder of the campaign, and for others of this process, as those of a suite.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+struct Kept {
+    /// Of the aircraft, the sets, the step and the program.
+    sha256: String,
+    limits: Vec<Limit>,
+}
+
+static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+
+impl Kept {
+    /// From this process, else from the file; a file that is not whole, or of something else, is as none.
+    fn find(sha256: &str, path: &Path) -> Option<Self> {
+        let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        let here = kept.iter().find(|kept| kept.sha256 == sha256).cloned();
+        drop(kept);
+        let read = || serde_json::from_slice(&file::read(path, TEXT_MAX).ok()?).ok();
+        here.or_else(read).filter(|kept: &Self| kept.sha256 == sha256)
+    }
+
+    fn keep(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+        let text = serde_json::to_string(self)?;
+        write_new(path, text.as_bytes(), b"{\"sha256\":")?;
+        let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+        if !kept.contains(self) {
+            kept.push(self.clone());
+        }
+        Ok(())
+    }
+}
+
 impl Limits {
-    /// Computes the limits of the aircraft of a campaign, without what is varied.
+    /// The limits of the aircraft of a campaign, without what is varied; what was found before is in `folder`.
     ///
     /// # Errors
     /// Why there are none.
-    pub fn of(plan: &Plan, airframe: usize) -> Result<Self, Box<dyn Error>> {
+    pub fn of(plan: &Plan, airframe: usize, folder: &Path) -> Result<Self, Box<dyn Error>> {
+        let path = folder.join(format!("limits-{airframe}.json"));
         let airframe = plan.aircraft[airframe].airframe.clone();
         let sets = sets::read("sets.toml", sets::SHIPPED)?;
         let list = airframe.effectors;
         let keys = list.all().map(|effector| list.key(effector).to_owned()).collect();
-        let sweeps = Study::new(airframe, sets.clone())?.singles(STEP_DEG);
-        Ok(Self { sets, sweeps, keys })
+        let of = (serde_json::to_string(&airframe)?, sets::SHIPPED, STEP_DEG, PROGRAM);
+        let digest = Sha256::digest(postcard::to_allocvec(&of)?);
+        let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let found = match Kept::find(&sha256, &path) {
+            Some(kept) => kept,
+            None => {
+                let sweeps = Study::new(airframe, sets.clone())?.singles(STEP_DEG);
+                let limits = sweeps.into_iter().map(Limit::from).collect();
+                Kept { sha256, limits }
+            }
+        };
+        found.keep(&path)?;
+        Ok(Self { sets, found: found.limits, keys })
     }
 
     /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
     #[must_use]
     pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
         let effector = self.keys.iter().position(|key| key == effector)?;
-        let is_it = |s: &&Sweep| s.set == set && s.margin == margin && s.effector == effector;
-        Some(self.sweeps.iter().find(is_it)?.limits?.map(f64::to_degrees))
+        let is_it = |s: &&Limit| s.set == set && s.margin == margin && s.effector == effector;
+        Some(self.found.iter().find(is_it)?.range?.map(f64::to_degrees))
     }
 }
 
@@ -212,6 +276,23 @@ pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn limits_that_were_found_are_read_again_and_damaged_or_other_ones_are_not() {
+        let home = tempfile::tempdir().unwrap();
+        let path = home.path().join("limits-0.json");
+        let limits = vec![Limit { set: 1, margin: true, effector: 2, range: Some([-0.1, 0.3]) }];
+        let kept = Kept { sha256: "a".repeat(64), limits };
+        kept.keep(&path).unwrap();
+        KEPT.lock().unwrap().clear();
+        assert_eq!(Kept::find(&kept.sha256, &path), Some(kept.clone()));
+        assert_eq!(Kept::find("b", &path), None);
+        let whole = std::fs::read(&path).unwrap();
+        for end in 0..whole.len() {
+            std::fs::write(&path, &whole[..end]).unwrap();
+            assert_eq!(Kept::find(&kept.sha256, &path), None, "{end} bytes");
+        }
+    }
     use crate::spec::SpecFile;
 
     #[test]
@@ -227,7 +308,7 @@ mod tests {
     fn a_share_of_no_flight_is_an_empty_cell() {
         let plan = Plan::new(SpecFile::read("ftc-06").expect("it is shipped")).expect("a plan");
         let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
-        let limits = Some(Limits { sets: set, sweeps: Vec::new(), keys: Vec::new() });
+        let limits = Some(Limits { sets: set, found: Vec::new(), keys: Vec::new() });
         let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
         let csv = csv(&plan, &[Studied { limits, scores: vec![none] }]);
         assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");
