@@ -365,7 +365,7 @@ fn the_setup_in_the_outcome_is_enough_to_fly_the_flight_again() {
         duration: duration.expect("seconds"),
         ..SetupOptions::default().setup("nominal").expect("it is shipped")
     };
-    let flown = sitl::fly::outcome(&again).expect("it can start");
+    let flown = sitl::fly::outcome(&again, &[]).expect("it can start");
     let flown = serde_json::to_value(flown).expect("numbers");
     for (key, value) in flown.as_object().expect("a table") {
         assert_eq!(value, &written[key], "{key}");

@@ -8,7 +8,7 @@ use crate::file::{self, FileProblem, NewFile};
 
 /// What keeps the folder, or a file in it, from being written.
 #[derive(Debug, thiserror::Error)]
-#[error("--out {}: {source}", path.display())]
+#[error("--out: cannot write {}: {source}", path.display())]
 pub struct FolderError {
     /// The folder or the file.
     pub path: PathBuf,
@@ -112,13 +112,13 @@ mod tests {
         folder.write("t.csv", b"a,b\n1,2\n").unwrap();
         let path = folder.path().join("t.csv");
         let inside = Folder::create(&path.join("x")).unwrap_err().to_string();
-        assert!(inside.starts_with("--out ") && inside.contains("t.csv"), "{inside}");
+        assert!(inside.starts_with("--out: cannot write ") && inside.contains("t.csv"), "{inside}");
         let no_folder = Folder::create(&path).unwrap_err().to_string();
         assert!(no_folder.ends_with("this is no folder"), "{no_folder}");
         let foreign = folder.write("t.csv", b"other\n").unwrap_err().to_string();
         assert!(foreign.contains("not written by this program"), "{foreign}");
         // Files of the kernel take none, whoever asks.
         let kernel = Folder::create(Path::new("/proc/self")).unwrap_err().to_string();
-        assert!(kernel.starts_with("--out /proc/self: "), "{kernel}");
+        assert!(kernel.starts_with("--out: cannot write /proc/self: "), "{kernel}");
     }
 }

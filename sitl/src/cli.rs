@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
-use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use plant_sim::Airframe;
 use plant_sim::io::PlantArgs;
 
@@ -36,6 +36,7 @@ use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
 use flight_analysis::{estimator, false_alarms, isolation};
 use flight_analysis::{print_line, print_text};
+use flight_campaign::RunArgs;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -55,9 +56,7 @@ pub struct Cli {
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
-    let words = in_its_group(std::env::args_os().collect());
-    let parsed = command().try_get_matches_from(words).and_then(|m| Cli::from_arg_matches(&m));
-    let mut cli = parsed.unwrap_or_else(|error| match error.use_stderr() {
+    let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     });
@@ -75,6 +74,15 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
 }
 
 impl Cli {
+    /// Reads a command line.
+    ///
+    /// # Errors
+    /// What clap says of it, help and version included.
+    pub fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
+        let matches = command().try_get_matches_from(in_its_group(words.into_iter().collect()))?;
+        Self::from_arg_matches(&matches)
+    }
+
     /// Takes a law that the program brings.
     pub fn bring(&mut self, own: &OwnLaw) {
         match &mut self.command {
@@ -143,6 +151,9 @@ enum Command {
 
 /// What is studied.
 #[derive(Debug, Subcommand)]
+#[command(
+    after_help = "A specification is a study too, by its name or from a file: sitl study engine-fade --out DIR."
+)]
 enum Study {
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
@@ -175,6 +186,9 @@ enum Study {
     CompareCheckcases(CompareArgs),
     /// Print how fast flights run on this machine, as ratios
     Bench(BenchArgs),
+    /// A study that is a specification: with the options of `sitl campaign run`
+    #[command(external_subcommand)]
+    Specified(Vec<OsString>),
 }
 
 /// What is made of an aircraft.
@@ -208,8 +222,7 @@ enum Log {
 const GROUPS: [&str; 3] = ["study", "aircraft", "log"];
 
 /// Options of a live flight that the first screen shows; `sitl live --help` has them all.
-const FIRST: [&str; 9] =
-    ["scenario", "airframe", "law", "ftc", "script", "speed", "param", "seed", "instance"];
+const FIRST: [&str; 7] = ["scenario", "airframe", "law", "ftc", "speed", "param", "instance"];
 
 /// The command line as clap has it.
 fn command() -> clap::Command {
@@ -217,7 +230,9 @@ fn command() -> clap::Command {
         true => arg,
         false => arg.hide(true),
     };
-    Cli::command().mut_args(hide)
+    // Its first screen is the short help; that of `live` has the rest.
+    let help = clap::Arg::new("help").short('h').long("help").action(clap::ArgAction::HelpShort);
+    Cli::command().mut_args(hide).disable_help_flag(true).arg(help.help("Print help"))
 }
 
 /// With the group before a command that is named by its old name alone.
@@ -253,7 +268,7 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
         None => launch::run(&cli.launch, &program)?,
         Some(Command::Live(args)) => launch::run(args, &program)?,
         Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
-        Some(Command::Study(study)) => return run_study(study, &program),
+        Some(Command::Study(study)) => return run_study(study, &program, own),
         Some(Command::Campaign(command)) => flight_campaign::run(command, own)?,
         Some(Command::Aircraft(command)) => run_aircraft(command)?,
         Some(Command::Log(Log::Plot(args))) => plot::run(args)?,
@@ -265,7 +280,11 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
     Ok(ExitCode::SUCCESS)
 }
 
-fn run_study(study: &Study, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
+fn run_study(
+    study: &Study,
+    program: &Path,
+    own: Option<&OwnLaw>,
+) -> Result<ExitCode, Box<dyn Error>> {
     match study {
         Study::Paper(args) => return fly_paper(args, program),
         Study::PaperEstimated(args) => paper::estimated::run(args)?,
@@ -282,8 +301,21 @@ fn run_study(study: &Study, program: &Path) -> Result<ExitCode, Box<dyn Error>> 
         Study::Checkcase(args) => checkcase::run(args)?,
         Study::CompareCheckcases(args) => report::run(args)?,
         Study::Bench(args) => bench::run(args, program)?,
+        Study::Specified(words) => flight_campaign::run(&specified(words), own)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The campaign of a specification, read with the options of `sitl campaign run`.
+fn specified(words: &[OsString]) -> flight_campaign::Command {
+    let command = RunArgs::augment_args(clap::Command::new("sitl study"));
+    let words = std::iter::once("sitl study".into()).chain(words.iter().cloned());
+    let parsed = command.try_get_matches_from(words).and_then(|m| RunArgs::from_arg_matches(&m));
+    let args = parsed.unwrap_or_else(|error| match error.use_stderr() {
+        true => host_io::console::refuse(&error.render(), error.exit_code()),
+        false => error.exit(),
+    });
+    flight_campaign::Command::Run(args)
 }
 
 fn run_aircraft(command: &Aircraft) -> Result<(), Box<dyn Error>> {
@@ -324,8 +356,8 @@ mod tests {
 
     #[test]
     fn the_help_fits_a_screen_and_every_group_has_its_commands() {
-        let help = command().render_long_help().to_string();
-        assert!(help.lines().count() <= 50, "{help}");
+        let help = command().render_help().to_string();
+        assert!(help.lines().count() <= 24, "{help}");
         assert!(!help.contains("false-alarms") && help.contains("sitl live --help"), "{help}");
         for group in GROUPS {
             assert!(Cli::command().find_subcommand(group).is_some(), "{group}");
@@ -374,8 +406,7 @@ mod tests {
         ];
         for line in lines {
             let words = ["sitl"].into_iter().chain(line.split_whitespace()).map(OsString::from);
-            let words = in_its_group(words.collect());
-            let parsed = Cli::try_parse_from(words).map(drop).map_err(|error| error.to_string());
+            let parsed = Cli::read(words).map(drop).map_err(|error| error.to_string());
             assert_eq!(parsed, Ok(()), "{line}");
         }
     }

@@ -7,7 +7,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use autopilot::own_law::OwnLaw;
-use clap::Parser as _;
 use flight_control::main_controller::pid::Pid;
 use flight_control::{Gains, Law, LawInput, MainCommand, Visitor};
 use sitl::cli::{self, Cli};
@@ -58,7 +57,8 @@ fn short() -> OwnLaw {
 
 /// A command line with a law, or without one.
 fn sitl(words: &[&str], own: Option<&OwnLaw>) -> Result<ExitCode, String> {
-    let mut cli = Cli::try_parse_from(["sitl"].iter().chain(words)).expect("a right command line");
+    let words = ["sitl"].iter().chain(words).map(std::ffi::OsString::from);
+    let mut cli = Cli::read(words).expect("a right command line");
     if let Some(own) = own {
         cli.bring(own);
     }

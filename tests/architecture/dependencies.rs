@@ -127,6 +127,8 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     let judges =
         ["flight-analysis", "flight-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
     assert_without("lab-engine", &closure("lab-engine"), &judges);
+    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
+    assert_only("lab-judges", &["icd", "flight-control", "lab-engine"]);
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
 }

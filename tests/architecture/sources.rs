@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 13] = [
+pub const CRATES: [(&str, &str); 14] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -15,6 +15,7 @@ pub const CRATES: [(&str, &str); 13] = [
     ("autopilot", "autopilot/src"),
     ("plant_sim", "plant-sim/src"),
     ("lab_engine", "lab/engine/src"),
+    ("lab_judges", "lab/judges/src"),
     ("flight_analysis", "sitl/analysis/src"),
     ("flight_campaign", "sitl/campaign/src"),
     ("sitl", "sitl/src"),

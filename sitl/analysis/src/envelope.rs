@@ -6,6 +6,8 @@ use std::fmt::Write as _;
 use flight_control::{AltitudeLimit, CompensatorMode};
 use host_io::folder::Folder;
 use icd::{Body, EffectorKind, SimTime};
+use lab_judges::Judge as _;
+use lab_judges::altitude::Altitude;
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
 use plant_sim::atmosphere::{self, LocalDensity};
 use plant_sim::{Airframe, Plant, SetupError};
@@ -41,12 +43,10 @@ pub const CLIMBS_M: [[f64; 2]; 6] = [
 ];
 /// The bank or the climb begins, s.
 const BEGIN_S: f64 = 1.0;
-/// Length of a level flight, s; the last [`JUDGED_S`] are judged.
+/// Length of a level flight, s.
 const LEVEL_S: f64 = 100.0;
 /// Length of a climb, s.
 const CLIMB_S: f64 = 300.0;
-/// The altitude error is judged over the last seconds of a flight.
-const JUDGED_S: f64 = 20.0;
 /// An error up to this counts as held, m.
 pub const HELD_WITHIN_M: f64 = 10.0;
 /// What of the travel and of the thrust must be left where the altitude has to be held.
@@ -130,27 +130,22 @@ pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
     };
     let Some(setup) = setup(sides, case)? else { return Ok(nothing) };
     let level = case.from_m == case.to_m;
-    let end_s = setup.duration.as_seconds();
+    let mut judge = Altitude::of(&setup);
     let upwards = if case.to_m >= case.from_m { 1.0 } else { -1.0 };
     let trim = level_trim(&setup.plant.airframe, case);
     let mut flown = Flown { trim, error_m: 0.0, ..nothing };
     let end = watch(&setup, |tick| {
-        let (time_s, state) = (tick.exchange.time.as_seconds(), &tick.log.state);
-        let error_m = state.altitude_m - case.to_m;
+        judge.look(tick);
+        let error_m = tick.log.state.altitude_m - case.to_m;
         let beyond = if level { error_m.abs() } else { upwards * error_m };
         flown.overshoot_m = flown.overshoot_m.max(beyond);
-        flown.alpha_max_rad = flown.alpha_max_rad.max(state.alpha);
-        if time_s >= end_s - JUDGED_S {
-            flown.error_m = flown.error_m.max(error_m.abs());
-        }
-        flown.airspeed_error_m_s = state.airspeed_m_s - case.airspeed_m_s;
         flown.limit = tick.log.altitude_limit;
         flown.thrust_saturated = tick.log.health.thrust_saturated;
         ControlFlow::Continue(())
     })?;
-    if end.on_ground {
-        flown.error_m = case.to_m;
-    }
+    flown.error_m = judge.error_m.filter(|_| !end.on_ground).unwrap_or(case.to_m);
+    flown.airspeed_error_m_s = judge.airspeed_error_m_s.unwrap_or(0.0);
+    flown.alpha_max_rad = judge.alpha_max_rad.unwrap_or(0.0);
     Ok(flown)
 }
 

@@ -19,6 +19,7 @@ use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file;
 use host_io::folder::{Folder, FolderError};
+use lab_judges::Kind;
 use plant_sim::io::parse_earth;
 use plant_sim::{EarthModel, PlantSetup};
 use serde::Serialize;
@@ -76,6 +77,9 @@ pub struct FlyArgs {
     /// A page of figures too (flight.html)
     #[arg(long, requires = "out")]
     figures: bool,
+    /// A judge whose numbers stand beside the measures: altitude, estimate; may be repeated
+    #[arg(long = "judge", value_name = "NAME", value_parser = Kind::parse)]
+    judges: Vec<Kind>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     earth: Option<EarthModel>,
@@ -192,6 +196,8 @@ pub struct OneFlight<'a> {
     pub ulog: bool,
     /// A page of figures too.
     pub figures: bool,
+    /// Judges whose numbers stand beside the measures.
+    pub judges: &'a [Kind],
 }
 
 impl OneFlight<'_> {
@@ -216,6 +222,7 @@ impl OneFlight<'_> {
             table: rows.as_mut(),
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
             progress: Some(&progress),
+            judges: self.judges,
         };
         let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
         progress.finish();
@@ -249,8 +256,8 @@ impl OneFlight<'_> {
 ///
 /// # Errors
 /// [`FlyError::Start`] if the plant cannot start.
-pub fn outcome(setup: &FlightSetup) -> Result<Outcome, FlyError> {
-    judge::fly(setup, true, Keep::default()).map(|(outcome, _)| outcome)
+pub fn outcome(setup: &FlightSetup, judges: &[Kind]) -> Result<Outcome, FlyError> {
+    judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
 }
 
 fn written<'a, T>(
@@ -303,6 +310,7 @@ impl FlyArgs {
             folder: self.out.as_deref(),
             ulog: self.ulog,
             figures: self.figures,
+            judges: &self.judges,
         };
         let outcome = one.fly().map_err(|error| self.of_scenario(error))?;
         print(&format!("{}, {outcome}\n", self.scenario))?;
@@ -316,7 +324,7 @@ impl FlyArgs {
             }
         }
         let folder = self.out.as_deref().map(Folder::create).transpose()?;
-        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss)
+        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, &self.judges)
             .map_err(|error| self.of_scenario(error))?;
         if let Some(folder) = &folder {
             folder.write_marked(

@@ -8,7 +8,6 @@ use core::ops::ControlFlow;
 use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
-use flight_control::estimator::covariance::WIND;
 use flight_control::estimator_status::SourceHealth;
 use host_io::folder::Folder;
 use icd::SimTime;
@@ -16,6 +15,8 @@ use icd::fault::{
     CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Quantity, TargetClass, Timing,
 };
 use icd::sensors::SensorKind;
+use lab_judges::Judge as _;
+use lab_judges::estimate::Estimate;
 use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
 
@@ -208,10 +209,10 @@ pub struct Lost {
     pub largest: [f64; 3],
     /// Normalised square of the error of the wind, its mean; three for a consistent estimator.
     pub wind_nees: f64,
-    /// Part of the time with the compensator active.
-    pub active: f64,
     /// What the estimator reported of the sensor.
     pub reported: SourceHealth,
+    altitude_m: f64,
+    /// Seconds that were judged.
     seconds: f64,
 }
 
@@ -245,55 +246,29 @@ pub fn fly_without(
         fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
     setup.plant.faults = scheduled.into_iter().collect();
     let sensor = fault.map(|(sensor, _)| sensor);
-    let mut judge = LossJudge { lost: Lost::default(), sensor, altitude_m };
-    watch(&setup, |tick| judge.tick(tick))?;
-    let mut lost = judge.lost;
-    let seconds = lost.seconds.max(1.0);
-    lost.airspeed = lost.airspeed.map(|sum| sum / seconds);
-    (lost.wind_nees, lost.active) = (lost.wind_nees / seconds, lost.active / seconds);
-    Ok(lost)
-}
-
-struct LossJudge {
-    lost: Lost,
-    sensor: Option<SensorKind>,
-    altitude_m: f64,
-}
-
-impl LossJudge {
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+    let from_s = ONSET_S + LOSS_SETTLED_S;
+    let (mut lost, mut estimate) = (Lost::default(), Estimate::from(from_s));
+    let _ = watch(&setup, |tick| {
         let truth = tick.plant.truth();
-        let (now_s, state, lost) = (truth.time.as_seconds(), &tick.log.state, &mut self.lost);
         if tick.plant.dynamics().airframe().limits.are_exceeded(&truth.into()) {
-            lost.lost_at_s = Some(now_s);
+            lost.lost_at_s = Some(truth.time.as_seconds());
             return ControlFlow::Break(());
         }
-        let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
-        let (Some(estimator), Some(status)) = (tick.estimator, &state.estimate) else {
-            return ControlFlow::Continue(());
-        };
-        if !is_due || now_s < ONSET_S + LOSS_SETTLED_S {
-            return ControlFlow::Continue(());
-        }
-        let airspeed = truth.airspeed_m_s - state.airspeed_m_s;
-        let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
-        let errors = [airspeed, truth.altitude_m - self.altitude_m, turned.angle().to_degrees()];
-        for (largest, error) in lost.largest.iter_mut().zip(errors) {
-            *largest = largest.max(error.abs());
-        }
-        let stated = f64::from(status.airspeed_m_s);
-        lost.airspeed[0] += airspeed * airspeed;
-        lost.airspeed[1] += stated * stated;
-        let wind = truth.wind.0 - estimator.estimate().wind;
-        let inverse = estimator.covariance().block(WIND).try_inverse().unwrap_or_default();
-        lost.wind_nees += wind.dot(&(inverse * wind));
-        lost.active += f64::from(u8::from(tick.log.compensator_active));
-        lost.seconds += 1.0;
-        if let Some(sensor) = self.sensor {
-            lost.reported = status.sources[sensor as usize];
+        let before = estimate.seconds();
+        estimate.look(tick);
+        if estimate.seconds() > before {
+            lost.altitude_m = lost.altitude_m.max((truth.altitude_m - altitude_m).abs());
+            if let (Some(sensor), Some(status)) = (sensor, &tick.log.state.estimate) {
+                lost.reported = status.sources[sensor as usize];
+            }
         }
         ControlFlow::Continue(())
-    }
+    })?;
+    let [airspeed_m_s, attitude_rad] = estimate.largest;
+    lost.largest = [airspeed_m_s, lost.altitude_m, attitude_rad.to_degrees()];
+    (lost.airspeed, lost.wind_nees) = (estimate.airspeed(), estimate.wind_nees());
+    lost.seconds = estimate.seconds();
+    Ok(lost)
 }
 
 /// One row: the sensor with its fault, or no fault, and what became of it.

@@ -97,6 +97,6 @@ fn knowledge_keeps_a_jammed_nozzle_that_the_blind_law_loses() {
     let fault = "effector = \"nozzle_yaw\"\nkind = \"stuck_at\"\nangle_deg = 15.0";
     let blind = setup(fault, CompensatorMode::Armed, 40.0);
     let known = setup(fault, CompensatorMode::Off, 40.0);
-    let is_kept = |setup| outcome(&setup).expect("it can start").is_kept();
+    let is_kept = |setup| outcome(&setup, &[]).expect("it can start").is_kept();
     assert!(!is_kept(blind) && is_kept(FlightSetup { knows_fault: true, ..known }));
 }

@@ -68,7 +68,7 @@ pub enum Command {
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
@@ -85,7 +85,7 @@ pub struct RunArgs {
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Folder for the results
@@ -102,7 +102,7 @@ pub struct MergeArgs {
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Number of the run
@@ -119,7 +119,7 @@ pub struct ReplayArgs {
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, smoke, ftc-01 to ftc-12, or a file
+    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
     #[arg(value_name = "SPEC")]
     spec: String,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
@@ -305,6 +305,7 @@ fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Box<dyn Error>> {
         folder: args.out.as_deref(),
         ulog: args.out.is_some(),
         figures: args.out.is_some(),
+        judges: &plan.file.spec.judges,
     };
     let law = plan.laws()[run.law];
     print_line!("{name}: {}, {law}, seed {}", plan.aircraft[run.airframe].name, run.seed);

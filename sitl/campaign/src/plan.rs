@@ -441,7 +441,7 @@ impl Plan {
     /// # Errors
     /// As [`Plan::setup`], and what keeps the plant from starting.
     pub fn fly(&self, run: &Run) -> Result<Outcome, PlanError> {
-        Ok(fly::outcome(&self.setup(run)?)?)
+        Ok(fly::outcome(&self.setup(run)?, &self.file.spec.judges)?)
     }
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.

@@ -7,8 +7,10 @@ use flight_analysis::configuration::Named;
 use flight_analysis::settings::{self, Setting, SettingError, number, written};
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::ControlPeriod;
+use lab_judges::Kind;
 use plant_sim::scenario::SCENARIOS;
-use serde::Deserialize;
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 use toml::Value as Toml;
 
 mod joint;
@@ -18,7 +20,7 @@ pub use joint::{Joint, JointMeaning};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 10] = [
+pub const SHIPPED: [(&str, &str); 11] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
     ("combinations", include_str!("../campaigns/combinations.toml")),
@@ -29,6 +31,7 @@ pub const SHIPPED: [(&str, &str); 10] = [
     ("tuning", include_str!("../campaigns/tuning.toml")),
     ("gust", include_str!("../campaigns/gust.toml")),
     ("smoke", include_str!("../campaigns/smoke.toml")),
+    ("engine-fade", include_str!("../../../studies/engine-fade.toml")),
 ];
 
 /// The text of a scenario of the suite, with the laws of all of them.
@@ -102,9 +105,17 @@ pub struct Spec {
     /// What is varied together; after [`SpecFile::parse`] these stand among the variables too.
     #[serde(default)]
     pub joint: Vec<Joint>,
+    /// Judges whose numbers stand beside the measures.
+    #[serde(default, deserialize_with = "judges")]
+    pub judges: Vec<Kind>,
     /// Measures whose medians stand in the summary.
     #[serde(default)]
     pub measures: Vec<String>,
+}
+
+fn judges<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Kind>, D::Error> {
+    let names = Vec::<String>::deserialize(from)?;
+    names.iter().map(|name| Kind::parse(name).map_err(D::Error::custom)).collect()
 }
 
 /// How distributed variables are drawn.

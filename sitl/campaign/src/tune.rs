@@ -206,7 +206,7 @@ fn score(
             law: plan.laws()[law].to_owned(),
             problem: error.to_string(),
         })?;
-        let outcome = fly::outcome(&setup)?;
+        let outcome = fly::outcome(&setup, &[])?;
         progress.one_done();
         Ok((cost(plan, run.airframe, &outcome), !outcome.is_kept()))
     };

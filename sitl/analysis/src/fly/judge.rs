@@ -9,12 +9,13 @@ use host_io::session;
 use icd::SimTime;
 use icd::fault::PlantReport;
 use icd::sensors::SensorKind;
+use lab_judges::Kind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
 use super::FlyError;
 use super::measures::{Measured, Measures};
-use super::outcome::{Fate, Loss, LossBy, Outcome, SensorLost};
+use super::outcome::{Fate, Loss, LossBy, Metric, Outcome, SensorLost};
 use crate::closed_loop::{Exchange, Flight, FlightError, FlightSetup, Tick};
 use crate::paper::trace::Sample;
 use crate::runner::Progress;
@@ -29,6 +30,8 @@ pub(super) struct Keep<'a> {
     pub(super) log: Option<FlightLog>,
     /// Counts the seconds of simulation time.
     pub(super) progress: Option<&'a Progress>,
+    /// Judges whose numbers stand beside the measures.
+    pub(super) judges: &'a [Kind],
 }
 
 /// One second, us.
@@ -58,6 +61,7 @@ pub(super) fn fly(
         loss: None,
         sensors_lost: Vec::new(),
         next_second: SimTime::ZERO,
+        judges: keep.judges.iter().map(|kind| kind.judge(setup)).collect(),
         keep,
     };
     if let Some(output) = judge.keep.table.as_mut() {
@@ -78,6 +82,14 @@ pub(super) fn fly(
         judge.landed(end.time, flight.plant())?;
     }
     let lost_s = judge.loss.map(|loss| loss.at_s);
+    let mut metrics = judge.measures.metrics(lost_s);
+    for (kind, judge) in judge.keep.judges.iter().zip(&judge.judges) {
+        let values = kind.columns.iter().zip(judge.values());
+        let metric = |((name, unit), value): (&(&str, &'static str), Option<f64>)| {
+            Metric::new(*name, unit, value)
+        };
+        metrics.extend(values.map(metric));
+    }
     let outcome = Outcome {
         seed: setup.plant.seed,
         fate: judge.loss.map_or(Fate::Kept, Fate::Lost),
@@ -85,7 +97,7 @@ pub(super) fn fly(
         steps: judge.steps,
         altitude_m: judge.altitude_m,
         sensors_lost: judge.sensors_lost,
-        metrics: judge.measures.metrics(lost_s),
+        metrics,
     };
     Ok((outcome, judge.keep.log))
 }
@@ -104,6 +116,7 @@ struct Judge<'a> {
     sensors_lost: Vec<SensorLost>,
     /// Simulation time of the next count of the progress.
     next_second: SimTime,
+    judges: Vec<Box<dyn lab_judges::Judge>>,
     keep: Keep<'a>,
 }
 
@@ -119,6 +132,7 @@ impl Judge<'_> {
         let demand = &tick.snapshot.demand;
         let references = [demand.altitude_m, demand.roll_rad, demand.airspeed_m_s];
         self.measures.tick(&Measured { truth, attitude: &attitude, log: tick.log, references });
+        self.judges.iter_mut().for_each(|judge| judge.look(tick));
         self.altitude_m = [truth.altitude_m, references[0]];
         if self.loss.is_none() {
             let at = Attained {

@@ -6,6 +6,8 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
+use lab_judges::Kind;
+
 use super::outcome::{Fate, Outcome};
 use super::{FlyError, judge};
 use crate::closed_loop::FlightSetup;
@@ -62,12 +64,14 @@ pub(super) fn fly(
     from: u64,
     to: u64,
     stops_at_loss: bool,
+    judges: &[Kind],
 ) -> Result<Vec<Outcome>, FlyError> {
     let seeds: Vec<u64> = (from..=to).collect();
     let one = |seed: &u64| {
         let mut setup = setup.clone();
         setup.plant.seed = *seed;
-        judge::fly(&setup, stops_at_loss, judge::Keep::default()).map(|(outcome, _)| outcome)
+        judge::fly(&setup, stops_at_loss, judge::Keep { judges, ..judge::Keep::default() })
+            .map(|(outcome, _)| outcome)
     };
     runner::map_quietly("seeds", &seeds, one).into_iter().collect()
 }

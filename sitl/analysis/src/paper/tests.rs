@@ -2,9 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::sync::LazyLock;
-
 use std::path::Path;
+use std::sync::LazyLock;
 
 use super::cases::{Conditions, Run};
 use super::trace::{Sample, Trace};
@@ -485,7 +484,10 @@ fn a_folder_that_cannot_be_made_is_named() {
     fs::write(&file, "in the way").unwrap();
     let out = file.join("out");
     let error = run(&options(&out), &in_process).unwrap_err().to_string();
-    assert!(error.starts_with("cannot write ") && error.contains(out.to_str().unwrap()), "{error}");
+    assert!(
+        error.starts_with("--out: cannot write ") && error.contains(out.to_str().unwrap()),
+        "{error}"
+    );
 }
 
 #[test]

@@ -77,7 +77,10 @@ impl Aircraft {
         let period_s = file.spec.period().unwrap_or_default().as_seconds();
         let observer = model.defaults.gains.selection.observer;
         let measures = Measures::new(&airframe, &model.aircraft, observer, period_s).metrics(None);
-        let measures = measures.into_iter().map(|metric| (metric.name, metric.unit)).collect();
+        let measures = measures.into_iter().map(|metric| (metric.name, metric.unit));
+        let judged = file.spec.judges.iter().flat_map(|kind| kind.columns);
+        let judged = judged.map(|(name, unit)| ((*name).to_owned(), *unit));
+        let measures = measures.chain(judged).collect();
         let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
         let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);
         Ok(Self {

@@ -1,0 +1,103 @@
+//! Judges: each looks at every tick of a flight and gives numbers with units at its end, which stand beside the measures of
+//! `sitl fly --judge NAME` and of a campaign with `judges = ["NAME"]`.
+//!
+//! A judge sees the truth and what the controller made of it, and changes neither. A new one is a file here and a line in [`KINDS`].
+
+use core::fmt;
+
+use lab_engine::FlightSetup;
+use lab_engine::flight::Tick;
+
+pub mod altitude;
+pub mod estimate;
+
+/// Looks at a flight.
+pub trait Judge: fmt::Debug {
+    /// A tick, in the order of time.
+    fn look(&mut self, tick: &Tick<'_>);
+
+    /// Its numbers, in the order of the columns of its kind; `None` where the flight gave none.
+    fn values(&self) -> Vec<Option<f64>>;
+}
+
+/// A kind of judge.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// Name in options and specifications.
+    pub name: &'static str,
+    /// Names and units of its numbers.
+    pub columns: &'static [(&'static str, &'static str)],
+    make: fn(&FlightSetup) -> Box<dyn Judge>,
+}
+
+impl PartialEq for Kind {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+/// All kinds.
+pub const KINDS: [Kind; 2] = [
+    Kind {
+        name: "altitude",
+        columns: &altitude::COLUMNS,
+        make: |setup| Box::new(altitude::Altitude::of(setup)),
+    },
+    Kind {
+        name: "estimate",
+        columns: &estimate::COLUMNS,
+        make: |_| Box::new(estimate::Estimate::from(estimate::SETTLED_S)),
+    },
+];
+
+impl Kind {
+    /// The kind of a name.
+    ///
+    /// # Errors
+    /// A text with the names that there are.
+    pub fn parse(name: &str) -> Result<Self, String> {
+        let known = || KINDS.map(|kind| kind.name).join(", ");
+        let found = KINDS.into_iter().find(|kind| kind.name == name);
+        found.ok_or_else(|| format!("{name:?} is no judge; the judges are {}", known()))
+    }
+
+    /// A judge for a flight.
+    #[must_use]
+    pub fn judge(&self, setup: &FlightSetup) -> Box<dyn Judge> {
+        (self.make)(setup)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use lab_engine::{Flight, SetupOptions};
+
+    use super::*;
+
+    #[test]
+    fn every_judge_has_a_value_for_each_column_and_no_column_stands_twice() {
+        let mut options = SetupOptions::default();
+        let _ = options.set("plant.duration_s", 30.0).set("plant.sensors.grade", "tactical");
+        let setup = options.setup("nominal").unwrap();
+        let mut names = BTreeSet::new();
+        for kind in KINDS {
+            assert_eq!(Kind::parse(kind.name), Ok(kind));
+            let (mut judge, mut flight) = (kind.judge(&setup), Flight::new(&setup).unwrap());
+            assert!(judge.values().iter().all(Option::is_none), "{}: before the flight", kind.name);
+            while let Some(tick) = flight.step([]) {
+                judge.look(&tick);
+            }
+            let values = judge.values();
+            assert_eq!(values.len(), kind.columns.len(), "{}", kind.name);
+            assert!(
+                values.iter().all(|v| v.is_some_and(f64::is_finite)),
+                "{}: {values:?}",
+                kind.name
+            );
+            assert!(kind.columns.iter().all(|(name, _)| names.insert(*name)), "{}", kind.name);
+        }
+        assert!(Kind::parse("x").unwrap_err().contains("altitude, estimate"));
+    }
+}
