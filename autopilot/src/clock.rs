@@ -15,7 +15,6 @@ fn read() -> Instant {
 static START: LazyLock<Instant> = LazyLock::new(read);
 
 /// Wall time now. The first call is time zero.
-#[must_use]
 pub fn now() -> WallTime {
     let start = *START;
     WallTime::ZERO + read().saturating_duration_since(start)
@@ -23,7 +22,6 @@ pub fn now() -> WallTime {
 
 /// UNIX time at [`WallTime::ZERO`] by the computer's calendar, us; `None` if that is before 1970. Sent to
 /// ground stations and used for nothing else.
-#[must_use]
 #[expect(clippy::disallowed_methods, reason = "the one look at the calendar of the process")]
 pub fn unix_start_us() -> Option<u64> {
     let elapsed = now().as_micros();
@@ -32,7 +30,6 @@ pub fn unix_start_us() -> Option<u64> {
 }
 
 /// The instant at `time`, for timers that need one.
-#[must_use]
 pub fn instant(time: WallTime) -> Instant {
     *START + Duration::from_micros(time.as_micros())
 }

@@ -11,18 +11,12 @@ pub use flight_management::configuration::*;
 use flight_management::script::{Script, TEXT_MAX};
 
 /// Reads a whole text file.
-///
-/// # Errors
-/// [`ConfigError::Read`] names the file.
 pub fn read(path: &Path) -> Result<String, ConfigError> {
     file::read_text(path, file::TEXT_MAX)
         .map_err(|source| ConfigError::Read { path: path.to_path_buf(), source: source.into() })
 }
 
 /// The model that comes with the program under this name, or else the model in this file.
-///
-/// # Errors
-/// [`ConfigError`] names the file, and key, value and range; or the names that there are.
 pub fn named_model(name: &Path) -> Result<Model, ConfigError> {
     let (name, text) = file::shipped_or_read(name, &MODELS)
         .map_err(|source| ConfigError::Read { path: name.to_path_buf(), source: source.into() })?;
@@ -30,9 +24,6 @@ pub fn named_model(name: &Path) -> Result<Model, ConfigError> {
 }
 
 /// Reads a script for an aircraft with these effectors; a file over the limit is not read.
-///
-/// # Errors
-/// [`ConfigError::Read`] or [`ConfigError::Script`] names the file.
 pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, ConfigError> {
     let name = path.display().to_string();
     match file::read_text(path, TEXT_MAX as u64) {

@@ -42,10 +42,7 @@ pub enum RunError {
     Config(#[from] ConfigError),
     /// A file is not a setup.
     #[error("{}: not a control setup of this version", path.display())]
-    Setup {
-        /// The file.
-        path: PathBuf,
-    },
+    Setup { path: PathBuf },
     /// A parameter is invalid.
     #[error("--param: {0}")]
     Parameter(#[from] ParameterError),
@@ -55,7 +52,6 @@ pub enum RunError {
     /// A file of gains cannot be used.
     #[error("--gains {}: {problem}", file.display())]
     Gains {
-        /// The file.
         file: PathBuf,
         /// The error in it.
         problem: SavedProblem,
@@ -92,9 +88,6 @@ pub enum RunError {
 /// Flies until the process receives a request to end.
 ///
 /// Call it before the process starts any thread: it changes how the process handles signals.
-///
-/// # Errors
-/// [`RunError`] names what the operator has to correct.
 pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let stop = Stop::new();
     stop.on_signals()?;

@@ -2,8 +2,6 @@
 
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Wall time now.
-#[must_use]
 #[expect(clippy::disallowed_methods, reason = "the wall clock of waiting and sending again")]
 pub fn now() -> Instant {
     Instant::now()
@@ -16,7 +14,6 @@ pub fn sleep(duration: Duration) {
 }
 
 /// Seconds since 1970, UTC, for names of files; no result depends on it.
-#[must_use]
 #[expect(clippy::disallowed_methods, reason = "only shows people the time of an event")]
 pub fn utc_seconds() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or(Duration::ZERO).as_secs()

@@ -18,7 +18,6 @@ const HIDDEN: char = '?';
 
 /// Whether a terminal shows the character and does nothing else: no control character, no separator of lines, and none that
 /// changes the direction of writing or has no width.
-#[must_use]
 pub fn is_shown(c: char) -> bool {
     let is_invisible = matches!(c,
         '\u{ad}' | '\u{61c}' | '\u{180e}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}'
@@ -27,7 +26,6 @@ pub fn is_shown(c: char) -> bool {
 }
 
 /// The text with `?` for each character that a terminal does not show. Line feeds and tabs stay.
-#[must_use]
 pub fn shown(text: &str) -> Cow<'_, str> {
     let passes = |c: char| is_shown(c) || matches!(c, '\n' | '\t');
     if text.chars().all(passes) {
@@ -78,24 +76,17 @@ impl Write for Out {
     }
 }
 
-/// The standard output.
-#[must_use]
 pub fn out() -> Shown<Out> {
     Shown(Out(io::stdout()))
 }
 
 /// Puts out what waits, and says whether everything could be written: a program that ends with success has shown its results.
-///
-/// # Errors
-/// The first error of the standard output.
 pub fn finish() -> io::Result<()> {
     // Remembered with those before it.
     let _ = out().flush();
     FAILED.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
 }
 
-/// The standard error.
-#[must_use]
 pub fn err() -> Shown<Stderr> {
     Shown(io::stderr())
 }

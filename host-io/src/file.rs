@@ -27,17 +27,11 @@ const KIND_BYTES: usize = 12;
 /// Why a file cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum FileProblem {
-    /// The system's error.
     #[error("{0}")]
     System(#[from] io::Error),
     /// Neither a name that comes with the program nor a file.
     #[error("{source}; the names that come with the program are {known}")]
-    NoSuchName {
-        /// The system's error.
-        source: io::Error,
-        /// The names.
-        known: String,
-    },
+    NoSuchName { source: io::Error, known: String },
     /// Something else than a folder.
     #[error("this is no folder")]
     NoFolder,
@@ -49,10 +43,8 @@ pub enum FileProblem {
     TooLong {
         /// Length of the file; at least this if it grows.
         bytes: u64,
-        /// Length limit.
         limit: u64,
     },
-    /// Not text.
     #[error("no text: byte {at} (from 0) is not UTF-8")]
     NotText {
         /// Offset of the first invalid byte.
@@ -65,7 +57,6 @@ pub enum FileProblem {
 
 impl FileProblem {
     /// Whether the file does not exist, or cannot: what should be its folder is none.
-    #[must_use]
     pub fn is_not_found(&self) -> bool {
         matches!(self, Self::System(error) | Self::NoSuchName { source: error, .. }
             if matches!(error.kind(), ErrorKind::NotFound | ErrorKind::NotADirectory))
@@ -97,9 +88,6 @@ fn check_free(path: &Path) -> Result<(), FileProblem> {
 }
 
 /// Opens a regular file for reading. Never waits: neither for the other end of a pipe, nor for a device.
-///
-/// # Errors
-/// [`FileProblem::System`] or [`FileProblem::NotOrdinary`].
 pub fn open(path: &Path) -> Result<File, FileProblem> {
     // Checked before opening: opening a device may have an effect.
     check_ordinary(fs::metadata(path)?.file_type())?;
@@ -110,17 +98,11 @@ pub fn open(path: &Path) -> Result<File, FileProblem> {
 }
 
 /// The content of a regular file of at most `limit` bytes.
-///
-/// # Errors
-/// [`FileProblem`] without the path, which the caller knows.
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>, FileProblem> {
     read_opened(&open(path)?, limit)
 }
 
 /// The content of an open regular file of at most `limit` bytes.
-///
-/// # Errors
-/// As [`read`].
 pub fn read_opened(file: &File, limit: u64) -> Result<Vec<u8>, FileProblem> {
     let about = file.metadata()?;
     check_ordinary(about.file_type())?;
@@ -137,9 +119,6 @@ pub fn read_opened(file: &File, limit: u64) -> Result<Vec<u8>, FileProblem> {
 }
 
 /// The text of a regular file of at most `limit` bytes.
-///
-/// # Errors
-/// As [`read`], and [`FileProblem::NotText`].
 pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
     let bytes = read(path, limit)?;
     String::from_utf8(bytes)
@@ -147,9 +126,6 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
 }
 
 /// The text that comes with the program under this name, or else that of the file at this path; and what messages call it.
-///
-/// # Errors
-/// As [`read_text`]; if there is no such file, [`FileProblem::NoSuchName`] has the names.
 pub fn shipped_or_read(
     name: &Path,
     shipped: &[(&str, &'static str)],
@@ -169,9 +145,6 @@ pub fn shipped_or_read(
 
 /// Opens a file for writing from its beginning: a new one, or an existing one that is empty or begins as
 /// `is_own` accepts, which is emptied.
-///
-/// # Errors
-/// [`FileProblem`]; then nothing has changed.
 pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileProblem> {
     match fs::metadata(path) {
         Ok(about) => check_ordinary(about.file_type())?,
@@ -193,9 +166,6 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
 }
 
 /// Writes a whole file: a new one, or over one that is empty or has `mark` at its beginning.
-///
-/// # Errors
-/// [`FileProblem`]; then nothing has changed.
 pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem> {
     let mut file = NewFile::begin(path, |beginning| has_mark(beginning, mark))?;
     file.write_all(content)?;
@@ -203,9 +173,6 @@ pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem
 }
 
 /// Whether [`write`] can write to this path, before the work whose result it takes.
-///
-/// # Errors
-/// [`FileProblem`].
 pub fn can_write(path: &Path, mark: &[u8]) -> Result<(), FileProblem> {
     // Given up at once, so nothing stays.
     NewFile::begin(path, |beginning| has_mark(beginning, mark)).map(drop)
@@ -217,7 +184,6 @@ pub(crate) fn has_mark(beginning: &[u8], mark: &[u8]) -> bool {
 }
 
 /// The mark of a table or figure whose name is given by the program: the common beginning of its kind.
-#[must_use]
 pub fn beginning(content: &[u8]) -> &[u8] {
     let line = content.iter().position(|byte| *byte == b'\n').unwrap_or(content.len());
     &content[..line.min(KIND_BYTES)]
@@ -235,9 +201,6 @@ pub struct NewFile {
 
 impl NewFile {
     /// Begins a file for a path that is free, or has a file that is empty or begins as `is_own` accepts.
-    ///
-    /// # Errors
-    /// [`FileProblem`]; then nothing has changed.
     pub fn begin(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<Self, FileProblem> {
         // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
@@ -257,9 +220,6 @@ impl NewFile {
     }
 
     /// Puts it on the disk and renames it to its final name.
-    ///
-    /// # Errors
-    /// The system's error; then the old file is unchanged.
     pub fn finish(mut self) -> Result<(), FileProblem> {
         self.put_on_disk()?;
         if let Some(beside) = &self.beside {
@@ -270,9 +230,6 @@ impl NewFile {
     }
 
     /// The same if the final name is still free: of several programs that do this at once, one succeeds. False for the others.
-    ///
-    /// # Errors
-    /// The system's error.
     pub fn finish_if_free(mut self) -> Result<bool, FileProblem> {
         self.put_on_disk()?;
         let Some(beside) = &self.beside else { return Ok(false) };
@@ -352,7 +309,6 @@ pub struct OwnFile {
 
 impl OwnFile {
     /// A file at `path`. `is_own` recognises what the program writes there, at most `limit` bytes.
-    #[must_use]
     pub fn new(path: &Path, limit: u64, is_own: fn(&[u8]) -> bool) -> Self {
         // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
@@ -373,16 +329,11 @@ impl OwnFile {
         self
     }
 
-    /// Its path.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// Whether the path is free or has a file of this program.
-    ///
-    /// # Errors
-    /// [`FileProblem`] describes the file there.
     pub fn check(&self) -> Result<(), FileProblem> {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),
@@ -394,9 +345,6 @@ impl OwnFile {
 
     /// Gives the file this content, or leaves it unchanged: a new file next to it takes its name. Creates missing
     /// folders.
-    ///
-    /// # Errors
-    /// [`FileProblem`]; then nothing has changed.
     pub fn replace(&self, content: &[u8]) -> Result<(), FileProblem> {
         self.check()?;
         let folder = self.folder();
@@ -422,9 +370,6 @@ impl OwnFile {
     }
 
     /// Removes the file, if it exists.
-    ///
-    /// # Errors
-    /// [`FileProblem`]; then it is still there.
     pub fn remove(&self) -> Result<(), FileProblem> {
         self.check()?;
         match fs::remove_file(&self.path) {

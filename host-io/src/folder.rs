@@ -29,9 +29,6 @@ pub struct Output {
 
 impl Folder {
     /// Makes the folder if it is not there, and tries whether it takes a file.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the folder.
     pub fn create(path: &Path) -> Result<Self, FolderError> {
         let failed = |source| FolderError { path: path.to_path_buf(), source };
         if fs::metadata(path).is_ok_and(|about| !about.is_dir()) {
@@ -43,16 +40,11 @@ impl Folder {
         Ok(Self(path.to_path_buf()))
     }
 
-    /// Where it is.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.0
     }
 
     /// Begins a file that replaces one with this mark in its beginning.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the file.
     pub fn begin(&self, name: &str, mark: &[u8]) -> Result<Output, FolderError> {
         let path = self.0.join(name);
         match NewFile::begin(&path, |beginning| file::has_mark(beginning, mark)) {
@@ -62,9 +54,6 @@ impl Folder {
     }
 
     /// Writes a whole file that replaces one with this mark in its beginning.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the file.
     pub fn write_marked(&self, name: &str, mark: &[u8], content: &[u8]) -> Result<(), FolderError> {
         let mut output = self.begin(name, mark)?;
         output.write(content)?;
@@ -72,28 +61,18 @@ impl Folder {
     }
 
     /// Writes a whole table or picture that replaces one of its kind.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the file.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), FolderError> {
         self.write_marked(name, file::beginning(content), content)
     }
 }
 
 impl Output {
-    /// Adds bytes.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the file.
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), FolderError> {
         let written = self.file.write_all(bytes);
         written.map_err(|error| FolderError { path: self.path.clone(), source: error.into() })
     }
 
     /// Gives the file its name.
-    ///
-    /// # Errors
-    /// [`FolderError`] names the file.
     pub fn finish(self) -> Result<(), FolderError> {
         let path = self.path;
         self.file.finish().map_err(|source| FolderError { path, source })

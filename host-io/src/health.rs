@@ -21,7 +21,6 @@ pub struct HealthFileError {
     problem: FileProblem,
 }
 
-/// The file.
 #[derive(Debug)]
 pub struct HealthFile {
     file: OwnFile,
@@ -30,9 +29,6 @@ pub struct HealthFile {
 
 impl HealthFile {
     /// Creates no file yet: that happens on the first report. Removes the file of an earlier process.
-    ///
-    /// # Errors
-    /// [`HealthFileError`] if the path has a file other than a health file, or the system's error.
     pub fn new(path: &Path) -> Result<Self, HealthFileError> {
         let is_own = |content: &[u8]| content == CONTENT;
         // The control loop does not wait for a disk.
@@ -43,9 +39,6 @@ impl HealthFile {
     }
 
     /// Reports normal operation at `now`; writes the file when [`EVERY`] has passed since the last time.
-    ///
-    /// # Errors
-    /// [`FileProblem`]; the next call after [`EVERY`] tries again.
     pub fn all_is_well(&mut self, now: Instant) -> Result<(), FileProblem> {
         if self.touched.is_some_and(|touched| now.saturating_duration_since(touched) < EVERY) {
             return Ok(());

@@ -16,26 +16,21 @@ impl Instance {
     /// The highest number: its system id is the highest of a vehicle.
     pub const MAX: u8 = 249;
 
-    /// MAVLink system id.
-    #[must_use]
     pub const fn system_id(self) -> u8 {
         self.0 + 1
     }
 
     /// An address of this computer whose port is `first` for the first vehicle, and `step` higher for each further one.
-    #[must_use]
     pub fn local(self, first: u16, step: u16) -> SocketAddr {
         SocketAddr::from((Ipv4Addr::LOCALHOST, first + step * u16::from(self.0)))
     }
 
     /// Where the autopilot waits for the plant.
-    #[must_use]
     pub fn plant_link(self) -> SocketAddr {
         self.local(PLANT_LINK_PORT, 1)
     }
 
     /// A file or folder inside the user's data folder.
-    #[must_use]
     pub fn file(self, name: &str) -> String {
         match self.0 {
             0 => format!("two-step/{name}"),

@@ -14,14 +14,11 @@ use nix::unistd::Pid;
 pub struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Not requested.
-    #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
     /// Whether the process should end. One relaxed load.
-    #[must_use]
     pub fn is_requested(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
@@ -34,9 +31,6 @@ impl Stop {
     /// Makes SIGINT, SIGTERM and SIGQUIT request the end.
     ///
     /// Call it before the process starts any thread: threads inherit which signals they block.
-    ///
-    /// # Errors
-    /// The system's error.
     pub fn on_signals(&self) -> std::io::Result<()> {
         let stop = self.clone();
         on_signals(&ENDS, move |_| stop.request())
@@ -44,9 +38,6 @@ impl Stop {
 
     /// The same, and calls `suspend` where a shell asks the process to stop for a while (Ctrl-Z). [`stop_until_continued`] then
     /// does that.
-    ///
-    /// # Errors
-    /// The system's error.
     pub fn on_signals_and_suspension(
         &self,
         suspend: impl Fn() + Send + 'static,
@@ -60,9 +51,6 @@ impl Stop {
     }
 
     /// Makes the end of the standard input request the end: a parent that dies for whatever reason closes it.
-    ///
-    /// # Errors
-    /// The system's error, if it cannot start a thread.
     pub fn with_parent(&self) -> std::io::Result<()> {
         listen_to_parent(self.clone(), |_| {})
     }
@@ -85,9 +73,6 @@ fn on_signals(signals: &[Signal], take: impl Fn(Signal) + Send + 'static) -> std
 }
 
 /// Stops this process until it is continued. Returns at once where no shell could continue it: the system does not stop it then.
-///
-/// # Errors
-/// The system's error.
 pub fn stop_until_continued() -> std::io::Result<()> {
     let signals = SigSet::from_iter([Signal::SIGTSTP]);
     signals.thread_unblock()?;
@@ -111,9 +96,6 @@ const LINE_MAX: u64 = 256;
 
 /// Reads the lines that the parent process writes to the standard input, on a separate thread. The end of the input requests the
 /// end of the process: a parent that dies for whatever reason closes it.
-///
-/// # Errors
-/// The system's error, if it cannot start a thread.
 pub fn listen_to_parent(
     stop: Stop,
     on_line: impl FnMut(&str) + Send + 'static,
@@ -148,16 +130,11 @@ const THIS_THREAD: Pid = Pid::from_raw(0);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("cannot run on core {cpu}: {source}")]
 pub struct PinError {
-    /// The core.
     pub cpu: usize,
-    /// The system's error.
     pub source: nix::Error,
 }
 
 /// Keeps the calling thread on one core. Threads that it starts later inherit that; others do not.
-///
-/// # Errors
-/// [`PinError`] if there is no such core, or this process may not use it.
 pub fn pin_this_thread(cpu: usize) -> Result<(), PinError> {
     let mut set = CpuSet::new();
     set.set(cpu)
@@ -166,7 +143,6 @@ pub fn pin_this_thread(cpu: usize) -> Result<(), PinError> {
 }
 
 /// The cores that this thread may run on, in ascending order; empty if the system does not report them.
-#[must_use]
 pub fn allowed_cores() -> Vec<usize> {
     let Ok(set) = sched_getaffinity(THIS_THREAD) else { return Vec::new() };
     (0..CpuSet::count()).filter(|cpu| set.is_set(*cpu) == Ok(true)).collect()

@@ -12,16 +12,12 @@ use sha2::{Digest, Sha256};
 const SHOWN_BYTES: usize = 4;
 
 /// A new number, from the random source of the operating system.
-///
-/// # Errors
-/// The system's error if it has no random number; a flight with a number that can be guessed must not start.
 pub fn draw() -> io::Result<u64> {
     getrandom::u64()
         .map_err(|error| io::Error::other(format!("the system gives no random number: {error}")))
 }
 
 /// The session as logs and screens show it: the first eight hexadecimal digits of the SHA-256 of its eight bytes, little endian.
-#[must_use]
 pub fn shown(session: u64) -> String {
     let hash = Sha256::digest(session.to_le_bytes());
     hash.iter().take(SHOWN_BYTES).map(|byte| format!("{byte:02x}")).collect()

@@ -36,7 +36,6 @@ pub enum Wait {
 
 impl Wait {
     /// Name on the command line.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Block => "block",
@@ -68,26 +67,9 @@ pub enum BindError {
     #[error(
         "{process}: cannot bind the {link} to {address}: address in use; is another {process} running? {ADVICE}"
     )]
-    InUse {
-        /// The program.
-        process: &'static str,
-        /// Purpose.
-        link: &'static str,
-        /// Address.
-        address: SocketAddr,
-    },
-    /// Any other error.
+    InUse { process: &'static str, link: &'static str, address: SocketAddr },
     #[error("{process}: cannot bind the {link} to {address}: {source}")]
-    Other {
-        /// The program.
-        process: &'static str,
-        /// Purpose.
-        link: &'static str,
-        /// Address.
-        address: SocketAddr,
-        /// The system's error.
-        source: io::Error,
-    },
+    Other { process: &'static str, link: &'static str, address: SocketAddr, source: io::Error },
 }
 
 /// A UDP socket that waits in a selected way and never longer than its timeout.
@@ -102,9 +84,6 @@ pub struct LinkSocket {
 
 impl LinkSocket {
     /// Listens at `address`.
-    ///
-    /// # Errors
-    /// [`BindError`] names process, link and address.
     pub fn listen(
         process: &'static str,
         link: &'static str,
@@ -119,9 +98,6 @@ impl LinkSocket {
     }
 
     /// Exchanges datagrams with `peer` only, from a port that the system chooses.
-    ///
-    /// # Errors
-    /// [`BindError`] names process, link and address.
     pub fn connect(
         process: &'static str,
         link: &'static str,
@@ -153,50 +129,31 @@ impl LinkSocket {
         Ok(Self { socket, wait, timeout, quiet: false })
     }
 
-    /// Where it listens.
-    ///
-    /// # Errors
-    /// The system's error.
     pub fn local_address(&self) -> io::Result<SocketAddr> {
         self.socket.local_addr()
     }
 
     /// Waits for a datagram from any sender; `None` at the timeout.
-    ///
-    /// # Errors
-    /// The system's error; an absent peer is not an error.
     pub fn receive_from(&mut self, buffer: &mut [u8]) -> io::Result<Option<(usize, SocketAddr)>> {
         self.wait_for(|socket| socket.recv_from(buffer))
     }
 
     /// Waits for a datagram from the peer; `None` at the timeout.
-    ///
-    /// # Errors
-    /// The system's error; an absent peer is not an error.
     pub fn receive(&mut self, buffer: &mut [u8]) -> io::Result<Option<usize>> {
         self.wait_for(|socket| socket.recv(buffer))
     }
 
     /// Sends to `to`.
-    ///
-    /// # Errors
-    /// The system's error. The link treats it as a lost packet.
     pub fn send_to(&self, datagram: &[u8], to: SocketAddr) -> io::Result<()> {
         sent(|| self.socket.send_to(datagram, to))
     }
 
     /// Sends to the peer.
-    ///
-    /// # Errors
-    /// The system's error. The link treats it as a lost packet.
     pub fn send(&self, datagram: &[u8]) -> io::Result<()> {
         sent(|| self.socket.send(datagram))
     }
 
     /// Keeps or forgets the errors that other hosts report about packets sent from here, for [`Self::is_gone`].
-    ///
-    /// # Errors
-    /// The system's error.
     pub fn keep_errors(&self, keep: bool) -> io::Result<()> {
         match self.socket.local_addr()? {
             SocketAddr::V4(_) => setsockopt(&self.socket, sockopt::Ipv4RecvErr, &keep)?,

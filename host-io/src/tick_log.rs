@@ -29,11 +29,9 @@ const QUEUE_MAX: usize = 16;
 /// Longest entry, bytes.
 const ENTRY_MAX: usize = 4096;
 
-/// Kinds of logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum Kind {
-    /// The plant's truth.
     Truth = 1,
     /// The signals of the autopilot's control steps.
     ControlSteps = 2,
@@ -42,41 +40,23 @@ pub enum Kind {
 /// Why a log cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum LogError {
-    /// The system's error.
     #[error("{}: {source}", path.display())]
-    Io {
-        /// The file.
-        path: PathBuf,
-        /// The system's error.
-        source: io::Error,
-    },
+    Io { path: PathBuf, source: io::Error },
     /// A file that must not be read or overwritten.
     #[error("{}: {source}", path.display())]
-    File {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: FileProblem,
-    },
+    File { path: PathBuf, source: FileProblem },
     /// Not a log of this kind and version.
     #[error("{}: not a version {VERSION} log of {kind:?}", path.display())]
-    Header {
-        /// The file.
-        path: PathBuf,
-        /// Expected kind.
-        kind: Kind,
-    },
+    Header { path: PathBuf, kind: Kind },
     /// A damaged or truncated entry.
     #[error("{}: entry {number} is damaged", path.display())]
     Entry {
-        /// The file.
         path: PathBuf,
         /// The entry, from 0.
         number: u64,
     },
 }
 
-/// Writes a log.
 #[derive(Debug)]
 pub struct TickLogWriter {
     path: PathBuf,
@@ -87,9 +67,6 @@ pub struct TickLogWriter {
 
 impl TickLogWriter {
     /// Creates the file, or empties an earlier log.
-    ///
-    /// # Errors
-    /// [`LogError::File`] or [`LogError::Io`] names the file.
     pub fn create(path: &Path, kind: Kind) -> Result<Self, LogError> {
         let file = file::create(path, |beginning| beginning.starts_with(&MAGIC))
             .map_err(|source| LogError::File { path: path.to_path_buf(), source })?;
@@ -110,10 +87,6 @@ impl TickLogWriter {
         Ok(Self { path: path.to_path_buf(), buffer, full: Some(full), writer: Some(writer) })
     }
 
-    /// Adds an entry.
-    ///
-    /// # Errors
-    /// [`LogError`] if the file cannot be written; the log ends then, and further entries are dropped.
     pub fn write(&mut self, entry: &impl Serialize) -> Result<(), LogError> {
         if self.full.is_none() {
             return Ok(());
@@ -137,9 +110,6 @@ impl TickLogWriter {
     }
 
     /// Writes the rest and closes the file.
-    ///
-    /// # Errors
-    /// [`LogError::Io`] if anything could not be written.
     pub fn finish(mut self) -> Result<(), LogError> {
         if let Some(full) = &self.full {
             // If the writer has ended, the join below returns its error.
@@ -175,7 +145,6 @@ fn write_all(file: &mut File, queue: &Receiver<Vec<u8>>) -> io::Result<()> {
     file.flush()
 }
 
-/// Reads a log.
 #[derive(Debug)]
 pub struct TickLogReader {
     path: PathBuf,
@@ -185,9 +154,6 @@ pub struct TickLogReader {
 
 impl TickLogReader {
     /// Opens a log of this kind.
-    ///
-    /// # Errors
-    /// [`LogError`] if it cannot be read, or is not a log of this kind.
     pub fn open(path: &Path, kind: Kind) -> Result<Self, LogError> {
         let failed = |source| LogError::Io { path: path.to_path_buf(), source };
         let file = file::open(path)
@@ -203,9 +169,6 @@ impl TickLogReader {
     }
 
     /// Next entry; `None` at the end.
-    ///
-    /// # Errors
-    /// [`LogError::Entry`] if it is damaged or truncated.
     pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, LogError> {
         let mut length = [0; 2];
         match self.file.read(&mut length[..1]) {

@@ -45,7 +45,6 @@ impl Effector {
     pub const FIRST: Self = Self(0);
 
     /// The effector with this index, from 0; `None` from [`Effector::MAX`] on.
-    #[must_use]
     pub const fn from_index(index: usize) -> Option<Self> {
         #[expect(clippy::cast_possible_truncation, reason = "below 16")]
         if index < Self::MAX { Some(Self(index as u8)) } else { None }
@@ -53,13 +52,11 @@ impl Effector {
 
     /// Index in the list, from 0.
     #[inline]
-    #[must_use]
     pub const fn index(self) -> usize {
         self.0 as usize
     }
 
     /// Index in the list, from 0, for packets and logs.
-    #[must_use]
     pub const fn code(self) -> u8 {
         self.0
     }
@@ -131,7 +128,6 @@ impl<T> PerEffector<T> {
 
     /// The values of the first `count` effectors, at most all.
     #[inline]
-    #[must_use]
     pub fn first(&self, count: usize) -> &[T] {
         &self.0[..count.min(Effector::MAX)]
     }
@@ -203,7 +199,6 @@ impl EffectorKind {
     ];
 
     /// Name in files.
-    #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
             Self::Aileron => "aileron",
@@ -219,19 +214,16 @@ impl EffectorKind {
     }
 
     /// Whether the value is an angle, rad; the engine's is a thrust, N.
-    #[must_use]
     pub const fn is_angle(self) -> bool {
         !matches!(self, Self::Engine)
     }
 
     /// Whether it is a nozzle angle.
-    #[must_use]
     pub const fn is_nozzle(self) -> bool {
         matches!(self, Self::NozzlePitch | Self::NozzleYaw)
     }
 
     /// Whether it is an aerodynamic surface.
-    #[must_use]
     pub const fn is_surface(self) -> bool {
         self.is_angle() && !self.is_nozzle()
     }

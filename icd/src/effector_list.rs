@@ -53,14 +53,12 @@ pub struct AxisGains {
 
 impl AxisGains {
     /// Each gain with its key.
-    #[must_use]
     pub const fn named(&self) -> [(&'static str, f64); 4] {
         let Self { roll, pitch, yaw, thrust } = *self;
         [("gains.roll", roll), ("gains.pitch", pitch), ("gains.yaw", yaw), ("gains.thrust", thrust)]
     }
 
     /// Command of the effector for aileron, elevator, rudder (rad) and thrust (N).
-    #[must_use]
     pub fn of(&self, [aileron, elevator, rudder, thrust]: [f64; 4]) -> f64 {
         let parts = [aileron, elevator, rudder, thrust];
         let followed = self.named().into_iter().zip(parts).filter(|((_, gain), _)| *gain != 0.0);
@@ -145,9 +143,6 @@ impl From<EffectorList> for Entries {
 /// Builds and queries a list.
 impl EffectorList {
     /// From entries in order.
-    ///
-    /// # Errors
-    /// [`EffectorListError`] for the first invalid entry.
     pub fn new(
         entries: impl IntoIterator<Item = EffectorEntry>,
     ) -> Result<Self, EffectorListError> {
@@ -177,13 +172,11 @@ impl EffectorList {
     }
 
     /// Number of effectors.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.count
     }
 
     /// Whether the list is empty.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }
@@ -196,7 +189,6 @@ impl EffectorList {
     }
 
     /// Whether the aircraft has this effector.
-    #[must_use]
     pub fn contains(&self, effector: Effector) -> bool {
         effector.index() < self.count
     }
@@ -210,45 +202,38 @@ impl EffectorList {
     }
 
     /// The entry of an effector as in the file; `None` if the aircraft does not have it.
-    #[must_use]
     pub fn entry(&self, effector: Effector) -> Option<&EffectorEntry> {
         self.get(effector).map(|member| &member.entry)
     }
 
     /// Name in texts, as in `left aileron`.
-    #[must_use]
     pub fn name(&self, effector: Effector) -> &str {
         self.get(effector)
             .map_or("an effector that this aircraft lacks", |member| &member.entry.name)
     }
 
     /// Name for configuration keys and log columns, as in `left_aileron`.
-    #[must_use]
     pub fn key(&self, effector: Effector) -> &str {
         self.get(effector).map_or("no_effector", |member| &member.key)
     }
 
     /// Kind of an effector; `None` if the aircraft does not have it.
-    #[must_use]
     pub fn kind(&self, effector: Effector) -> Option<EffectorKind> {
         self.get(effector).map(|member| member.entry.kind)
     }
 
     /// Whether the value is an angle in rad; for an engine it is a thrust in newton.
-    #[must_use]
     pub fn is_angle(&self, effector: Effector) -> bool {
         self.kind(effector).is_none_or(EffectorKind::is_angle)
     }
 
     /// Unit at the end of a column name.
-    #[must_use]
     pub fn unit(&self, effector: Effector) -> &'static str {
         if self.is_angle(effector) { "rad" } else { "n" }
     }
 
     /// Unit for people of an effector whose largest value is `largest`, rad or N, and what a value is multiplied by for it: a thrust
     /// below 1 kN is shown in N.
-    #[must_use]
     pub fn shown_unit(&self, effector: Effector, largest: f64) -> (f64, &'static str) {
         match self.is_angle(effector) {
             true => (180.0 / core::f64::consts::PI, "deg"),
@@ -258,13 +243,11 @@ impl EffectorList {
     }
 
     /// The partner on the other side; the effector itself if it has none.
-    #[must_use]
     pub fn mirrored(&self, effector: Effector) -> Effector {
         self.get(effector).map_or(effector, |member| member.mirrored)
     }
 
     /// MAVLink number: of an engine among the motors, else among the servos. 0 if the aircraft does not have it.
-    #[must_use]
     pub fn instance(&self, effector: Effector) -> u8 {
         self.get(effector).map_or(0, |member| member.entry.instance)
     }
@@ -275,26 +258,22 @@ impl EffectorList {
     }
 
     /// The first effector of a kind on a side.
-    #[must_use]
     pub fn find(&self, kind: EffectorKind, side: LateralSide) -> Option<Effector> {
         let is_there = |effector: &Effector| self.entry(*effector).is_some_and(|e| e.side == side);
         self.of_kind(kind).find(is_there)
     }
 
     /// The effector of a kind that an aircraft has at most once.
-    #[must_use]
     pub fn only(&self, kind: EffectorKind) -> Option<Effector> {
         self.of_kind(kind).next()
     }
 
     /// The effector with this key or name.
-    #[must_use]
     pub fn by_key(&self, key: &str) -> Option<Effector> {
         self.all().find(|effector| self.key(*effector) == key || self.name(*effector) == key)
     }
 
     /// The servos (angles) or motors (engines) in the order of their MAVLink numbers.
-    #[must_use]
     pub fn by_unit(&self, is_angle: bool) -> ArrayVec<Effector, { Effector::MAX }> {
         let mut unit: ArrayVec<_, { Effector::MAX }> =
             self.all().filter(|effector| self.is_angle(*effector) == is_angle).collect();
@@ -321,7 +300,6 @@ impl EffectorList {
     }
 
     /// CRC-32 of number, order, names and kinds of the effectors: it differs between different lists.
-    #[must_use]
     pub fn identity(&self) -> u32 {
         let mut hasher = crc32fast::Hasher::new();
         for member in self.members() {

@@ -57,7 +57,6 @@ pub enum FaultRequest {
 
 impl FaultRequest {
     /// The target of the request; `None` for all.
-    #[must_use]
     pub const fn target(&self) -> Option<Target> {
         match self {
             Self::Inject { target, .. } | Self::Clear { target } => Some(*target),
@@ -111,13 +110,11 @@ impl Timing {
     pub const NOW: Self = Self::from_onset(Onset::AtOnce);
 
     /// From this onset on, for ever, without a ramp.
-    #[must_use]
     pub const fn from_onset(onset: Onset) -> Self {
         Self { onset, ramp_s: 0.0, duration_s: None, repeat: None }
     }
 
     /// From this time on, for ever, without a ramp.
-    #[must_use]
     pub const fn at(time: SimTime) -> Self {
         Self::from_onset(Onset::At(time))
     }
@@ -220,7 +217,6 @@ pub enum FaultState {
 
 impl FaultState {
     /// Simulation time since which the fault is in this state; for a scheduled fault the time of its onset.
-    #[must_use]
     pub const fn time(&self) -> SimTime {
         match *self {
             Self::Scheduled { at } | Self::Ended { at } | Self::Cancelled { at } => at,
@@ -229,7 +225,6 @@ impl FaultState {
     }
 
     /// Whether the plant has removed the fault from its list.
-    #[must_use]
     pub const fn is_over(&self) -> bool {
         matches!(self, Self::Ended { .. } | Self::Cancelled { .. })
     }

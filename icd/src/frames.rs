@@ -16,14 +16,12 @@ pub struct Ned(pub Vector3<f64>);
 impl Body {
     /// From components along x (forward), y (right), z (down).
     #[inline]
-    #[must_use]
     pub const fn new(x: f64, y: f64, z: f64) -> Self {
         Self(Vector3::new(x, y, z))
     }
 
     /// The zero vector.
     #[inline]
-    #[must_use]
     pub const fn zero() -> Self {
         Self::new(0.0, 0.0, 0.0)
     }
@@ -32,14 +30,12 @@ impl Body {
 impl Ned {
     /// From components along north, east, down.
     #[inline]
-    #[must_use]
     pub const fn new(north: f64, east: f64, down: f64) -> Self {
         Self(Vector3::new(north, east, down))
     }
 
     /// The zero vector.
     #[inline]
-    #[must_use]
     pub const fn zero() -> Self {
         Self::new(0.0, 0.0, 0.0)
     }
@@ -66,13 +62,11 @@ pub struct EulerAngles {
 
 impl Attitude {
     /// Wings level, nose north.
-    #[must_use]
     pub fn identity() -> Self {
         Self { q_ned_from_body: UnitQuaternion::identity() }
     }
 
     /// From roll, pitch, yaw in rad.
-    #[must_use]
     pub fn from_euler(euler: EulerAngles) -> Self {
         let (sr, cr) = libm::sincos(0.5 * euler.phi);
         let (sp, cp) = libm::sincos(0.5 * euler.theta);
@@ -86,35 +80,30 @@ impl Attitude {
     }
 
     /// From the scalar and vector parts, normalised.
-    #[must_use]
     pub fn from_quaternion(w: f64, x: f64, y: f64, z: f64) -> Self {
         Self { q_ned_from_body: UnitQuaternion::new_normalize(Quaternion::new(w, x, y, z)) }
     }
 
     /// From a quaternion that is already of unit length, bit for bit.
     #[inline]
-    #[must_use]
     pub fn from_unit_wxyz([w, x, y, z]: [f64; 4]) -> Self {
         Self { q_ned_from_body: UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)) }
     }
 
     /// Scalar part first, as in MAVLink and in the packets.
     #[inline]
-    #[must_use]
     pub fn wxyz(&self) -> [f64; 4] {
         let q = self.q_ned_from_body.quaternion();
         [q.w, q.i, q.j, q.k]
     }
 
     /// Direction cosine matrix that rotates a body vector into NED.
-    #[must_use]
     #[inline]
     pub fn matrix(&self) -> Matrix3<f64> {
         rotation_matrix(self.wxyz())
     }
 
     /// Roll, pitch, yaw in rad.
-    #[must_use]
     pub fn euler(&self) -> EulerAngles {
         let [w, x, y, z] = self.wxyz();
         let sin_theta = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0);
@@ -127,21 +116,18 @@ impl Attitude {
 
     /// Transforms a body vector to NED.
     #[inline]
-    #[must_use]
     pub fn to_ned(&self, v: Body) -> Ned {
         Ned(self.matrix() * v.0)
     }
 
     /// Transforms a NED vector to body axes.
     #[inline]
-    #[must_use]
     pub fn to_body(&self, v: Ned) -> Body {
         Body(self.matrix().tr_mul(&v.0))
     }
 }
 
 /// Matrix of the rotation by a unit quaternion (w, x, y, z).
-#[must_use]
 #[inline]
 pub fn rotation_matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
     Matrix3::new(
@@ -162,7 +148,6 @@ pub fn rotation_matrix([w, x, y, z]: [f64; 4]) -> Matrix3<f64> {
 /// Most angles of a flight are within 45 degrees of ahead. There the function is the arc tangent of the ratio; the library looks
 /// for every special case first, which takes as long again.
 #[inline]
-#[must_use]
 pub fn atan2(y: f64, x: f64) -> f64 {
     if x > 0.0 && y.abs() <= x && x < f64::INFINITY { libm::atan(y / x) } else { libm::atan2(y, x) }
 }

@@ -125,7 +125,6 @@ const COEFFICIENTS: [[f64; 4]; 90] = [
 /// Magnetic field, nT, in the NED axes of a place: geodetic latitude and longitude, rad, altitude above the ellipsoid, m, date in years.
 ///
 /// A date outside [`FROM_YEAR`] to [`TO_YEAR`] counts as the nearer end; every finite place gives a finite field.
-#[must_use]
 pub fn field_ned_nt(latitude_rad: f64, longitude_rad: f64, altitude_m: f64, year: f64) -> Ned {
     let (sin, cos) = libm::sincos(latitude_rad);
     // Geocentric radius and latitude φ' of the place; above its altitude no aircraft flies.

@@ -54,6 +54,7 @@
 //! ```
 
 #![no_std]
+#![warn(missing_docs)]
 
 #[cfg(test)]
 extern crate std;

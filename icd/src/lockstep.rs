@@ -73,7 +73,6 @@ pub enum PlantEvent<'a> {
 
 impl PlantSide {
     /// A new flight of this aircraft. `session` must differ from those of earlier flights, and must not be guessable.
-    #[must_use]
     pub fn new(session: u64, aircraft: Aircraft) -> Self {
         Self {
             aircraft,
@@ -86,7 +85,6 @@ impl PlantSide {
     }
 
     /// The session of the flight.
-    #[must_use]
     pub fn session(&self) -> u64 {
         self.session
     }
@@ -118,7 +116,6 @@ impl PlantSide {
     }
 
     /// The packet to send again while no answer has arrived; `None` when no exchange is open.
-    #[must_use]
     pub fn unanswered(&self) -> Option<&[u8]> {
         self.waiting.then_some(self.question.as_slice())
     }
@@ -223,7 +220,6 @@ impl core::fmt::Display for Refused {
 
 impl FlightSide {
     /// A side that waits for any plant of this aircraft.
-    #[must_use]
     pub fn new(aircraft: Aircraft) -> Self {
         Self {
             aircraft,
@@ -235,26 +231,22 @@ impl FlightSide {
     }
 
     /// The aircraft that it flies.
-    #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         self.aircraft
     }
 
     /// Whether the present plant has taken an answer: it has sent the next packet since.
-    #[must_use]
     pub fn is_under_way(&self) -> bool {
         self.current.is_some_and(|exchange| exchange.under_way)
     }
 
     /// The answer to the last packet of the present plant, and the address of that plant.
-    #[must_use]
     pub fn last_answer(&self) -> Option<(&[u8], SocketAddr)> {
         let current = self.current.filter(|current| current.answered)?;
         Some((&self.answer, current.plant))
     }
 
     /// Address of the present plant; `None` before the first flight.
-    #[must_use]
     pub fn plant(&self) -> Option<SocketAddr> {
         self.current.map(|exchange| exchange.plant)
     }

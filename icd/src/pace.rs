@@ -25,7 +25,6 @@ impl Pace {
     pub const STEPS_MAX: u32 = 100_000;
 
     /// Whether the speed or the number of periods is finite and in range.
-    #[must_use]
     pub fn is_valid(self) -> bool {
         match self {
             Self::Pause | Self::Run => true,

@@ -106,7 +106,6 @@ pub type FieldName = ArrayString<48>;
 
 /// Name of an effector's column, with its unit: `position_left_aileron_rad`, or without a prefix
 /// `left_aileron_rad`; a column without a deflection or thrust has no unit, `fault_left_aileron`.
-#[must_use]
 pub fn effector_field(before: &str, effectors: &EffectorList, effector: Effector) -> FieldName {
     let mut name = FieldName::new();
     let unit = if before == TRUTH_PER_EFFECTOR[2] { "" } else { effectors.unit(effector) };
@@ -140,7 +139,6 @@ pub struct Piece<'a> {
 }
 
 /// Longest piece of the run header in an envelope whose truth has this many values, bytes.
-#[must_use]
 pub const fn piece_max(truth: usize) -> usize {
     ENVELOPE_MAX - 8 * truth - 6
 }
@@ -170,7 +168,6 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
 }
 
 /// Decodes an envelope; `None` if it is empty or not an envelope of this version.
-#[must_use]
 pub fn open(envelope: &[u8]) -> Option<(TruthRow, Option<Piece<'_>>)> {
     let (count, rest) = envelope.split_first_chunk::<2>()?;
     let count = usize::from(u16::from_le_bytes(*count));

@@ -47,7 +47,6 @@ impl SensorKind {
     ];
 
     /// Name in texts and scripts.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::EngineMonitor => "engine monitor",
@@ -56,7 +55,6 @@ impl SensorKind {
     }
 
     /// Name in scenario files.
-    #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
             Self::Gyro => "gyro",
@@ -72,7 +70,6 @@ impl SensorKind {
     }
 
     /// The sensor with this name, in scenario files or in texts.
-    #[must_use]
     pub fn by_key(key: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|sensor| sensor.key() == key || sensor.name() == key)
     }
@@ -250,7 +247,6 @@ impl Sensors {
     ];
 
     /// The scalar values in wire order.
-    #[must_use]
     pub fn to_array(&self) -> [f64; Self::COUNT] {
         let (rates, force) = (&self.gyro.value.0, &self.accelerometer.value.0);
         let [w, x, y, z] = self.attitude.value.wxyz();
@@ -295,7 +291,6 @@ impl Sensors {
     }
 
     /// Time and validity of each sample, in the order of [`SensorKind::ALL`].
-    #[must_use]
     pub fn stamps(&self) -> [Stamp; Self::SENSORS] {
         [
             self.gyro.stamp(),
@@ -329,7 +324,6 @@ impl Sensors {
     }
 
     /// From the scalar values in wire order, bit for bit: this does not normalise the quaternion.
-    #[must_use]
     pub fn new(stamps: &[Stamp; Self::SENSORS], v: &[f64; Self::COUNT]) -> Self {
         let fix = GnssFix {
             velocity: Ned::new(v[10], v[11], v[12]),
@@ -357,7 +351,6 @@ impl Sensors {
     }
 
     /// The same with every sample valid and measured at `time`.
-    #[must_use]
     pub fn at(time: SimTime, values: &[f64; Self::COUNT]) -> Self {
         Self::new(&[Stamp { time, valid: true }; Self::SENSORS], values)
     }

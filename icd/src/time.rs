@@ -22,7 +22,6 @@ impl SimTime {
     pub const MAX_SECONDS: f64 = 30.0 * 86_400.0;
 
     /// From whole microseconds.
-    #[must_use]
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros)
     }
@@ -30,7 +29,6 @@ impl SimTime {
     /// From seconds, rounded to the nearest microsecond.
     ///
     /// `None` if `seconds` is not finite, negative, or longer than [`SimTime::MAX_SECONDS`].
-    #[must_use]
     pub fn from_seconds(seconds: f64) -> Option<Self> {
         if !(0.0..=Self::MAX_SECONDS).contains(&seconds) {
             return None;
@@ -44,20 +42,17 @@ impl SimTime {
     }
 
     /// Whole microseconds since the start of the flight.
-    #[must_use]
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
     /// Seconds since the start of the flight.
-    #[must_use]
     #[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 microseconds, 285 years")]
     pub fn as_seconds(self) -> f64 {
         self.0 as f64 / 1.0e6
     }
 
     /// Microseconds from `earlier` to `self`; zero if `earlier` is later.
-    #[must_use]
     pub const fn micros_since(self, earlier: Self) -> u64 {
         self.0.saturating_sub(earlier.0)
     }
@@ -111,9 +106,6 @@ impl ControlPeriod {
     pub const DEFAULT: Self = Self(2_000);
 
     /// From whole microseconds.
-    ///
-    /// # Errors
-    /// [`PeriodOutOfRange`] outside 1000 to 4000 microseconds.
     pub const fn from_micros(micros: u32) -> Result<Self, PeriodOutOfRange> {
         if micros < Self::MIN_MICROS || micros > Self::MAX_MICROS {
             return Err(PeriodOutOfRange { micros });
@@ -122,13 +114,11 @@ impl ControlPeriod {
     }
 
     /// Whole microseconds.
-    #[must_use]
     pub const fn as_micros(self) -> u32 {
         self.0
     }
 
     /// Seconds.
-    #[must_use]
     pub fn as_seconds(self) -> f64 {
         f64::from(self.0) / 1.0e6
     }

@@ -47,7 +47,6 @@ pub const ALL: [Effector; 8] = [
 ///
 /// # Panics
 /// Never: a test builds the list.
-#[must_use]
 pub fn effectors() -> EffectorList {
     use EffectorKind as K;
     use LateralSide::{Centre, Left, Right};
@@ -73,7 +72,6 @@ pub fn effectors() -> EffectorList {
 }
 
 /// The aircraft's identity in packets.
-#[must_use]
 pub fn aircraft() -> Aircraft {
     Aircraft::new(Name::from("tvc_jet").unwrap_or_default(), &effectors())
 }

@@ -69,7 +69,6 @@ pub struct Aircraft {
 
 impl Aircraft {
     /// The aircraft with this name and these effectors.
-    #[must_use]
     pub fn new(name: Name, effectors: &EffectorList) -> Self {
         #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
         let count = effectors.len() as u8;

@@ -123,9 +123,7 @@ pub struct AirState {
 /// moment (body axes).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coefficients {
-    /// Lift C_L.
     pub lift: f64,
-    /// Drag C_D.
     pub drag: f64,
     /// Side force C_Y, along body y.
     pub side: f64,
@@ -142,7 +140,6 @@ impl AirState {
     ///
     /// Without any velocity both angles are zero.
     #[inline]
-    #[must_use]
     pub fn new(velocity: &Body, rates: Body) -> Self {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
@@ -155,7 +152,6 @@ impl AirState {
 /// The linear angle, bent at its end: s(x) = x up to `linear`, then a tanh towards `max`; odd, once
 /// differentiable. 15 and 25 degrees for `tvc_jet` (docs/parameter-set.md, section 2).
 #[inline]
-#[must_use]
 pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {
     let size = angle.abs();
     if size <= linear {
@@ -182,7 +178,6 @@ fn stalled(angle: f64, linear: f64) -> f64 {
 /// The moments are those of Eq. (7) and Eq. (8), the forces those listed next to them in the parameter
 /// set. Total: finite input gives finite coefficients, also at rest.
 #[inline]
-#[must_use]
 pub fn coefficients(
     aero: &Aero,
     surfaces: &Surfaces,
@@ -219,7 +214,6 @@ pub fn coefficients(
 ///
 /// `velocity` is that relative to the air (m/s, body axes) and belongs to `air`; `density` in kg/m³.
 #[inline]
-#[must_use]
 pub fn wrench(
     geometry: &Geometry,
     air: &AirState,

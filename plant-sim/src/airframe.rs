@@ -46,7 +46,6 @@ pub const AIRFRAMES: [(&str, &str); 4] = [
 ];
 
 /// Whether an aircraft of this name comes with the crate. Its model comes with the autopilot under the same name.
-#[must_use]
 pub fn is_shipped(name: &Path) -> bool {
     AIRFRAMES.iter().any(|(known, _)| Path::new(known) == name)
 }
@@ -79,13 +78,10 @@ pub struct Mass {
 pub struct Airframe {
     /// Name of the aircraft, which the controller's model must have too.
     pub name: Name,
-    /// Mass and inertia.
     pub mass: Mass,
     /// Geometry and aerodynamics; derivatives without those of the surfaces.
     pub aero: Aerodynamics,
-    /// The effectors.
     pub effectors: EffectorList,
-    /// Their actuators.
     pub servos: PerEffector<Servo>,
     /// Aerodynamic effect of each surface.
     pub surface_derivatives: PerEffector<SurfaceDerivatives>,
@@ -163,43 +159,32 @@ pub struct AirData {
 
 impl Airframe {
     /// Reads an airframe file; errors call it `name`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with line and column for text that is not TOML of the right shape, with key, value and range
-    /// for an invalid number, and with the replacement for a key of an earlier version.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
         file::read(name, config::parse(name, text)?, Some(text))
     }
 
     /// Reads a file that was parsed already and may have been changed since.
-    ///
-    /// # Errors
-    /// As [`Airframe::from_toml`], without line and column.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
         file::read(name, table, None)
     }
 
     /// The aircraft of the paper's cases: [`DEFAULT_AIRFRAME`].
-    #[must_use]
     pub fn paper() -> Self {
         Self::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME)
             .expect("a test reads the airframe file that is compiled in")
     }
 
     /// Its identity in packets.
-    #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         Aircraft::new(self.name, &self.effectors)
     }
 
     /// Positions of the effectors that follow these commands: aileron, elevator, rudder, rad, and thrust, N.
-    #[must_use]
     pub fn follow(&self, commands: [f64; 4]) -> PerEffector<f64> {
         PerEffector::from_fn(|effector| self.gains[effector].of(commands))
     }
 
     /// Inertia tensor, kg m², body axes.
-    #[must_use]
     pub fn inertia(&self) -> Matrix3<f64> {
         let m = &self.mass;
         #[rustfmt::skip]
@@ -212,7 +197,6 @@ impl Airframe {
     }
 
     /// Mass and inertia for the equations of motion; `None` for what [`Airframe::check`] refuses.
-    #[must_use]
     pub fn mass_properties(&self) -> Option<MassProperties> {
         MassProperties::new(self.mass.mass_kg, self.inertia())
     }
@@ -224,7 +208,6 @@ impl Airframe {
     }
 
     /// The derivative with these letters, for surfaces that of the first one of the kind; `None` if the aircraft has none.
-    #[must_use]
     pub fn derivative(&self, name: &str) -> Option<f64> {
         let mut first = None;
         self.clone().change_derivative(name, |value| {
@@ -249,9 +232,6 @@ impl Airframe {
     }
 
     /// Checks every number; a dispersed airframe has to pass the same check as one from a file.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid number, in the unit of the airframe file.
     pub fn check(&self) -> Result<(), RangeError> {
         self.check_mass()?;
         self.check_aerodynamics()?;
@@ -275,7 +255,6 @@ impl Airframe {
     }
 
     /// The surface on each part of the airframe that can be torn off.
-    #[must_use]
     pub fn surfaces_of_parts(&self) -> PerPart<Option<Effector>> {
         let named =
             |name: Name| self.effectors.all().find(|e| self.effectors.name(*e) == name.as_str());
@@ -284,7 +263,6 @@ impl Airframe {
 
     /// Which parts can be torn off: those of `[damage]`, if without all of them and without fuel a body with a possible mass and
     /// inertia is left. Then it is also left without some of them.
-    #[must_use]
     pub fn parts(&self) -> PerPart<bool> {
         let described = self.damage.all().map(|panel| panel.is_some());
         let all = described.map(|is_described| f64::from(u8::from(is_described)));
@@ -293,7 +271,6 @@ impl Airframe {
     }
 
     /// What is left without parts and burnt fuel, kg; `None` if nothing is missing or the rest is no possible body.
-    #[must_use]
     pub fn without(&self, torn_off: &PerPart<f64>, burnt_kg: f64) -> Option<Remainder> {
         let tanks_m = self.fuel.map_or_else(Vector3::zeros, |fuel| fuel.at_m.into());
         let surfaces = self.surfaces_of_parts();
@@ -332,9 +309,6 @@ impl Airframe {
     }
 
     /// Checks that the tables can be evaluated.
-    ///
-    /// # Errors
-    /// [`TablesError`] with table, key, line and the expected form.
     pub fn check_tables(&self) -> Result<(), TablesError> {
         AirForces::new(self)?;
         self.propulsion.as_ref().map(Propulsion::build).transpose()?;

@@ -84,7 +84,6 @@ pub struct Atmosphere {
 }
 
 impl Atmosphere {
-    /// The standard atmosphere.
     pub const STANDARD: Self = {
         let mut base_pressure = [0.0; LAYERS.len()];
         let mut index = 0;
@@ -96,7 +95,6 @@ impl Atmosphere {
     };
 
     /// Warmer than the standard by this, K; colder if it is negative. Zero is [`Atmosphere::STANDARD`], to the bit.
-    #[must_use]
     pub fn new(offset_k: f64) -> Self {
         if offset_k == 0.0 {
             return Self::STANDARD;
@@ -109,9 +107,6 @@ impl Atmosphere {
     }
 
     /// Checks a temperature offset.
-    ///
-    /// # Errors
-    /// [`RangeError`] if it is outside -60 to 60 K.
     pub fn check(offset_k: f64) -> Result<(), RangeError> {
         check_range("plant.atmosphere", "temperature_offset_k", offset_k, -60.0, 60.0)
     }
@@ -135,7 +130,6 @@ impl Atmosphere {
     /// The air at a geopotential altitude in m.
     ///
     /// Altitudes outside [`LOWEST_M`] to [`HIGHEST_M`] count as the nearer limit.
-    #[must_use]
     pub fn air(&self, geopotential_altitude_m: f64) -> Air {
         let altitude_m = inside(geopotential_altitude_m);
         let (temperature, pressure) = self.in_layer(layer_at(altitude_m), altitude_m);
@@ -148,7 +142,6 @@ impl Atmosphere {
     }
 
     /// Speed of sound at a geopotential altitude in m, as in [`Atmosphere::air`]; without the exponential of the pressure.
-    #[must_use]
     pub fn speed_of_sound(&self, geopotential_altitude_m: f64) -> f64 {
         let altitude = inside(geopotential_altitude_m);
         let at = &LAYERS[layer_at(altitude)];
@@ -159,20 +152,17 @@ impl Atmosphere {
 }
 
 /// The standard air at a geopotential altitude in m, as [`Atmosphere::air`].
-#[must_use]
 pub fn isa(geopotential_altitude_m: f64) -> Air {
     Atmosphere::STANDARD.air(geopotential_altitude_m)
 }
 
 /// Speed of sound of the standard air at a geopotential altitude in m.
-#[must_use]
 pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
     Atmosphere::STANDARD.speed_of_sound(geopotential_altitude_m)
 }
 
 /// Pressure altitude: the geopotential altitude, m, with this static pressure, Pa; the nearer end of the model for a pressure
 /// outside it.
-#[must_use]
 pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
     if pressure_pa.is_nan() {
         return LOWEST_M;
@@ -208,13 +198,11 @@ const SERIES_M: f64 = 10.0;
 
 impl LocalDensity {
     /// Of the standard air around a geopotential altitude in m.
-    #[must_use]
     pub fn around(geopotential_altitude_m: f64) -> Self {
         Self::of(&Atmosphere::STANDARD, geopotential_altitude_m)
     }
 
     /// Of this air around a geopotential altitude in m.
-    #[must_use]
     pub fn of(atmosphere: &Atmosphere, geopotential_altitude_m: f64) -> Self {
         let altitude_m = inside(geopotential_altitude_m);
         let index = layer_at(altitude_m);
@@ -241,14 +229,12 @@ impl LocalDensity {
 
     /// Whether the series is valid at this altitude and half its range around it; otherwise it has to be renewed.
     #[inline]
-    #[must_use]
     pub fn covers(&self, geopotential_altitude_m: f64) -> bool {
         (geopotential_altitude_m - self.altitude_m).abs() < 0.5 * SERIES_M
     }
 
     /// Density at a geopotential altitude in m, kg/m³; that of [`Atmosphere::air`] to the last digits, anywhere.
     #[inline]
-    #[must_use]
     pub fn at(&self, geopotential_altitude_m: f64) -> f64 {
         let x = geopotential_altitude_m - self.altitude_m;
         if x < self.down_m || x > self.up_m {

@@ -20,7 +20,6 @@ pub enum ConfigError {
     Toml {
         /// Name of the file.
         file: String,
-        /// The parser's message.
         source: Box<toml::de::Error>,
     },
     /// A value outside its range.
@@ -28,7 +27,6 @@ pub enum ConfigError {
     Range {
         /// Name of the file.
         file: String,
-        /// The range error.
         source: Box<RangeError>,
     },
     /// Tables that cannot be evaluated.
@@ -44,7 +42,6 @@ pub enum ConfigError {
     Excluded {
         /// Name of the file.
         file: String,
-        /// The table.
         section: &'static str,
         /// The table that excludes it.
         other: &'static str,
@@ -54,7 +51,6 @@ pub enum ConfigError {
     Effectors {
         /// Name of the file.
         file: String,
-        /// The error.
         source: EffectorListError,
     },
     /// An effector lacks a key that its kind needs, or has one that its kind does not use.
@@ -64,7 +60,6 @@ pub enum ConfigError {
         file: String,
         /// Name of the effector.
         effector: String,
-        /// The key.
         key: &'static str,
         /// `is missing` or `has no meaning for this kind`.
         problem: &'static str,
@@ -76,7 +71,6 @@ pub enum ConfigError {
         file: String,
         /// The key, with its table.
         key: String,
-        /// The unit.
         unit: &'static str,
         /// Keys with units that fit.
         expected: String,
@@ -88,7 +82,6 @@ pub enum ConfigError {
         file: String,
         /// One of the keys, with its table.
         key: String,
-        /// The other key.
         other: String,
     },
     /// Something else in the place of a number with a unit.
@@ -104,7 +97,6 @@ pub enum ConfigError {
     Key {
         /// Name of the file.
         file: String,
-        /// The table.
         section: &'static str,
         /// The key, or several.
         key: String,
@@ -124,7 +116,6 @@ pub enum ConfigError {
     LongName {
         /// Name of the file.
         file: String,
-        /// The name.
         name: String,
         /// Longest one, bytes.
         longest: usize,
@@ -134,9 +125,7 @@ pub enum ConfigError {
     OldKey {
         /// Name of the file.
         file: String,
-        /// The key.
         key: String,
-        /// The replacement.
         instead: String,
     },
     /// A fault of an effector that the aircraft lacks, or of an unknown sensor.
@@ -152,7 +141,6 @@ pub enum ConfigError {
         key: &'static str,
         /// The name in the file.
         name: String,
-        /// The known names.
         known: String,
     },
     /// A part of the airframe names a surface that there is not.
@@ -160,11 +148,9 @@ pub enum ConfigError {
     NoSuchEffector {
         /// Name of the file.
         file: String,
-        /// The key.
         key: String,
         /// The name in the file.
         name: String,
-        /// The known names.
         known: String,
     },
     /// A fault lacks a key that its kind needs, or has one that its kind does not use.
@@ -174,9 +160,7 @@ pub enum ConfigError {
         file: String,
         /// Number of the fault, from 1, in the order of the file.
         number: usize,
-        /// Its kind.
         kind: &'static str,
-        /// The key.
         key: &'static str,
         /// `is missing` or `has no meaning here`.
         problem: &'static str,

@@ -74,7 +74,6 @@ pub struct Panels {
     pub left_tail: Option<Panel>,
     /// Right half of the horizontal tail.
     pub right_tail: Option<Panel>,
-    /// Vertical tail.
     pub fin: Option<Panel>,
 }
 
@@ -123,15 +122,10 @@ pub struct Remainder {
 
 impl Panels {
     /// By the number of the part.
-    #[must_use]
     pub const fn all(&self) -> PerPart<Option<Panel>> {
         [self.left_wing, self.right_wing, self.left_tail, self.right_tail, self.fin]
     }
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one.
     pub fn check(&self) -> Result<(), RangeError> {
         for (part, panel) in AirframePart::ALL.into_iter().zip(self.all()) {
             let Some(panel) = panel else { continue };
@@ -155,10 +149,6 @@ impl Panels {
 }
 
 impl Fuel {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one.
     pub fn check(&self, aircraft_kg: f64) -> Result<(), RangeError> {
         check_range("fuel", "initial_kg", self.initial_kg, 0.0, 0.95 * aircraft_kg)?;
         for value in self.at_m {
@@ -234,7 +224,6 @@ impl Remainder {
     /// Of an aircraft whose parts have lost these fractions of their spans, and that has burnt so much fuel (kg) at a place (m).
     ///
     /// `surfaces` has the effector on each part. `None` if nothing is missing, or if nothing would be left.
-    #[must_use]
     pub fn of(
         whole: &MassProperties,
         panels: &Panels,
@@ -275,7 +264,6 @@ impl Remainder {
 
     /// Effective deflections of the first `count` effectors, rad and N, with the effect of the faults.
     #[cold]
-    #[must_use]
     pub fn effective(
         &self,
         count: usize,
@@ -289,7 +277,6 @@ impl Remainder {
     /// The wrench about the present centre of gravity, from that of the whole aircraft about the one of the airframe file, where the
     /// velocity through the air is `velocity`, m/s, with the rates `rates` against the air, rad/s.
     #[cold]
-    #[must_use]
     pub fn wrench(&self, whole: &Wrench, velocity: &Body, rates: &Body, density: f64) -> Wrench {
         let (mut force, mut moment) = (whole.force.0, whole.moment.0);
         for piece in &self.pieces {

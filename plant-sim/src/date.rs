@@ -40,7 +40,6 @@ impl Date {
     pub const DEFAULT: Self = Self { year: 2026, month: 1, day: 1 };
 
     /// As a year with its fraction: 2026.5 is in the middle of 2026.
-    #[must_use]
     pub fn decimal_year(self) -> f64 {
         let leap = self.year.is_multiple_of(4);
         let after_february = u16::from(leap && self.month > 2);

@@ -148,9 +148,6 @@ pub fn change(airframe: &mut Airframe, name: &str, change: impl FnMut(&mut f64))
 }
 
 /// Checks all derivatives: those of an airframe, and those of its surfaces.
-///
-/// # Errors
-/// [`RangeError`] for the first one outside its range.
 pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), RangeError> {
     let mut aero = aero.clone();
     for d in &DERIVATIVES {

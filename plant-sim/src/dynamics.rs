@@ -31,7 +31,6 @@ const STATES_WITH_RATES: usize = STATES + Effector::MAX;
 /// The integrated state: the rigid body and the effectors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// The rigid body.
     pub rigid: RigidState,
     /// Positions of the servos, rad; thrust, N. Faults can make the effective deflections differ: see
     /// [`crate::faults`].
@@ -45,7 +44,6 @@ pub struct StepInputs {
     pub commands: PerEffector<f64>,
     /// Steady wind, m/s, local NED, where it blows to.
     pub wind: Ned,
-    /// Gust.
     pub gust: Gust,
     /// Density of the still air around the present altitude.
     pub density: LocalDensity,
@@ -77,7 +75,6 @@ pub struct Dynamics {
 /// Result of one evaluation at the present instant.
 #[derive(Debug, Clone, Copy)]
 pub struct Evaluation {
-    /// The Earth there.
     pub place: Place,
     /// Density of the air, kg/m³.
     pub density: f64,
@@ -130,7 +127,6 @@ impl State {
     }
 
     /// The first quantity that is not finite; `None` if all are.
-    #[must_use]
     pub fn first_not_finite(&self) -> Option<&'static str> {
         let numbers = self.to_array::<STATES>();
         // All at once: a look at each with a jump takes three times as many instructions.
@@ -149,8 +145,6 @@ impl State {
 }
 
 impl Dynamics {
-    /// # Errors
-    /// [`TablesError`] if the airframe's mass or inertia is impossible, or its tables cannot be evaluated.
     pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, TablesError> {
         airframe.check()?;
         let mass = airframe.mass_properties().expect("the check refuses impossible masses");
@@ -195,7 +189,6 @@ impl Dynamics {
 
     /// The lever at which the engine gives a thrust (N) at an airspeed (m/s), a density (kg/m³) and a geopotential altitude
     /// (m); `None` without a lever or out of its reach.
-    #[must_use]
     pub fn lever_at(
         &self,
         thrust_n: f64,
@@ -207,7 +200,6 @@ impl Dynamics {
     }
 
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
-    #[must_use]
     pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
         if self.profile.is_empty() {
             return *steady;
@@ -223,7 +215,6 @@ impl Dynamics {
 
     /// Coefficients about the centre of gravity at `air` and a geopotential altitude, m, with these effective
     /// deflections (rad), for linearisation.
-    #[must_use]
     pub fn coefficients(
         &self,
         air: &AirState,
@@ -234,39 +225,30 @@ impl Dynamics {
         self.air.coefficients(air, mach, effective)
     }
 
-    /// The aircraft.
-    #[must_use]
     pub fn airframe(&self) -> &Airframe {
         &self.airframe
     }
 
-    /// The Earth.
-    #[must_use]
     pub fn earth(&self) -> &Earth {
         &self.earth
     }
 
-    /// The still air.
-    #[must_use]
     pub fn atmosphere(&self) -> &Atmosphere {
         &self.atmosphere
     }
 
     /// The density of the still air around a geopotential altitude in m.
-    #[must_use]
     pub fn density_around(&self, geopotential_altitude_m: f64) -> LocalDensity {
         LocalDensity::of(&self.atmosphere, geopotential_altitude_m)
     }
 
     /// The engine and its nozzle.
-    #[must_use]
     pub fn jet(&self) -> &Jet {
         &self.jet
     }
 
     /// Smallest and largest thrust of the engine at an airspeed (m/s), a density (kg/m³) and a geopotential altitude (m), N;
     /// zeros without an engine.
-    #[must_use]
     pub fn thrust_range_n(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> [f64; 2] {
         let Some(engine) = self.jet.engine() else { return [0.0; 2] };
         let servo = &self.airframe.servos[engine];
@@ -278,7 +260,6 @@ impl Dynamics {
 
     /// Roll moment on the airframe of what turns with the engine at a thrust (N), an airspeed (m/s), a density (kg/m³) and a
     /// geopotential altitude (m), N m.
-    #[must_use]
     pub fn engine_roll_n_m(
         &self,
         thrust_n: f64,
@@ -290,7 +271,6 @@ impl Dynamics {
     }
 
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
-    #[must_use]
     pub fn evaluate(
         &self,
         rigid: &RigidState,
@@ -351,7 +331,6 @@ impl Dynamics {
 
     /// Effective deflections of a state: the positions with the effect of the faults.
     #[inline]
-    #[must_use]
     pub fn effective(&self, state: &State, effects: &Effects) -> PerEffector<f64> {
         let count = self.airframe.effectors.len();
         match &self.remainder {
@@ -361,7 +340,6 @@ impl Dynamics {
     }
 
     /// Evaluates a state with these inputs.
-    #[must_use]
     pub fn present(&self, state: &State, inputs: &StepInputs) -> Evaluation {
         let effective = self.effective(state, &inputs.effects);
         self.evaluate(&state.rigid, &effective, &inputs.wind, &inputs.gust, &inputs.density)
@@ -418,7 +396,6 @@ impl Dynamics {
 
     /// The state `step_s` seconds later. `present` is [`Dynamics::present`] of `state`, which a caller that evaluates
     /// every state has already. `rates` are those of second-order servos, rad/s and N/s, which move on too.
-    #[must_use]
     pub fn step(
         &self,
         state: &State,

@@ -101,7 +101,6 @@ pub struct Nearby {
 
 impl Earth {
     /// The Earth under a flight that starts at `start`; its altitude does not matter here.
-    #[must_use]
     pub fn new(model: EarthModel, start: Geodetic) -> Self {
         let ground = Geodetic { altitude_m: 0.0, ..start };
         let (sin_latitude, cos_latitude) = libm::sincos(start.latitude_rad);
@@ -129,22 +128,18 @@ impl Earth {
         Self { flat_gravity: gravity, is_flat_air_geometric: true, ..self }
     }
 
-    /// The model.
-    #[must_use]
     pub fn model(&self) -> EarthModel {
         self.model
     }
 
     /// Rate Ω of frame E relative to inertial space, rad/s, in E axes.
     #[inline]
-    #[must_use]
     pub fn rotation(&self) -> Vector3<f64> {
         self.rotation
     }
 
     /// The same in body axes, for a matrix that turns them into frame E: the axis of rotation is the third of E.
     #[inline]
-    #[must_use]
     pub fn rotation_in(&self, e_from_body: &Matrix3<f64>) -> Body {
         let rate = self.rotation.z;
         Body::new(rate * e_from_body.m31, rate * e_from_body.m32, rate * e_from_body.m33)
@@ -152,7 +147,6 @@ impl Earth {
 
     /// Vertical, height and gravity at a position (m, frame E). Total: a finite position gives finite values.
     #[inline]
-    #[must_use]
     pub fn place(&self, position: &Vector3<f64>) -> Place {
         match self.model {
             EarthModel::Flat => Place {
@@ -179,7 +173,6 @@ impl Earth {
     }
 
     /// Magnitude of the gravitation at a position (m, frame E), without the centrifugal part, m/s².
-    #[must_use]
     pub fn gravitation_m_s2(&self, position: &Vector3<f64>) -> f64 {
         match self.model {
             EarthModel::Flat => self.flat_gravity,
@@ -191,7 +184,6 @@ impl Earth {
     }
 
     /// Radii of curvature at the latitude with this sine; infinite on the flat Earth.
-    #[must_use]
     pub fn radii(&self, sin_latitude: f64) -> Radii {
         let both = |radius_m| Radii { meridian_m: radius_m, prime_vertical_m: radius_m };
         match self.model {
@@ -203,7 +195,6 @@ impl Earth {
 
     /// Rate at which the local NED axes turn over a round Earth because the aircraft moves, rad/s, NED. `velocity` is that over
     /// the ground, m/s.
-    #[must_use]
     pub fn transport_rate(&self, here: &Geodetic, velocity: &Ned) -> Vector3<f64> {
         if self.model == EarthModel::Flat {
             return Vector3::zeros();
@@ -216,7 +207,6 @@ impl Earth {
     }
 
     /// Altitude of a geopotential altitude for the standard atmosphere, m: the inverse of that of [`Place`].
-    #[must_use]
     pub fn altitude_m(&self, geopotential_altitude_m: f64) -> f64 {
         if self.model == EarthModel::Flat && !self.is_flat_air_geometric {
             return geopotential_altitude_m;
@@ -228,7 +218,6 @@ impl Earth {
     /// Position of geodetic coordinates, m, frame E.
     ///
     /// On the flat Earth, latitude and longitude are read with the radii of curvature at the start.
-    #[must_use]
     pub fn position(&self, geodetic: &Geodetic) -> Vector3<f64> {
         match self.model {
             EarthModel::Flat => Vector3::new(
@@ -245,13 +234,11 @@ impl Earth {
 
     /// Position of a point in the NED axes of the start point at altitude zero, m, frame E; the inverse of
     /// [`Earth::local_position`].
-    #[must_use]
     pub fn position_of_local(&self, local: &Ned) -> Vector3<f64> {
         self.origin + self.e_from_start_ned * local.0
     }
 
     /// Geodetic coordinates of a position (m, frame E); the inverse of [`Earth::position`].
-    #[must_use]
     pub fn geodetic(&self, position: &Vector3<f64>) -> Geodetic {
         match self.model {
             EarthModel::Flat => Geodetic {
@@ -267,14 +254,12 @@ impl Earth {
     }
 
     /// Position from the start point at altitude zero, m, in the NED axes of that point.
-    #[must_use]
     pub fn local_position(&self, position: &Vector3<f64>) -> Ned {
         Ned(self.e_from_start_ned.tr_mul(&(position - self.origin)))
     }
 
     /// Attitude relative to the local NED axes of a place, from the quaternion (w, x, y, z) that turns body
     /// axes into frame E.
-    #[must_use]
     pub fn attitude(&self, place: &Place, q_e_from_body: &[f64; 4]) -> Attitude {
         match self.model {
             EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
@@ -288,7 +273,6 @@ impl Earth {
     }
 
     /// Quaternion (w, x, y, z) that turns body axes into frame E; the inverse of [`Earth::attitude`].
-    #[must_use]
     pub fn q_e_from_body(&self, here: &Geodetic, attitude: &Attitude) -> [f64; 4] {
         match self.model {
             EarthModel::Flat => attitude.wxyz(),
@@ -306,7 +290,6 @@ impl Earth {
 /// Formula of the NESC check cases (NASA/TM-2015-218675). Inside the innermost kilometre the radius is held,
 /// so that the function stays finite.
 #[inline]
-#[must_use]
 pub fn gravitation(position: &Vector3<f64>) -> Vector3<f64> {
     let (x, y, z) = (position.x, position.y, position.z);
     let r2 = (x * x + y * y + z * z).max(1.0e6);
@@ -326,7 +309,6 @@ fn spherical_gravitation(position: &Vector3<f64>) -> Vector3<f64> {
 
 /// Centrifugal acceleration -Ω×(Ω×r), m/s², Earth-centred axes.
 #[inline]
-#[must_use]
 pub fn centrifugal(position: &Vector3<f64>) -> Vector3<f64> {
     const W2: f64 = ROTATION_RAD_S * ROTATION_RAD_S;
     Vector3::new(W2 * position.x, W2 * position.y, 0.0)
@@ -360,7 +342,6 @@ impl Place {
 
     /// The effect on the motion of an aircraft here, in a steady wind (m/s, local NED).
     #[inline]
-    #[must_use]
     pub fn nearby(&self, wind: &Ned) -> Nearby {
         Nearby {
             geopotential_altitude_m: self.geopotential_altitude_m,

@@ -54,7 +54,6 @@ pub const SCHEDULE_MAX: usize = 64;
 
 /// The state of the aircraft that a change of a fault needs and modifies.
 pub struct FaultContext<'a> {
-    /// The time.
     pub now: SimTime,
     /// Positions of the servos, rad and N; a fault that moves an effector at once changes them.
     pub positions: &'a mut PerEffector<f64>,
@@ -90,7 +89,6 @@ pub struct Faults {
 
 impl Faults {
     /// A healthy aircraft with these effectors, servos, commands (inside the travel, rad and N) and sensors.
-    #[must_use]
     pub fn none(
         list: &EffectorList,
         servos: &PerEffector<Servo>,
@@ -117,41 +115,35 @@ impl Faults {
 
     /// The present effects of all faults.
     #[inline]
-    #[must_use]
     pub fn effects(&self) -> &Effects {
         &self.effects
     }
 
     /// The commands that the servos receive at present, rad and N.
     #[inline]
-    #[must_use]
     pub fn received(&self) -> &PerEffector<f64> {
         &self.received
     }
 
     /// The latest commands to the effectors, rad and N.
     #[inline]
-    #[must_use]
     pub fn commands(&self) -> &PerEffector<f64> {
         &self.commands
     }
 
     /// Whether a fault changes from step to step: then the plant calls [`Faults::vary`] after each step.
     #[inline]
-    #[must_use]
     pub fn varies(&self) -> bool {
         self.varies
     }
 
     /// Time of the next event, which the integration must not step over.
     #[inline]
-    #[must_use]
     pub fn next_event(&self) -> Option<SimTime> {
         self.next_event
     }
 
     /// The fault that acts on a target, and since when.
-    #[must_use]
     pub fn active(&self, target: impl Into<Target>) -> Option<(FaultKind, SimTime)> {
         let current = self.current[slot(target)]?;
         Some((current.fault.kind, current.active?.since()))
@@ -166,9 +158,6 @@ impl Faults {
     }
 
     /// Adds a fault of the scenario, and reports it if its onset is still to come.
-    ///
-    /// # Errors
-    /// [`Refusal`] as for a request.
     pub fn schedule(
         &mut self,
         fault: &ScheduledFault,

@@ -9,9 +9,7 @@ pub const SEMI_MAJOR_M: f64 = 6_378_137.0;
 pub const FLATTENING: f64 = 1.0 / 298.257_223_563;
 /// Semi-minor axis b, m.
 pub const SEMI_MINOR_M: f64 = SEMI_MAJOR_M * (1.0 - FLATTENING);
-/// First eccentricity squared.
 pub const ECCENTRICITY_SQUARED: f64 = FLATTENING * (2.0 - FLATTENING);
-/// Second eccentricity squared.
 const SECOND_ECCENTRICITY_SQUARED: f64 = ECCENTRICITY_SQUARED / (1.0 - ECCENTRICITY_SQUARED);
 
 /// Nearer to the axis of rotation than this, m, the longitude counts as zero.
@@ -45,7 +43,6 @@ pub struct Vertical {
 
 impl Vertical {
     /// The same as angles.
-    #[must_use]
     pub fn geodetic(&self) -> Geodetic {
         Geodetic {
             latitude_rad: libm::atan2(self.sin_latitude, self.cos_latitude),
@@ -65,7 +62,6 @@ pub struct Radii {
 }
 
 /// Radii of curvature at the latitude with this sine.
-#[must_use]
 pub fn radii(sin_latitude: f64) -> Radii {
     let w2 = 1.0 - ECCENTRICITY_SQUARED * sin_latitude * sin_latitude;
     let prime_vertical_m = SEMI_MAJOR_M / w2.sqrt();
@@ -73,7 +69,6 @@ pub fn radii(sin_latitude: f64) -> Radii {
 }
 
 /// Earth-centred, Earth-fixed position, m: z to the north pole, x to latitude and longitude zero.
-#[must_use]
 pub fn ecef(geodetic: &Geodetic) -> Vector3<f64> {
     let (sin_latitude, cos_latitude) = libm::sincos(geodetic.latitude_rad);
     let (sin_longitude, cos_longitude) = libm::sincos(geodetic.longitude_rad);
@@ -92,7 +87,6 @@ pub fn ecef(geodetic: &Geodetic) -> Vector3<f64> {
 /// the height depends on the remaining error in second order only. Better than 1e-8 m from -1 to 100 km.
 /// At the centre of the Earth, where there is no vertical, the result is finite and meaningless.
 #[inline]
-#[must_use]
 pub fn vertical(position: &Vector3<f64>) -> Vertical {
     let (x, y, z) = (position.x, position.y, position.z);
     let horizontal = (x * x + y * y).sqrt();
@@ -123,7 +117,6 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
 }
 
 /// Earth-centred, Earth-fixed position over a sphere, m; the latitude is geocentric.
-#[must_use]
 pub fn on_sphere(geocentric: &Geodetic, radius_m: f64) -> Vector3<f64> {
     let (sin_latitude, cos_latitude) = libm::sincos(geocentric.latitude_rad);
     let (sin_longitude, cos_longitude) = libm::sincos(geocentric.longitude_rad);
@@ -133,7 +126,6 @@ pub fn on_sphere(geocentric: &Geodetic, radius_m: f64) -> Vector3<f64> {
 }
 
 /// Vertical and height over a sphere at an Earth-centred, Earth-fixed position in m.
-#[must_use]
 pub fn vertical_of_sphere(position: &Vector3<f64>, radius_m: f64) -> Vertical {
     let horizontal = (position.x * position.x + position.y * position.y).sqrt();
     let (sin_latitude, cos_latitude) = unit(position.z, horizontal);

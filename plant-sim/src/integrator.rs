@@ -7,7 +7,6 @@
 /// at `x`, which a caller that has just evaluated the state has already. Fourth order if `derivative` is
 /// smooth; never fails, non-finite derivatives give a non-finite state.
 #[inline]
-#[must_use]
 pub fn rk4<const N: usize>(
     x: &[f64; N],
     k1: &[f64; N],

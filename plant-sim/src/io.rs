@@ -42,35 +42,21 @@ pub use run::{ExitReason, run};
 pub enum RunError {
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The error.
-        source: FileProblem,
-    },
+    Read { path: PathBuf, source: FileProblem },
     /// Neither a shipped scenario nor a file.
     #[error(
         "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
     )]
-    NoScenario {
-        /// The requested name.
-        name: String,
-        /// The known names.
-        known: String,
-    },
+    NoScenario { name: String, known: String },
     /// A file is not a setup.
     #[error("{}: not a plant setup of this version", path.display())]
-    Setup {
-        /// The file.
-        path: PathBuf,
-    },
+    Setup { path: PathBuf },
     /// A configuration file is invalid.
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// A fault of a scenario that the aircraft cannot have.
     #[error("{file}: {source}")]
     Fault {
-        /// The scenario.
         file: String,
         /// The fault and the reason.
         source: Box<SetupError>,
@@ -80,28 +66,11 @@ pub enum RunError {
     Start(#[from] SetupError),
     /// This aircraft cannot fly this scenario.
     #[error("airframe {airframe}, scenario {scenario}: {source}")]
-    Flight {
-        /// The airframe file.
-        airframe: String,
-        /// The scenario.
-        scenario: String,
-        /// The reason.
-        source: Box<SetupError>,
-    },
-    /// An invalid port.
+    Flight { airframe: String, scenario: String, source: Box<SetupError> },
     #[error("--autopilot {name}: port 0 is no port; allowed are 1 to 65535")]
-    Port {
-        /// The address.
-        name: String,
-    },
-    /// An unknown host.
+    Port { name: String },
     #[error("--autopilot {name}: {source}")]
-    Resolve {
-        /// The address.
-        name: String,
-        /// The system's error.
-        source: io::Error,
-    },
+    Resolve { name: String, source: io::Error },
     /// A socket could not be opened.
     #[error(transparent)]
     Bind(#[from] BindError),

@@ -42,7 +42,6 @@ pub struct Attained {
 /// A limit that the flight has passed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exceeded {
-    /// The quantity.
     pub quantity: &'static str,
     /// Its value, in `unit`.
     pub value: f64,
@@ -70,7 +69,6 @@ impl FlightLimits {
     };
 
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
-    #[must_use]
     pub fn are_exceeded(&self, at: &Attained) -> bool {
         let inside = at.roll_rad.abs() <= self.roll_rad
             && at.alpha_rad.abs() <= self.alpha_rad
@@ -81,7 +79,6 @@ impl FlightLimits {
     }
 
     /// The first limit that is passed, for display.
-    #[must_use]
     pub fn exceeded(&self, at: &Attained) -> Option<Exceeded> {
         let angles = [
             ("roll angle", at.roll_rad, self.roll_rad),
@@ -101,10 +98,6 @@ impl FlightLimits {
         angle.or((!(limit..).contains(&value)).then_some(low))
     }
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one, in the unit of the airframe file.
     pub fn check(&self) -> Result<(), RangeError> {
         for (key, angle, max) in [
             ("roll_deg", self.roll_rad, 180.0),

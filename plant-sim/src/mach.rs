@@ -74,10 +74,6 @@ pub(crate) struct MachTable {
 }
 
 impl MachEffects {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one.
     pub fn check(&self) -> Result<(), RangeError> {
         check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
         for (key, factor) in &self.growth {

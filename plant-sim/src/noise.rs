@@ -55,7 +55,6 @@ pub struct Normals {
 
 impl Normals {
     /// The stream of `source` in one run.
-    #[must_use]
     pub fn new(seed: u64, run: u64, source: Source) -> Self {
         let mut key = *b"........--------two-step plant-1";
         key[..8].copy_from_slice(&seed.to_le_bytes());

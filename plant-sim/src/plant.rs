@@ -88,9 +88,6 @@ struct Settings<'a> {
 
 impl Plant {
     /// Checks the setup, trims the aircraft, and starts at time zero; faults due at zero are active already.
-    ///
-    /// # Errors
-    /// [`SetupError`] if a number is out of range, a fault is impossible, or there is no level flight.
     pub fn new(setup: &PlantSetup) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.start.geodetic());
@@ -111,9 +108,6 @@ impl Plant {
     }
 
     /// Begins a flight without a controller, in any state. Its control period is its step.
-    ///
-    /// # Errors
-    /// [`SetupError`] if a number is out of range, a fault is impossible, or the state has no trim that it needs.
     pub fn release(setup: &ReleaseSetup) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.initial.origin());
@@ -203,7 +197,6 @@ impl Plant {
     }
 
     /// Positions of the effectors and of a lever that is held.
-    #[must_use]
     pub fn controls(&self) -> Controls {
         Controls { positions: self.state.positions, lever: self.dynamics.jet().lever() }
     }
@@ -216,43 +209,36 @@ impl Plant {
     }
 
     /// Simulation time: a multiple of the control period.
-    #[must_use]
     pub fn time(&self) -> SimTime {
         self.time
     }
 
     /// Whether the flight is over.
-    #[must_use]
     pub fn on_ground(&self) -> bool {
         self.on_ground
     }
 
     /// Whether the flight is over because the state was not finite any more.
-    #[must_use]
     pub fn is_broken(&self) -> bool {
         self.broken.is_some()
     }
 
     /// The quantity that was no longer finite, if that has ended the flight.
-    #[must_use]
     pub fn broken_by(&self) -> Option<&'static str> {
         self.broken
     }
 
     /// The steady flight in which it started.
-    #[must_use]
     pub fn trim(&self) -> &Trim {
         &self.trim
     }
 
     /// The aircraft, the air and the Earth.
-    #[must_use]
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
     }
 
     /// Position and motion of the aircraft, with its servos.
-    #[must_use]
     pub fn state(&self) -> &State {
         &self.state
     }
@@ -264,7 +250,6 @@ impl Plant {
     }
 
     /// Smallest and largest thrust of the engine at this airspeed and altitude, N; zeros without an engine.
-    #[must_use]
     pub fn thrust_range_n(&self) -> [f64; 2] {
         let Evaluation { place, density, motion } = &self.present;
         let altitude_m = place.geopotential_altitude_m;
@@ -272,7 +257,6 @@ impl Plant {
     }
 
     /// Roll moment on the airframe of what turns with the engine at this thrust, airspeed and altitude, N m.
-    #[must_use]
     pub fn engine_roll_n_m(&self, thrust_n: f64) -> f64 {
         let Evaluation { place, density, motion } = &self.present;
         let altitude_m = place.geopotential_altitude_m;
@@ -286,19 +270,16 @@ impl Plant {
 
     /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
     /// an estimator.
-    #[must_use]
     pub fn inertial_biases(&self) -> [icd::Body; 2] {
         self.sensors.inertial_biases()
     }
 
     /// The true state of this instant.
-    #[must_use]
     pub fn truth(&self) -> &Truth {
         &self.truth
     }
 
     /// The present effects of all faults.
-    #[must_use]
     pub fn fault_effects(&self) -> &Effects {
         self.faults.effects()
     }
@@ -365,7 +346,6 @@ impl Plant {
     }
 
     /// How many reports were dropped because the caller did not fetch them.
-    #[must_use]
     pub fn reports_dropped(&self) -> u64 {
         self.reports_dropped
     }

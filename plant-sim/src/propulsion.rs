@@ -26,10 +26,6 @@ pub struct Jet {
 }
 
 impl Jet {
-    /// For these effectors.
-    ///
-    /// # Errors
-    /// [`TablesError`] if the tables of the propulsion cannot be evaluated.
     pub fn new(
         list: &EffectorList,
         nozzle: Option<&Nozzle>,
@@ -48,7 +44,6 @@ impl Jet {
     }
 
     /// The same with any commanded thrust, for the search of a steady flight.
-    #[must_use]
     pub(crate) fn without_limits(&self) -> Self {
         Self { is_limited: false, lever: None, ..self.clone() }
     }
@@ -61,13 +56,11 @@ impl Jet {
 
     /// Where the lever is held, 0 to 1; `None` if it is not.
     #[inline]
-    #[must_use]
     pub fn lever(&self) -> Option<f64> {
         self.lever
     }
 
     /// The lever, 0 to 1, at which the engine gives this thrust (N) in this air; `None` without a lever, or out of its reach.
-    #[must_use]
     pub fn lever_at(&self, thrust_n: f64, at: &EngineAir) -> Option<f64> {
         let engine = self.propulsion.as_ref()?;
         let [least, most] = engine.ends(at);
@@ -84,19 +77,16 @@ impl Jet {
     }
 
     /// Whether the Mach number matters.
-    #[must_use]
     pub fn needs_mach(&self) -> bool {
         self.propulsion.is_some()
     }
 
     /// Smallest and largest thrust in this air, N; `None` where only the travel of the engine limits it.
-    #[must_use]
     pub fn thrust_range_n(&self, at: &EngineAir) -> Option<[f64; 2]> {
         self.propulsion.as_ref().map(|propulsion| propulsion.ends(at))
     }
 
     /// The engine; `None` for a glider.
-    #[must_use]
     pub fn engine(&self) -> Option<Effector> {
         self.engine
     }
@@ -108,7 +98,6 @@ impl Jet {
     }
 
     /// Limits of the thrust in this air, N.
-    #[must_use]
     pub fn limits(&self, at: &EngineAir) -> [f64; 2] {
         match (&self.propulsion, self.lever) {
             (Some(engine), Some(lever)) => [engine.thrust_at(lever, at); 2],
@@ -125,7 +114,6 @@ impl Jet {
     /// Positive nozzle angles give positive pitch and yaw; without a nozzle the thrust is along x. `effective` holds
     /// δz and δy in rad and the commanded thrust in N, `limits` the possible thrust.
     #[inline]
-    #[must_use]
     pub fn wrench(
         &self,
         effective: &PerEffector<f64>,

@@ -8,7 +8,6 @@ use arrayvec::ArrayString;
 pub type Section = ArrayString<40>;
 
 /// The beginning of a text that fits.
-#[must_use]
 pub fn section(text: &str) -> Section {
     let mut section = Section::new();
     for letter in text.chars() {
@@ -28,11 +27,8 @@ pub struct RangeError {
     pub section: Section,
     /// Key in that table.
     pub key: Section,
-    /// The refused value.
     pub value: f64,
-    /// Smallest allowed value.
     pub min: f64,
-    /// Largest allowed value.
     pub max: f64,
 }
 
@@ -53,9 +49,6 @@ fn tidy(value: f64) -> f64 {
 }
 
 /// Checks that `value` is inside `min` to `max`.
-///
-/// # Errors
-/// [`RangeError`] with the arguments if it is not, or is NaN.
 pub fn check_range(
     section: &str,
     key: &str,

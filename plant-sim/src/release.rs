@@ -25,13 +25,11 @@ pub const STEP_RANGE_US: [u32; 2] = [100, 100_000];
 pub struct ReleaseSetup {
     /// The aircraft, or a body without effectors.
     pub airframe: Airframe,
-    /// Earth model.
     pub earth: EarthModel,
     /// Gravity of a flat Earth that stands for a place, m/s²; `None` for standard gravity and its air ([`Earth::tangent`]).
     pub flat_gravity: Option<f64>,
     /// Steady wind and turbulence.
     pub wind: WindSettings,
-    /// Discrete gusts.
     pub gusts: Vec<DiscreteGust>,
     /// Wind over the altitude, added to the steady one.
     pub profile: WindProfile,
@@ -41,7 +39,6 @@ pub struct ReleaseSetup {
     pub initial: InitialState,
     /// The controls at time zero; a trim adds its own.
     pub controls: Controls,
-    /// Faults.
     pub faults: Vec<ScheduledFault>,
     /// Seed of the random streams.
     pub seed: u64,
@@ -52,13 +49,11 @@ pub struct ReleaseSetup {
 /// The state at time zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialState {
-    /// Position.
     pub position: InitialPosition,
     /// Velocity over the ground.
     pub velocity: InitialVelocity,
     /// Attitude relative to local NED: roll, pitch, yaw.
     pub attitude: EulerAngles,
-    /// Body rates.
     pub rates: InitialRates,
     /// Search pitch angle, elevator and thrust of a steady flight with this velocity, roll and yaw.
     pub is_trimmed: bool,
@@ -83,7 +78,6 @@ pub enum InitialPosition {
 pub enum InitialVelocity {
     /// In local NED axes.
     Ned(Ned),
-    /// In body axes.
     Body(Body),
 }
 
@@ -98,7 +92,6 @@ pub enum InitialRates {
     Ned(Body),
 }
 
-/// Prescribed controls.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Controls {
     /// Positions of the effectors, rad; thrust of an engine without lever, N.
@@ -109,9 +102,6 @@ pub struct Controls {
 
 impl ReleaseSetup {
     /// Checks all that can be checked without flying.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first number that cannot be.
     pub fn check(&self) -> Result<(), RangeError> {
         self.airframe.check()?;
         self.wind.check()?;
@@ -127,9 +117,6 @@ impl ReleaseSetup {
     }
 
     /// Checks that the effectors can be where these controls put them.
-    ///
-    /// # Errors
-    /// [`RangeError`] with the effector.
     pub fn check_controls(&self, controls: &Controls) -> Result<(), RangeError> {
         let Airframe { effectors, servos, .. } = &self.airframe;
         for effector in effectors.all() {
@@ -157,7 +144,6 @@ impl ReleaseSetup {
 
 impl InitialState {
     /// The point in whose NED axes local positions count.
-    #[must_use]
     pub fn origin(&self) -> Geodetic {
         match self.position {
             InitialPosition::Geodetic(here) => here,
@@ -199,7 +185,6 @@ impl InitialState {
     }
 
     /// Position of the body, m, frame E.
-    #[must_use]
     pub fn place(&self, earth: &Earth) -> Vector3<f64> {
         match self.position {
             InitialPosition::Geodetic(here) => earth.position(&here),
@@ -208,7 +193,6 @@ impl InitialState {
     }
 
     /// The body in this state, with another pitch angle (rad).
-    #[must_use]
     pub fn rigid(&self, earth: &Earth, pitch_rad: f64) -> RigidState {
         let position = self.place(earth);
         let here = match self.position {
@@ -242,7 +226,6 @@ impl InitialState {
 
 impl Controls {
     /// These controls with the changes of `other` added.
-    #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         let positions =
             PerEffector::from_fn(|effector| self.positions[effector] + other.positions[effector]);

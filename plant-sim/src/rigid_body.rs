@@ -40,17 +40,14 @@ pub struct RigidDerivative {
 pub struct MassProperties {
     /// Mass, kg.
     pub mass_kg: f64,
-    /// Its inverse.
     pub per_mass: f64,
     /// Inertia tensor I, kg m², body axes: off-diagonal terms are minus the products of inertia.
     pub inertia: Matrix3<f64>,
-    /// Its inverse.
     pub inertia_inverse: Matrix3<f64>,
 }
 
 impl MassProperties {
     /// From mass (kg) and tensor (kg m²); `None` if one of them is not positive definite.
-    #[must_use]
     pub fn new(mass_kg: f64, inertia: Matrix3<f64>) -> Option<Self> {
         let positive = mass_kg > 0.0
             && inertia[(0, 0)] > 0.0
@@ -71,9 +68,7 @@ pub struct Wrench {
 }
 
 impl Wrench {
-    /// Both added.
     #[inline]
-    #[must_use]
     pub fn plus(&self, other: &Self) -> Self {
         Self {
             force: Body(self.force.0 + other.force.0),
@@ -85,7 +80,6 @@ impl Wrench {
 impl RigidState {
     /// The values in a row for the integrator: position, quaternion, velocity, rates.
     #[inline]
-    #[must_use]
     pub fn to_array(&self) -> [f64; STATES] {
         let (r, q, v, w) = (&self.position, &self.q_e_from_body, &self.velocity.0, &self.rates.0);
         [r.x, r.y, r.z, q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
@@ -93,7 +87,6 @@ impl RigidState {
 
     /// From the values in the order of [`RigidState::to_array`].
     #[inline]
-    #[must_use]
     pub fn from_array(x: &[f64; STATES]) -> Self {
         Self {
             position: Vector3::new(x[0], x[1], x[2]),
@@ -115,7 +108,6 @@ impl RigidState {
 
     /// Matrix that turns body axes into E.
     #[inline]
-    #[must_use]
     pub fn e_from_body(&self) -> Matrix3<f64> {
         rotation_matrix(self.q_e_from_body)
     }
@@ -124,7 +116,6 @@ impl RigidState {
 impl RigidDerivative {
     /// The values in the order of [`RigidState::to_array`].
     #[inline]
-    #[must_use]
     pub fn to_array(&self) -> [f64; STATES] {
         let (r, q, v, w) = (&self.position, &self.q_e_from_body, &self.velocity.0, &self.rates.0);
         [r.x, r.y, r.z, q[0], q[1], q[2], q[3], v.x, v.y, v.z, w.x, w.y, w.z]
@@ -144,7 +135,6 @@ impl RigidDerivative {
 /// `e_from_body`, the rate of the Earth (rad/s, body axes) and `gravity` (m/s², frame E, [`crate::earth::Place`])
 /// belong to `state`; the caller has them already.
 #[inline]
-#[must_use]
 pub fn derivative(
     state: &RigidState,
     e_from_body: &Matrix3<f64>,

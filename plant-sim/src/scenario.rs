@@ -45,7 +45,6 @@ pub const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1)
 /// The plant's part of one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// The plant's part.
     pub plant: PlantPart,
 }
 
@@ -76,11 +75,6 @@ pub struct PlantPart {
 
 impl Scenario {
     /// Reads a scenario file for an aircraft with these effectors; errors call it `name`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with line and column for text that is not TOML of the right shape, with key, value and range
-    /// for an invalid number. [`crate::Plant::new`] checks whether the aircraft can have the
-    /// faults.
     pub fn from_toml(
         name: &str,
         text: &str,
@@ -90,9 +84,6 @@ impl Scenario {
     }
 
     /// Reads a file that was parsed already and may have been changed since.
-    ///
-    /// # Errors
-    /// As [`Scenario::from_toml`], without line and column.
     pub fn from_table(
         name: &str,
         table: toml::Table,
@@ -104,7 +95,6 @@ impl Scenario {
 
 impl PlantPart {
     /// The flight of this scenario with an aircraft, as run number `run`.
-    #[must_use]
     pub fn setup(
         &self,
         airframe: Airframe,
@@ -168,9 +158,6 @@ impl ScenarioFile {
 }
 
 /// Converts the keys of a parsed file that have units of its sources to those that its reader has.
-///
-/// # Errors
-/// [`ConfigError`] for a unit that does not fit its key.
 pub fn convert_units(name: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
     units::convert(name, table, known_keys()).map(drop)
 }

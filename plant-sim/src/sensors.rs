@@ -61,7 +61,6 @@ struct Field {
 
 impl SensorSet {
     /// The sensors of an aircraft with these errors; the random streams belong to seed and run.
-    #[must_use]
     pub fn new(
         airframe: &Airframe,
         settings: &SensorSettings,
@@ -117,7 +116,6 @@ impl SensorSet {
 
     /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
     /// an estimator.
-    #[must_use]
     pub fn inertial_biases(&self) -> [Body; 2] {
         self.real.as_deref().map_or([Body::zero(); 2], RealSensors::inertial_biases)
     }

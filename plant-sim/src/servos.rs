@@ -67,7 +67,6 @@ pub struct Imperfections {
 
 impl Imperfections {
     /// Whether commands reach the servo unchanged.
-    #[must_use]
     pub fn are_none(&self) -> bool {
         *self == Self::default()
     }
@@ -76,7 +75,6 @@ impl Imperfections {
 impl Servo {
     /// The command limited to the travel.
     #[inline]
-    #[must_use]
     pub fn limited(&self, command: f64) -> f64 {
         // Comparisons instead of max and min: one instruction each. Unlike clamp they never panic.
         let above = if command < self.min { self.min } else { command };
@@ -84,7 +82,6 @@ impl Servo {
     }
 
     /// Largest rate, rad/s or N/s. Without a rate limit it is that in a step over the whole travel.
-    #[must_use]
     pub fn fastest(&self) -> f64 {
         let span = self.max - self.min;
         let free = self.second_order.map_or(span / self.lag_s, |order| span * order.fastest());
@@ -96,7 +93,6 @@ impl Servo {
     /// The hinge moment q S c C_hδ δ of a deflection δ grows with the dynamic pressure q, the moment of the actuator does not
     /// (B. Etkin, L. D. Reid, Dynamics of Flight, 3rd ed., chapter 2: hinge moments). Beyond the pressure q_s of the full
     /// travel a fraction q_s/q of it is left, to either side.
-    #[must_use]
     pub fn travel_at(&self, pressure_pa: f64) -> [f64; 2] {
         match self.imperfections.stall_pressure_pa {
             Some(stall_pa) if pressure_pa > stall_pa => {
@@ -107,7 +103,6 @@ impl Servo {
     }
 
     /// Its travel and largest rate; `class` is that of its effector.
-    #[must_use]
     pub fn reach(&self, class: TargetClass) -> Reach {
         Reach { class, min: self.min, max: self.max, fastest: Some(self.fastest()) }
     }
@@ -145,8 +140,6 @@ pub struct ServoDynamics {
 }
 
 impl ServoDynamics {
-    /// From these servos.
-    #[must_use]
     pub fn new(servos: &PerEffector<Servo>) -> Self {
         Self {
             per_lag: PerEffector::from_fn(|e| {
@@ -159,7 +152,6 @@ impl ServoDynamics {
 
     /// Rates of the first `count` healthy actuators at these positions with these commands (inside the travel).
     #[inline]
-    #[must_use]
     pub fn rates(
         &self,
         count: usize,
@@ -179,7 +171,6 @@ impl ServoDynamics {
 /// Commands of the first `count` effectors, limited to their travel.
 ///
 /// If a command is not finite, the effector keeps its `previous` one, as a real servo does with an invalid frame.
-#[must_use]
 pub fn accepted(
     count: usize,
     servos: &PerEffector<Servo>,

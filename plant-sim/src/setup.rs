@@ -23,7 +23,6 @@ pub const DEFAULT_STEP_US: u32 = 1_000;
 
 /// Default integration step, µs: the largest divisor of the period up to
 /// [`DEFAULT_STEP_US`].
-#[must_use]
 pub fn default_step_us(period: ControlPeriod) -> u32 {
     let period_us = period.as_micros();
     (1..=DEFAULT_STEP_US).rev().find(|step| period_us.is_multiple_of(*step)).unwrap_or(period_us)
@@ -32,13 +31,10 @@ pub fn default_step_us(period: ControlPeriod) -> u32 {
 /// Everything that defines a flight; the same setup and the same commands give the same bits.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PlantSetup {
-    /// The aircraft.
     pub airframe: Airframe,
     /// Start position and motion.
     pub start: Start,
-    /// Earth model.
     pub earth: EarthModel,
-    /// Wind and turbulence.
     pub wind: WindSettings,
     /// Wind over the altitude, added to the steady one.
     #[serde(default)]
@@ -46,7 +42,6 @@ pub struct PlantSetup {
     /// How much warmer the air is than the standard, K.
     #[serde(default)]
     pub temperature_offset_k: f64,
-    /// Discrete gusts.
     #[serde(default)]
     pub gusts: Vec<DiscreteGust>,
     /// Errors of the sensors.
@@ -57,7 +52,6 @@ pub struct PlantSetup {
     pub seed: u64,
     /// Number of the run under that seed: other runs have other random streams.
     pub run: u64,
-    /// Control period.
     pub period: ControlPeriod,
     /// Step of the integration, µs; must divide the period.
     pub step_us: u32,
@@ -86,7 +80,6 @@ pub enum SetupError {
         fault: String,
         /// The units of the refusal.
         class: TargetClass,
-        /// The reason.
         refusal: Refusal,
     },
     /// The controller's model is of another aircraft.
@@ -127,9 +120,6 @@ impl From<TablesError> for SetupError {
 
 impl PlantSetup {
     /// Checks all that can be checked without flying.
-    ///
-    /// # Errors
-    /// [`SetupError`], the first one found; faults and trim are left to [`crate::Plant::new`].
     pub fn check(&self) -> Result<(), SetupError> {
         if self.airframe.effectors.is_empty() {
             return Err(SetupError::NoEffector { airframe: self.airframe.name });
@@ -149,9 +139,6 @@ impl PlantSetup {
     }
 
     /// Checks that a controller's model is of this aircraft.
-    ///
-    /// # Errors
-    /// [`SetupError::OtherAircraft`] if it is not.
     pub fn check_model(&self, model: Aircraft) -> Result<(), SetupError> {
         let airframe = self.airframe.aircraft();
         if airframe == model {
@@ -161,9 +148,6 @@ impl PlantSetup {
     }
 
     /// Checks that the aircraft's effectors can have the faults.
-    ///
-    /// # Errors
-    /// [`SetupError::Fault`], the first one found.
     pub fn check_faults(&self) -> Result<(), SetupError> {
         for (index, fault) in self.faults.iter().enumerate() {
             let ScheduledFault { target, kind, timing } = fault;

@@ -38,7 +38,6 @@ pub struct StartPart {
 
 impl StartPart {
     /// The start of a flight with this design point.
-    #[must_use]
     pub fn over(&self, design_point: &Start) -> Start {
         let angle = |degrees: Option<f64>, other| degrees.map_or(other, f64::to_radians);
         Start {
@@ -84,8 +83,6 @@ impl Start {
         longitude_rad: 0.0,
     };
 
-    /// The place.
-    #[must_use]
     pub fn geodetic(&self) -> Geodetic {
         Geodetic {
             latitude_rad: self.latitude_rad,
@@ -95,17 +92,11 @@ impl Start {
     }
 
     /// Checks every number of a scenario's start.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one.
     pub fn check(&self) -> Result<(), RangeError> {
         self.check_table("plant.start")
     }
 
     /// Checks every number; `section` is its table in the file.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first invalid one.
     pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
         check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;

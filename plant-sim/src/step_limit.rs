@@ -21,15 +21,12 @@ const RATE_TIMES_STEP_MAX: f64 = 1.0;
 pub struct TooQuick {
     /// Key of the airframe file.
     pub key: &'static str,
-    /// Its value.
     pub value: f64,
     /// Smallest value with which the motion is slow enough.
     pub min: f64,
     /// Key of the derivative that makes the force.
     pub derivative_key: &'static str,
-    /// Its value.
     pub derivative: f64,
-    /// The motion.
     pub motion: &'static str,
     /// Its rate, 1/s.
     pub rate: f64,

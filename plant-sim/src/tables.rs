@@ -57,7 +57,6 @@ pub struct TableText {
     /// at +x.
     #[serde(default)]
     pub odd_in: Option<String>,
-    /// Header and rows.
     pub csv: String,
 }
 
@@ -86,10 +85,6 @@ pub struct Input {
 }
 
 impl TableText {
-    /// Reads the table.
-    ///
-    /// # Errors
-    /// [`TableError`] with the line of the values, the text there and the expected form.
     pub fn read(&self) -> Result<Table, TableError> {
         csv::read(self)
     }
@@ -101,22 +96,18 @@ pub enum TablesError {
     /// A number outside its range.
     #[error(transparent)]
     Range(#[from] RangeError),
-    /// A table.
     #[error("[[{section}.table]] number {number}: {source}")]
     Table {
         /// The part of the file.
         section: &'static str,
         /// Number of the table, from 1, in the order of the file.
         number: usize,
-        /// The error.
         source: TableError,
     },
-    /// A sum.
     #[error("[{section}] {source}")]
     Sum {
         /// The part of the file.
         section: &'static str,
-        /// The error.
         source: sum::SumError,
     },
     /// Two tables have the same function.
@@ -128,7 +119,6 @@ pub enum TablesError {
         section: &'static str,
         /// Number of the table, from 1, in the order of the file.
         number: usize,
-        /// The function.
         name: String,
     },
     /// More tables than allowed.
@@ -136,7 +126,6 @@ pub enum TablesError {
     TooMany {
         /// The part of the file.
         section: &'static str,
-        /// Their number.
         found: usize,
     },
 }

@@ -54,13 +54,11 @@ pub struct Trim {
 
 impl Trim {
     /// The effectors in this flight, rad and N.
-    #[must_use]
     pub fn positions(&self) -> PerEffector<f64> {
         self.positions
     }
 
     /// Body and effectors together.
-    #[must_use]
     pub fn state(&self) -> State {
         State { rigid: self.rigid, positions: self.positions() }
     }
@@ -76,7 +74,6 @@ pub enum TrimError {
         airspeed_m_s: f64,
         /// Requested altitude, m.
         altitude_m: f64,
-        /// The closest flight.
         nearest: Box<Nearest>,
     },
     /// No pitch angle, elevator and thrust hold a given velocity.
@@ -128,9 +125,6 @@ struct Problem<'a> {
 /// Airspeed and heading are those of the aircraft in the air; over the ground the wind is added. Newton's
 /// method with a numerical Jacobian. On the flat Earth the lateral unknowns come out exactly zero, because
 /// mirrored flights have mirrored bits.
-///
-/// # Errors
-/// [`TrimError`] if there is none, or the aircraft cannot hold it.
 pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, TrimError> {
     let earth = dynamics.earth();
     let place = earth.place(&earth.position(&start.geodetic()));

@@ -14,7 +14,6 @@ const BOUND: f64 = 1.0e15;
 /// The state of the flight at one instant, complete and without error.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// Simulation time.
     pub time: SimTime,
     /// Body rates p, q, r relative to inertial space, rad/s.
     pub body_rates: Body,
@@ -58,20 +57,17 @@ pub struct Truth {
 
 impl Truth {
     /// The attitude as roll, pitch, yaw, rad; computed on demand.
-    #[must_use]
     pub fn euler(&self) -> EulerAngles {
         self.attitude.euler()
     }
 
     /// Dynamic pressure, Pa.
-    #[must_use]
     pub fn dynamic_pressure_pa(&self) -> f64 {
         0.5 * self.density_kg_m3 * self.airspeed_m_s * self.airspeed_m_s
     }
 
     /// Whether the quantities computed from the state are within [`BOUND`]: forces, accelerations, position and motion in the air.
     #[inline]
-    #[must_use]
     pub(crate) fn is_bounded(&self) -> bool {
         // One sum and one check: a sum with an infinite or undefined term is infinite or undefined itself.
         let (f, a, v) = (&self.specific_force.0, &self.angular_acceleration.0, &self.velocity.0);
@@ -81,7 +77,6 @@ impl Truth {
     }
 
     /// Name of the first number beyond [`BOUND`], as in the flight log.
-    #[must_use]
     pub(crate) fn first_unbounded(&self) -> Option<&'static str> {
         let row = self.to_row(false, false);
         let index = row.iter().position(|value| value.is_nan() || value.abs() >= BOUND);
@@ -93,7 +88,6 @@ impl Truth {
     }
 
     /// For a state at `time`, with its inputs and the results of its evaluation.
-    #[must_use]
     pub fn of(
         dynamics: &Dynamics,
         time: SimTime,
@@ -153,7 +147,6 @@ impl From<&Truth> for Attained {
 impl Truth {
     /// The values in the order of [`icd::record::truth_fields`]. `on_ground` and `broken` are those of the plant at that
     /// time ([`crate::Plant::on_ground`], [`crate::Plant::is_broken`]).
-    #[must_use]
     pub fn to_row(&self, on_ground: bool, broken: bool) -> TruthRow {
         let euler = self.euler();
         let q = self.attitude.q_ned_from_body;

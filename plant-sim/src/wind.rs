@@ -58,10 +58,6 @@ impl WindSettings {
 }
 
 impl WindSettings {
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
     pub fn check(&self) -> Result<(), RangeError> {
         const SECTION: &str = "plant.wind";
         check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
@@ -77,7 +73,6 @@ impl WindSettings {
 }
 
 /// Steady wind as a velocity of the air over the ground, m/s: it points to where the wind blows.
-#[must_use]
 pub fn steady(settings: &WindSettings) -> Ned {
     let (sin, cos) = libm::sincos(settings.towards_rad);
     Ned::new(settings.speed_m_s * cos, settings.speed_m_s * sin, settings.down_m_s)
@@ -97,13 +92,11 @@ pub struct Gust {
 
 impl Gust {
     /// Air that does not move.
-    #[must_use]
     pub fn none() -> Self {
         Self { velocity: Body::zero(), rates: Body::zero() }
     }
 
     /// Velocity of the air, m/s, at a point that lies `arm_m` from the centre of gravity, body axes.
-    #[must_use]
     pub fn at(&self, arm_m: &Body) -> Body {
         Body(self.velocity.0 + self.rates.0.cross(&arm_m.0))
     }
@@ -132,7 +125,6 @@ pub struct Turbulence {
 impl Turbulence {
     /// Calm air that turbulence of rms `intensity_m_s` will move, advanced every `period_s`, around an aircraft of
     /// this span.
-    #[must_use]
     pub fn new(intensity_m_s: f64, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
         Self {
             intensity_m_s,
@@ -179,7 +171,6 @@ pub enum MovingAir {
 
 impl MovingAir {
     /// Still at the start, advanced every `period_s`, around an aircraft of this span.
-    #[must_use]
     pub fn new(settings: &WindSettings, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
         match settings.turbulence {
             None => {

@@ -53,9 +53,6 @@ struct Button {
 }
 
 /// Writes both files.
-///
-/// # Errors
-/// What is wrong with the airframe, with the text of a fault, or with the folder.
 pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[settings::Target::Airframe])?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;

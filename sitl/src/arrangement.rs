@@ -20,13 +20,11 @@ const MEASURE_MS: u64 = 30;
 pub struct Place {
     /// The core; `None` for any.
     pub cpu: Option<usize>,
-    /// How it waits.
     pub wait: Wait,
 }
 
 impl Place {
     /// The same as options of a process.
-    #[must_use]
     pub fn options(&self) -> Vec<String> {
         let mut options = vec!["--wait".to_owned(), self.wait.name().to_owned()];
         if let Some(cpu) = self.cpu {
@@ -39,9 +37,7 @@ impl Place {
 /// Places of both processes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Arrangement {
-    /// The autopilot.
     pub autopilot: Place,
-    /// The plant.
     pub plant: Place,
 }
 
@@ -75,7 +71,6 @@ impl fmt::Display for Arrangement {
 /// An arrangement and what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
-    /// The arrangement.
     pub arrangement: Arrangement,
     /// Bare round trips a second.
     pub round_trips_per_s: f64,
@@ -102,7 +97,6 @@ fn candidates(cores: &[usize]) -> Vec<Arrangement> {
 /// Measures what `program` (the `sitl` executable) can do in each arrangement, fastest first.
 ///
 /// Arrangements that this machine does not allow are left out.
-#[must_use]
 pub fn measure_all(program: &Path) -> Vec<Measured> {
     let mut measured: Vec<Measured> = candidates(&allowed_cores())
         .into_iter()
@@ -116,16 +110,12 @@ pub fn measure_all(program: &Path) -> Vec<Measured> {
 }
 
 /// The fastest arrangement; unpinned if nothing could be measured.
-#[must_use]
 pub fn fastest(program: &Path) -> Measured {
     let unknown = Measured { arrangement: Arrangement::UNPINNED, round_trips_per_s: 0.0 };
     measure_all(program).first().copied().unwrap_or(unknown)
 }
 
 /// Bare round trips a second between two processes in this arrangement.
-///
-/// # Errors
-/// [`UdpFlightError`] if a process cannot be started, or prints something else than a number.
 pub fn echo_rate(
     program: &Path,
     arrangement: &Arrangement,

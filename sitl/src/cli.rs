@@ -52,7 +52,6 @@ pub struct Cli {
 
 /// The program `sitl`: reads the command line and reports errors on standard error. `own` is a law that the caller brings: it flies
 /// unless `--law` names another one.
-#[must_use]
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
@@ -75,9 +74,6 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
 
 impl Cli {
     /// Reads a command line.
-    ///
-    /// # Errors
-    /// What clap says of it, help and version included.
     pub fn read(words: impl IntoIterator<Item = OsString>) -> Result<Self, clap::Error> {
         let matches = command().try_get_matches_from(in_its_group(words.into_iter().collect()))?;
         Self::from_arg_matches(&matches)
@@ -258,9 +254,6 @@ enum Design {
 }
 
 /// Carries out the command line.
-///
-/// # Errors
-/// Why it cannot be done, as a text for the operator.
 pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> {
     // This executable starts itself for the two processes.
     let program = std::env::current_exe()?;

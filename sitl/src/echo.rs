@@ -51,9 +51,6 @@ pub enum EchoError {
 }
 
 /// Echoes until the standard input ends, or measures an echo.
-///
-/// # Errors
-/// [`EchoError`] if there is no socket or no such core.
 pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
     args.cpu.map_or(Ok(()), pin_this_thread)?;
     match args.to {

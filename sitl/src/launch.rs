@@ -45,21 +45,12 @@ pub enum LaunchError {
     /// A child cannot be started.
     #[error("cannot start {process}: {source}")]
     Start {
-        /// Which one.
         process: &'static str,
         /// The error of the system.
         source: io::Error,
     },
-    /// A child ended.
     #[error("{process} ended ({status}); the last thing it said: {message}")]
-    Ended {
-        /// Which one.
-        process: &'static str,
-        /// How.
-        status: ExitStatus,
-        /// Its last line.
-        message: String,
-    },
+    Ended { process: &'static str, status: ExitStatus, message: String },
     /// The autopilot does not say where it listens.
     #[error("the autopilot has not started after {START_MAX:?}")]
     Silent,
@@ -71,9 +62,6 @@ pub enum LaunchError {
 /// Flies until the operator ends it, or the scenario's `duration_s`. `program` is the `sitl` executable.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
-///
-/// # Errors
-/// [`LaunchError`] when a child cannot be started or ends.
 pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
     let stop = Stop::new();
     let reports = Reports::channel();

@@ -12,7 +12,6 @@ pub enum UdpFlightError {
     /// A process cannot be started, or a file not be written.
     #[error("{what}: {source}")]
     System {
-        /// What was tried.
         what: &'static str,
         /// The error of the system.
         source: io::Error,
@@ -20,9 +19,7 @@ pub enum UdpFlightError {
     /// A process ended with an error.
     #[error("{process} ended ({status}): {message}")]
     Process {
-        /// Which one.
         process: &'static str,
-        /// How.
         status: ExitStatus,
         /// The last line of its standard error.
         message: String,
@@ -32,12 +29,7 @@ pub enum UdpFlightError {
     Setup(#[from] postcard::Error),
     /// A process printed something else than expected.
     #[error("{process} said {line:?}")]
-    Unexpected {
-        /// Which one.
-        process: &'static str,
-        /// What.
-        line: String,
-    },
+    Unexpected { process: &'static str, line: String },
     /// A log cannot be read.
     #[error(transparent)]
     Log(#[from] LogError),

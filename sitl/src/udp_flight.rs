@@ -33,9 +33,6 @@ const WATCH_EVERY: Duration = Duration::from_millis(50);
 /// Flies a setup through the two real processes as fast as they can, and hands every tick to `sink`.
 ///
 /// `program` is the `sitl` executable.
-///
-/// # Errors
-/// [`UdpFlightError`] names the process and its last message.
 pub fn fly_udp(
     program: &Path,
     setup: &FlightSetup,
@@ -51,9 +48,6 @@ pub fn fly_udp(
 
 /// Flies a setup through the two real processes and measures how long that takes; with a flight log of the rate `log`, or
 /// without any.
-///
-/// # Errors
-/// [`UdpFlightError`] names the process and its last message.
 pub fn time_udp(
     program: &Path,
     setup: &FlightSetup,

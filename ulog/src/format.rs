@@ -60,19 +60,16 @@ impl FieldType {
     ];
 
     /// Name in the file.
-    #[must_use]
     pub fn name(self) -> &'static str {
         Self::ALL[self as usize].1
     }
 
     /// Bytes of one value.
-    #[must_use]
     pub fn size(self) -> usize {
         Self::ALL[self as usize].2
     }
 
     /// The type with this name.
-    #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(kind, ..)| *kind)
     }
@@ -81,35 +78,27 @@ impl FieldType {
 /// One field of a topic or an info message: type, length if it is an array, name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Field {
-    /// Type.
     pub kind: FieldType,
     /// Elements of an array; `None` for a single value.
     pub array: Option<usize>,
-    /// Name.
     pub name: String,
 }
 
 impl Field {
-    /// A single value.
-    #[must_use]
     pub fn new(kind: FieldType, name: impl Into<String>) -> Self {
         Self { kind, array: None, name: name.into() }
     }
 
-    /// An array.
-    #[must_use]
     pub fn array(kind: FieldType, length: usize, name: impl Into<String>) -> Self {
         Self { kind, array: Some(length), name: name.into() }
     }
 
     /// Bytes of the field.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.kind.size().saturating_mul(self.array.unwrap_or(1))
     }
 
     /// Reads `type name` or `type[n] name`; `None` if it is neither.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let (kind, name) = text.split_once(' ')?;
         let (kind, array) = match kind.split_once('[') {
@@ -141,13 +130,11 @@ pub struct Format {
 
 impl Format {
     /// Bytes of one row.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.fields.iter().fold(0, |sum, field| sum.saturating_add(field.size()))
     }
 
     /// Reads `name:type field;type field;`; `None` if it is something else.
-    #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         let (name, fields) = text.split_once(':')?;
         let fields = fields.split(';').filter(|field| !field.is_empty()).map(Field::parse);

@@ -17,7 +17,6 @@ pub use topic::{Row, Topic};
 
 use topic::Layout;
 
-/// A flight log.
 #[derive(Debug, Clone)]
 pub struct Log {
     bytes: Vec<u8>,
@@ -45,7 +44,6 @@ struct Subscribed {
 /// An info message of the log.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Info {
-    /// Key and type.
     pub field: Field,
     /// The value's bytes, little endian.
     pub bytes: Vec<u8>,
@@ -56,7 +54,6 @@ pub struct Info {
 /// A parameter of the vehicle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Parameter {
-    /// Name.
     pub name: String,
     /// Value; an `int32_t` or a `float` in the file.
     pub value: ParameterValue,
@@ -73,81 +70,63 @@ pub enum ParameterValue {
     Real(f32),
 }
 
-/// A logged text.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LoggedText {
     /// 0 emergency to 7 debug, as in syslog.
     pub level: u8,
     /// Source, if the line has one.
     pub tag: Option<u16>,
-    /// us.
     pub timestamp_us: u64,
-    /// The line.
     pub text: String,
 }
 
 impl Log {
-    /// Reads a file.
-    ///
-    /// # Errors
-    /// [`ReadError`] with the offset of the error.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let bytes = std::fs::read(path)?;
         Self::from_bytes(bytes)
     }
 
     /// Reads the bytes of a file.
-    ///
-    /// # Errors
-    /// [`ReadError`] with the offset of the error.
     pub fn from_bytes(bytes: Vec<u8>) -> Result<Self, ReadError> {
         parse::parse(bytes)
     }
 
     /// Bytes of the file.
-    #[must_use]
     pub fn size(&self) -> usize {
         self.bytes.len()
     }
 
     /// Start time from the file header, us.
-    #[must_use]
     pub fn start_us(&self) -> u64 {
         self.start_us
     }
 
     /// The file ends inside a message (its writer was killed or the disk was full), or its end cannot be read.
-    #[must_use]
     pub fn is_cut(&self) -> bool {
         self.is_cut
     }
 
     /// Sections that could not be read; reading continued at the next sync message, if one followed.
-    #[must_use]
     pub fn damages(&self) -> &[Damage] {
         &self.damages
     }
 
     /// Durations for which the writer lost rows, ms.
-    #[must_use]
     pub fn dropouts_ms(&self) -> &[u16] {
         &self.dropouts_ms
     }
 
     /// Info messages in the order of the file.
-    #[must_use]
     pub fn infos(&self) -> &[Info] {
         &self.infos
     }
 
     /// Parameters and their changes in the order of the file.
-    #[must_use]
     pub fn parameters(&self) -> &[Parameter] {
         &self.parameters
     }
 
     /// Logged texts in the order of the file.
-    #[must_use]
     pub fn texts(&self) -> &[LoggedText] {
         &self.texts
     }
@@ -158,43 +137,36 @@ impl Log {
     }
 
     /// The topic with this name and the multi id 0.
-    #[must_use]
     pub fn topic(&self, name: &str) -> Option<Topic<'_>> {
         self.topic_of(name, 0)
     }
 
     /// The topic with this name and this multi id.
-    #[must_use]
     pub fn topic_of(&self, name: &str, multi_id: u8) -> Option<Topic<'_>> {
         self.topics().find(|topic| topic.name() == name && topic.multi_id() == multi_id)
     }
 
     /// A column as `f64`: `name`, or `name[2]` for an element of an array. `None` if the log has no such topic or column.
-    #[must_use]
     pub fn column(&self, topic: &str, field: &str) -> Option<Vec<f64>> {
         self.topic(topic)?.column(field)
     }
 
     /// Timestamps of a topic's rows, us. `None` if the log has no such topic.
-    #[must_use]
     pub fn times_us(&self, topic: &str) -> Option<Vec<u64>> {
         Some(self.topic(topic)?.times_us())
     }
 
     /// The last info message with this key.
-    #[must_use]
     pub fn info(&self, key: &str) -> Option<&Info> {
         self.infos.iter().rev().find(|info| info.field.name == key)
     }
 
     /// The last text with this key. `None` if there is none, or it is not UTF-8 text.
-    #[must_use]
     pub fn info_text(&self, key: &str) -> Option<&str> {
         self.info(key)?.text()
     }
 
     /// The last whole number with this key. `None` if there is none, or it is negative or not a number.
-    #[must_use]
     pub fn info_u64(&self, key: &str) -> Option<u64> {
         self.info(key)?.unsigned()
     }
@@ -216,13 +188,11 @@ impl Log {
 
 impl Info {
     /// The value if it is a text.
-    #[must_use]
     pub fn text(&self) -> Option<&str> {
         (self.field.kind == FieldType::Char).then(|| str::from_utf8(&self.bytes).ok()).flatten()
     }
 
     /// The value if it is a whole number from 0 up.
-    #[must_use]
     pub fn unsigned(&self) -> Option<u64> {
         use FieldType::{Bool, Char, F32, F64, I8, I16, I32, I64, U8, U16, U32, U64};
         if self.field.array.is_some() {

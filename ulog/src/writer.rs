@@ -36,7 +36,6 @@ pub enum Level {
 
 impl Level {
     /// The level with this syslog number; larger numbers are [`Level::Debug`].
-    #[must_use]
     pub const fn from_number(number: u8) -> Self {
         match number {
             0 => Self::Emergency,
@@ -135,7 +134,6 @@ impl Row {
     }
 
     /// The bytes so far.
-    #[must_use]
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -147,9 +145,6 @@ pub struct Definitions<W>(Messages<W>);
 
 impl<W: Write> Definitions<W> {
     /// Writes the file header; `start_us` is the time of the first row.
-    ///
-    /// # Errors
-    /// The output's error.
     pub fn begin(out: W, start_us: u64) -> io::Result<Self> {
         let mut messages = Messages { out, written: 0, scratch: Vec::new() };
         let mut header = [0; FILE_HEADER];
@@ -170,23 +165,16 @@ impl<W: Write> Definitions<W> {
     }
 
     /// Writes an info message about the file.
-    ///
-    /// # Errors
-    /// As [`Data::info`].
     pub fn info(&mut self, name: &str, value: Value<'_>) -> io::Result<()> {
         self.0.named(b'I', name, value)
     }
 
     /// Value of a parameter at the start.
-    ///
-    /// # Errors
-    /// As [`Data::parameter`].
     pub fn parameter(&mut self, name: &str, value: Value<'_>) -> io::Result<()> {
         self.0.named(b'P', name, value)
     }
 
     /// Ends the definitions.
-    #[must_use]
     pub fn data(self) -> Data<W> {
         Data { messages: self.0, topics: 0 }
     }
@@ -253,39 +241,26 @@ impl<W: Write> Data<W> {
     }
 
     /// Reports missing rows over this duration, ms.
-    ///
-    /// # Errors
-    /// The output's error.
     pub fn dropout(&mut self, milliseconds: u16) -> io::Result<()> {
         self.messages.message(b'O', &[&milliseconds.to_le_bytes()])
     }
 
     /// Writes a mark from which a reader can continue after damage.
-    ///
-    /// # Errors
-    /// The output's error.
     pub fn sync(&mut self) -> io::Result<()> {
         self.messages.message(b'S', &[&SYNC])
     }
 
     /// Bytes written so far, from the start of the file.
-    #[must_use]
     pub fn written(&self) -> u64 {
         self.messages.written
     }
 
     /// Flushes the output.
-    ///
-    /// # Errors
-    /// The output's error.
     pub fn flush(&mut self) -> io::Result<()> {
         self.messages.out.flush()
     }
 
     /// Flushes and returns the output.
-    ///
-    /// # Errors
-    /// The output's error.
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         Ok(self.messages.out)

@@ -62,14 +62,12 @@ impl ActivationGains {
     };
 
     /// Levels of roll, pitch and yaw where the model was made and the state is exact, rad/s².
-    #[must_use]
     pub fn levels(&self) -> Vector3<f64> {
         Vector3::new(self.level_roll, self.level_pitch, self.level_yaw)
     }
 
     /// Levels where the model may be wrong by so much, rad/s²: they grow as the moments do, and the errors of the state add to
     /// them as independent ones.
-    #[must_use]
     pub fn levels_with(&self, doubt: &ModelDoubt) -> Vector3<f64> {
         let grown = self.levels() * doubt.growth;
         grown.zip_map(&doubt.spread, |level, spread| libm::hypot(level, self.deviations * spread))
@@ -108,7 +106,6 @@ pub struct Wakefulness {
 
 impl Activation {
     /// Asleep.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         Self { period, active: false, dwell_us: 0, fade: 0.0 }
     }

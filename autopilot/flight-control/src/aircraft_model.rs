@@ -229,28 +229,22 @@ impl core::error::Error for AircraftModelError {}
 
 impl AircraftModel {
     /// Identity of the aircraft in packets.
-    #[must_use]
     pub fn aircraft(&self) -> Aircraft {
         Aircraft::new(self.aircraft, &self.effectors.list)
     }
 
     /// Distance of the nozzle behind the centre of gravity, m; zero without one.
-    #[must_use]
     pub fn nozzle_arm_m(&self) -> f64 {
         self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m)
     }
 
     /// Where each effector stands in the design trim, rad; engine N.
-    #[must_use]
     pub fn trim_positions(&self) -> PerEffector<f64> {
         let command = [0.0, self.trim.elevator_rad, 0.0, self.trim.thrust_n];
         PerEffector::from_fn(|effector| self.effectors.gains[effector].of(command))
     }
 
     /// Checks every number.
-    ///
-    /// # Errors
-    /// [`AircraftModelError`] names the first key that is not finite or outside its range.
     pub fn validate(&self) -> Result<(), AircraftModelError> {
         for (key, value, min, max) in self.scalars() {
             check(key, value, min, max)?;

@@ -105,7 +105,6 @@ pub struct Allocation {
 /// Total. An axis whose demand is not finite is left out. An effector stays at zero if its bounds are not finite or
 /// the lower one is above the upper one, and is not counted on if its effect is not finite; a preferred position outside
 /// the bounds is moved to the nearer one. `start` speeds the search up and does not change the optimum.
-#[must_use]
 pub fn allocate(
     columns: &[Column],
     demand: &Vector3<f64>,

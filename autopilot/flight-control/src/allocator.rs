@@ -44,7 +44,6 @@ pub struct Allocator {
 impl Columns {
     /// All surfaces and nozzle angles of the model at a flight condition, about `origin`, rad: zero is there, the
     /// bounds are what it leaves of the travel. An effector counts by its whole travel, and by whether it is redundant.
-    #[must_use]
     pub fn new(model: &DesignModel, at: &FlightCondition, origin: &PerEffector<f64>) -> Self {
         let effectors = &model.aircraft().effectors;
         let mut columns = Self::default();
@@ -65,7 +64,6 @@ impl Columns {
     }
 
     /// The same about zero, without less weight for what the main command moves; `change` has the last word on each.
-    #[must_use]
     pub fn whole(
         model: &DesignModel,
         at: &FlightCondition,
@@ -95,13 +93,11 @@ impl Columns {
     }
 
     /// The columns of the allocation.
-    #[must_use]
     pub fn as_slice(&self) -> &[Column] {
         &self.columns
     }
 
     /// Values of these effectors, in the order of the columns.
-    #[must_use]
     pub fn pick(&self, values: &PerEffector<f64>) -> ArrayVec<f64, { Effector::MAX }> {
         self.effectors.iter().map(|effector| values[*effector]).collect()
     }

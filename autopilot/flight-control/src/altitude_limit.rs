@@ -39,7 +39,6 @@ impl AltitudeLimit {
     pub const ALL: [Self; 3] = [Self::Engine, Self::Elevator, Self::Wing];
 
     /// Number in logs, from 1.
-    #[must_use]
     pub const fn code(self) -> u8 {
         match self {
             Self::Engine => 1,
@@ -49,7 +48,6 @@ impl AltitudeLimit {
     }
 
     /// Name for people.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Engine => "engine",
@@ -70,7 +68,6 @@ pub struct AltitudeWatch {
 
 impl AltitudeWatch {
     /// Nothing is missing.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         Self { h: period.as_seconds(), standing_s: 0.0, limit: None, named: false }
     }

@@ -49,7 +49,6 @@ pub struct AuthorityWatch {
 
 impl AuthorityWatch {
     /// Looks in its first step.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         Self { period, due_us: 0, last: Authority::NONE }
     }
@@ -84,7 +83,6 @@ impl AuthorityWatch {
 /// Authority from the attainable set ([`crate::allocation::attainable`]): how far each axis can still be driven from the
 /// present commands, the other two left as they are, over how far it could be driven from neutral. Both ways; what
 /// is more than from neutral counts as 100 %.
-#[must_use]
 pub fn attainable_authority(
     commands: &PerEffector<f64>,
     model: &DesignModel,
@@ -125,7 +123,6 @@ impl Authority {
 /// The nozzle works by thrust alone. Below T_min, the thrust that Eq. (25) divides by at least, it gives only
 /// the part T / T_min of the moment that is counted on; pitch and yaw are multiplied by that. `thrust_n` is the
 /// measured T, N. For either direction of the moment the same holds with the travel in that direction.
-#[must_use]
 pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel) -> Authority {
     let aircraft = model.aircraft();
     let effectors = &aircraft.effectors;

@@ -102,7 +102,6 @@ pub struct Compensator {
 
 impl Compensator {
     /// Waits for its first measurement.
-    #[must_use]
     pub fn new(gains: &Gains, period: ControlPeriod) -> Self {
         let works = gains.selection.compensator_law;
         let running = Running::new(works, gains, period);
@@ -148,7 +147,6 @@ impl Compensator {
 /// means is taken apart into roll (ailerons), pitch and yaw (nozzle), and the nozzle also takes the yaw
 /// of the ailerons. While `fade` is zero the result is exactly zero. An aircraft without nozzle has only its
 /// ailerons for it.
-#[must_use]
 pub fn compensate(
     z2: &Vector3<f64>,
     fade: f64,

@@ -58,7 +58,6 @@ pub struct FlightCondition {
 
 impl DesignModel {
     /// From a validated model.
-    #[must_use]
     pub fn new(aircraft: AircraftModel) -> Self {
         let effectors = &aircraft.effectors;
         let list = &effectors.list;
@@ -88,26 +87,22 @@ impl DesignModel {
     }
 
     /// The engine; `None` for a glider.
-    #[must_use]
     pub fn engine(&self) -> Option<Effector> {
         self.aircraft.effectors.list.only(EffectorKind::Engine)
     }
 
     /// The numbers behind the model.
-    #[must_use]
     pub fn aircraft(&self) -> &AircraftModel {
         &self.aircraft
     }
 
     /// Steady level flight at the design point.
-    #[must_use]
     pub fn design_point(&self) -> &NavigationState {
         &self.design_point
     }
 
     /// Trim of level flight at this airspeed, altitude, bank and thrust: that of the model file, plus what the model says
     /// that is different from the design point. At the design point the difference is zero.
-    #[must_use]
     pub fn trim(&self, state: &NavigationState, at: &FlightCondition) -> LevelTurn {
         let (trim, design) = (&self.aircraft.trim, &self.design_turn);
         let here = level_turn(&self.aircraft, &self.elevators, state, at);
@@ -132,7 +127,6 @@ impl DesignModel {
     }
 
     /// The model with the coefficients at the condition of `state`; `None` for one that is the same everywhere.
-    #[must_use]
     pub fn at(&self, state: &NavigationState) -> Option<Self> {
         let mut model = (!self.schedule.is_empty()).then(|| self.clone())?;
         model.adapt(state);
@@ -140,7 +134,6 @@ impl DesignModel {
     }
 
     /// Dynamic pressure and arms at `state`.
-    #[must_use]
     pub fn condition(&self, state: &NavigationState) -> FlightCondition {
         condition(&self.aircraft, state)
     }
@@ -148,7 +141,6 @@ impl DesignModel {
     /// f(x): angular acceleration with all effectors at zero, rad/s².
     ///
     /// Implements Eq. (7): M times the aerodynamic moments at zero deflection, plus h(x).
-    #[must_use]
     pub fn bare_airframe(&self, state: &NavigationState, at: &FlightCondition) -> Vector3<f64> {
         let a = &self.aircraft.airframe;
         let (p, q, r) = (state.rates.x, state.rates.y, state.rates.z);
@@ -165,7 +157,6 @@ impl DesignModel {
     }
 
     /// An aerodynamic angle as it acts: itself up to the stall, then bending towards the ceiling.
-    #[must_use]
     pub fn effective_angle(&self, angle: f64) -> f64 {
         let onset = self.aircraft.airframe.stall_onset_rad;
         let magnitude = angle.abs();
@@ -181,7 +172,6 @@ impl DesignModel {
     /// Implements Eq. (8). `positions` are deflections in rad. Left and right are paired, so that a
     /// mirrored aircraft gives mirrored bits.
     #[inline]
-    #[must_use]
     pub fn surfaces(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
         let s = &self.aircraft.effectors;
         let Surfaces { pairs, singles } = &self.surfaces;
@@ -201,7 +191,6 @@ impl DesignModel {
     /// g_T(x) u_T: angular acceleration of the nozzle, rad/s².
     ///
     /// Implements Eq. (9), in the linear form of Eq. (4): the plant's exact trigonometry differs by 1 %.
-    #[must_use]
     pub fn nozzle(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
         let of =
             |nozzle: Option<Effector>| nozzle.map_or(0.0, |nozzle| at.t_x_t * positions[nozzle]);
@@ -213,7 +202,6 @@ impl DesignModel {
     ///
     /// Implements Eq. (10): f + g u + g_c u_cf, with the compensation inside the effector positions. `at` is
     /// the condition of `state`.
-    #[must_use]
     pub fn acceleration(
         &self,
         state: &NavigationState,
@@ -224,7 +212,6 @@ impl DesignModel {
     }
 
     /// g(x) u + g_T(x) u_T: angular acceleration of all the effectors, rad/s².
-    #[must_use]
     pub fn effectors(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
         self.surfaces(at, positions) + self.nozzle(at, positions)
     }
@@ -232,7 +219,6 @@ impl DesignModel {
     /// One column of g(x) and g_T(x): angular acceleration per rad of a surface or a nozzle angle, rad/s² per rad.
     ///
     /// Zero for an engine and for a place without an effector.
-    #[must_use]
     pub fn effect(&self, at: &FlightCondition, effector: Effector) -> Vector3<f64> {
         let s = &self.aircraft.effectors;
         let moment = match s.list.kind(effector) {
@@ -249,25 +235,21 @@ impl DesignModel {
     }
 
     /// M times a moment in N m: angular acceleration, rad/s².
-    #[must_use]
     pub fn angular(&self, moment: &Vector3<f64>) -> Vector3<f64> {
         self.inverse_inertia * moment
     }
 
     /// The angles that turn the jet in pitch and in yaw, where the aircraft has them.
-    #[must_use]
     pub fn nozzle_effectors(&self) -> [Option<Effector>; 2] {
         [self.nozzle_pitch, self.nozzle_yaw]
     }
 
     /// Smallest and largest thrust, N; zeros without an engine.
-    #[must_use]
     pub fn thrust_range_n(&self) -> [f64; 2] {
         self.thrust_range_n
     }
 
     /// Moment coefficients (roll, yaw) of all that follows the aileron command, per rad of it.
-    #[must_use]
     pub fn aileron_pair(&self) -> (f64, f64) {
         self.aileron_pair
     }
@@ -275,7 +257,6 @@ impl DesignModel {
     /// g_c(x): angular acceleration per unit of [aileron, nozzle pitch, nozzle yaw], 1/s².
     ///
     /// Implements Eq. (11).
-    #[must_use]
     pub fn redundant_effectiveness(&self, at: &FlightCondition) -> Matrix3<f64> {
         let (c_roll, c_yaw) = self.aileron_pair();
         let moments = Matrix3::new(
@@ -327,7 +308,6 @@ fn aileron_pair(effectors: &EffectorModel) -> (f64, f64) {
 /// M: inverse of the inertia matrix, 1/(kg m²).
 ///
 /// Implements Eq. (3).
-#[must_use]
 pub fn inverse_inertia(mass: &MassModel) -> Matrix3<f64> {
     let MassModel { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
     let gamma = ixx * izz - ixz * ixz;
@@ -338,7 +318,6 @@ pub fn inverse_inertia(mass: &MassModel) -> Matrix3<f64> {
 /// h(x): angular acceleration by inertial coupling, rad/s².
 ///
 /// Implements Eq. (2).
-#[must_use]
 pub fn inertial_coupling(mass: &MassModel, rates: &Vector3<f64>) -> Vector3<f64> {
     let MassModel { ixx_kg_m2: ixx, iyy_kg_m2: iyy, izz_kg_m2: izz, ixz_kg_m2: ixz, .. } = *mass;
     let (p, q, r) = (rates.x, rates.y, rates.z);

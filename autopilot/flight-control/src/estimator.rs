@@ -162,7 +162,6 @@ impl Sources {
 
 impl Estimator {
     /// Before the first samples of a flight. `aircraft` and `gains` are validated by the caller.
-    #[must_use]
     pub fn new(aircraft: &AircraftModel, gains: &EstimatorGains, shape: EarthShape) -> Self {
         Self {
             gains: *gains,
@@ -198,31 +197,26 @@ impl Estimator {
     }
 
     /// Time of the last step.
-    #[must_use]
     pub fn time(&self) -> SimTime {
         self.state.time
     }
 
     /// The state of the last step.
-    #[must_use]
     pub fn state(&self) -> NavigationState {
         self.state
     }
 
     /// The estimate.
-    #[must_use]
     pub fn estimate(&self) -> &Estimate {
         &self.estimate
     }
 
     /// Covariance of its errors.
-    #[must_use]
     pub fn covariance(&self) -> &Covariance {
         &self.covariance
     }
 
     /// Covariance of the position, m², local NED axes to a degree, with the slow errors of GNSS that no filter can average.
-    #[must_use]
     pub fn position_covariance(&self) -> Matrix3<f64> {
         let horizontal = self.gains.gnss_drift_m;
         let vertical = horizontal * self.gains.gnss_vertical;
@@ -401,7 +395,6 @@ impl Estimator {
     }
 
     /// State and quality of the estimate.
-    #[must_use]
     pub fn status(&self, time: SimTime) -> EstimatorStatus {
         let mut status =
             EstimatorStatus { is_aligned: self.ground.is_some(), ..Default::default() };

@@ -25,7 +25,6 @@ pub enum SourceHealth {
 
 impl SourceHealth {
     /// The reason in words.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Unused => "not used",
@@ -38,7 +37,6 @@ impl SourceHealth {
     }
 
     /// Whether it was used and is not any more.
-    #[must_use]
     pub const fn is_gone(self) -> bool {
         !matches!(self, Self::Unused | Self::Used)
     }
@@ -99,7 +97,6 @@ pub struct EstimatorStatus {
 
 impl EstimatorStatus {
     /// What became of the samples of a sensor.
-    #[must_use]
     pub const fn source(&self, sensor: SensorKind) -> SourceHealth {
         self.sources[sensor as usize]
     }

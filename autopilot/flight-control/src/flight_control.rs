@@ -46,7 +46,6 @@ pub struct FlightControl {
 impl FlightControl {
     /// Ready for the first sample. `aircraft` and `gains` are validated by the caller
     /// ([`AircraftModel::validate`], [`Gains::validate`]).
-    #[must_use]
     pub fn new(period: ControlPeriod, aircraft: &AircraftModel, gains: &Gains) -> Self {
         let actuators = HealthyActuators::new(aircraft, period);
         let model = DesignModel::new(*aircraft);
@@ -91,7 +90,6 @@ impl FlightControl {
     }
 
     /// Gains in use.
-    #[must_use]
     pub fn gains(&self) -> &Gains {
         &self.gains
     }
@@ -105,7 +103,6 @@ impl FlightControl {
     }
 
     /// The design model.
-    #[must_use]
     pub fn model(&self) -> &DesignModel {
         &self.model
     }

@@ -213,7 +213,6 @@ impl Gains {
     };
 
     /// Noise and priors of the estimator that are selected.
-    #[must_use]
     pub fn of_estimator(&self) -> &EstimatorGains {
         match self.selection.estimator {
             EstimatorPreset::Parameters => &self.estimator,
@@ -222,7 +221,6 @@ impl Gains {
     }
 
     /// Bandwidth of the estimator that is selected, rad/s.
-    #[must_use]
     pub fn bandwidth(&self) -> f64 {
         match self.selection.compensator_law {
             CompensatorLaw::Neso => self.neso.bandwidth,
@@ -232,9 +230,6 @@ impl Gains {
     }
 
     /// Checks the whole set.
-    ///
-    /// # Errors
-    /// [`GainError`] names the first gain that is not finite or outside its range.
     pub fn validate(&self) -> Result<Option<Lemma1Warning>, GainError> {
         for tunable in tunables() {
             let value = (tunable.get)(self);

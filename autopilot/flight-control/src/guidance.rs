@@ -54,20 +54,17 @@ impl GuidanceGains {
     ///
     /// For small deviations Eq. (1) with the gain K in place of 2 is y'' + (K V/L1) y' + (K V²/L1²) y = 0.
     /// Damping ζ and period T of it need K = 4 ζ² and L1 = ζ T V / π. With ζ = 1/√2, K is the paper's 2.
-    #[must_use]
     pub fn look_ahead_m(&self, ground_speed_m_s: f64) -> f64 {
         let scale = self.damping * self.period_s / core::f64::consts::PI;
         scale * ground_speed_m_s.max(SPEED_MIN_M_S)
     }
 
     /// Lateral acceleration of a coordinated level turn at the largest bank angle, m/s².
-    #[must_use]
     pub fn acceleration_max(&self) -> f64 {
         GRAVITY_M_S2 * libm::tan(self.bank_max_rad)
     }
 
     /// Radius of the tightest turn over the ground at a ground speed, m.
-    #[must_use]
     pub fn turn_radius_m(&self, ground_speed_m_s: f64) -> f64 {
         ground_speed_m_s * ground_speed_m_s / self.acceleration_max()
     }
@@ -94,7 +91,6 @@ impl Track {
 /// there in whatever direction the aircraft has. Differs from the papers: within L1 of the line the aim
 /// is theirs; farther out the angle of approach is limited to what the aircraft can turn off in time
 /// ([`to_line`]).
-#[must_use]
 pub fn follow_line(
     from: &Horizontal,
     to: &Horizontal,
@@ -117,7 +113,6 @@ pub fn follow_line(
 /// without a steady error whatever the damping (theirs needs K = 2); far outside the aim is the tangent
 /// of the circle ([`outside_circle`]), inside it the angle is limited to what can be turned off
 /// ([`inside_circle`]). A circle tighter than the aircraft can fly is flown at the largest bank angle.
-#[must_use]
 pub fn follow_circle(
     centre: &Horizontal,
     radius_m: f64,
@@ -145,7 +140,6 @@ pub fn follow_circle(
 }
 
 /// Holds a course over the ground, rad clockwise from north.
-#[must_use]
 pub fn hold_course(course_rad: f64, velocity: &Horizontal, gains: &GuidanceGains) -> Steering {
     let (sin, cos) = libm::sincos(course_rad);
     let direction = Horizontal::new(cos, sin);

@@ -32,7 +32,6 @@ pub struct HealthyActuators {
 
 impl HealthyActuators {
     /// At the trim of the design point.
-    #[must_use]
     pub fn new(aircraft: &AircraftModel, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let list = &aircraft.effectors.list;
@@ -70,7 +69,6 @@ impl HealthyActuators {
     }
 
     /// Positions now, rad; the engine's entry is the thrust of [`Self::take_thrust`], N.
-    #[must_use]
     pub fn positions(&self) -> &PerEffector<f64> {
         &self.positions
     }

@@ -108,7 +108,6 @@ pub struct Known {
 
 impl Known {
     /// The effector is healthy: something else explains the estimate.
-    #[must_use]
     pub fn is_cleared(&self, effector: Effector) -> bool {
         self.cleared.contains(effector)
     }
@@ -180,7 +179,6 @@ struct Awake {
 
 impl Isolation {
     /// Nothing is known.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         Self { period, asleep: Asleep::default(), awake: None, due_us: 0, rests_us: None }
     }
@@ -237,13 +235,11 @@ impl Isolation {
     }
 
     /// Test deflection of the first effector under test, rad; zero without a test.
-    #[must_use]
     pub fn test_rad(&self) -> f64 {
         self.awake.as_ref().map_or(0.0, |awake| awake.test.now_rad())
     }
 
     /// What an allocation may count on.
-    #[must_use]
     pub fn known(&self, mode: IsolationMode) -> Known {
         match &self.awake {
             Some(awake) if mode == IsolationMode::Use => Known { cleared: awake.cleared },

@@ -69,6 +69,7 @@
 //! ```
 
 #![no_std]
+#![warn(missing_docs)]
 
 #[cfg(test)]
 extern crate std;

@@ -67,7 +67,6 @@ pub struct StepLog {
 
 impl StepLog {
     /// The commands, as the plant gets them.
-    #[must_use]
     pub const fn actuators(&self) -> Actuators {
         Actuators { commands: self.commands }
     }

@@ -174,7 +174,6 @@ pub struct MainController {
 
 impl MainController {
     /// With empty integrators.
-    #[must_use]
     pub fn new(gains: &Gains, model: &DesignModel, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let flies = gains.selection.main;
@@ -217,13 +216,11 @@ impl MainController {
     }
 
     /// The references as tracked in the last step.
-    #[must_use]
     pub fn references(&self) -> Option<References> {
         self.references
     }
 
     /// Whether the law's command in the last step was one that no effector can follow: not finite, or beyond 1e9.
-    #[must_use]
     pub fn implausible(&self) -> bool {
         self.implausible
     }

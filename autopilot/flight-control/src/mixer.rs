@@ -50,7 +50,6 @@ pub struct Mixer {
 
 impl Mixer {
     /// For the effectors of a validated model.
-    #[must_use]
     pub fn new(effectors: &EffectorModel) -> Self {
         let list = effectors.list;
         let mut first = PerEffector::from_fn(|_| Term::NONE);
@@ -84,7 +83,6 @@ impl Mixer {
     /// Adds the compensation to the main command and cuts the sum at the travel of the effectors.
     ///
     /// The ailerons are shared: the main command is served first, the compensation gets the rest.
-    #[must_use]
     pub fn mix(&self, main: &MainCommand, compensation: &Compensation) -> Mixed {
         let demanded = [
             main.aileron_rad + compensation.aileron_rad,
@@ -138,7 +136,6 @@ impl Mixer {
     }
 
     /// What both steps ask of each effector, beyond its travel too, rad; engine N.
-    #[must_use]
     pub fn demanded(&self, main: &MainCommand, compensation: &Compensation) -> PerEffector<f64> {
         self.sums(&[
             main.aileron_rad + compensation.aileron_rad,
@@ -179,7 +176,6 @@ impl Mixer {
     ///
     /// The compensation is reported in the terms of Eq. (25) too: the part of the increments that is an aileron
     /// command, and the angles of the nozzle.
-    #[must_use]
     pub fn add(&self, main: Mixed, increments: &Increments) -> Mixed {
         let mut mixed = main;
         for effector in self.list.all() {
@@ -207,7 +203,6 @@ impl Mixer {
     }
 
     /// The effectors as the main controller alone would have them.
-    #[must_use]
     pub fn mix_main_only(&self, main: &MainCommand) -> PerEffector<f64> {
         self.mix(main, &Compensation::NONE).commands
     }

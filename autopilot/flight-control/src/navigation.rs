@@ -93,7 +93,6 @@ impl Validity {
     };
 
     /// Whether every part is valid.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         *self == Self::COMPLETE
     }
@@ -101,7 +100,6 @@ impl Validity {
 
 impl NavigationState {
     /// At rest at the start point, nothing valid: stands in before the first good samples of a flight.
-    #[must_use]
     pub fn at_rest() -> Self {
         Self {
             time: SimTime::ZERO,
@@ -124,14 +122,12 @@ impl NavigationState {
     }
 
     /// Ḣ: climb rate, m/s.
-    #[must_use]
     pub fn climb_rate_m_s(&self) -> f64 {
         -self.velocity.0.z
     }
 
     /// Of which sensors the samples count, in the order of [`SensorKind::ALL`]: the latest is valid, and the estimator, where it flies,
     /// has not lost the sensor.
-    #[must_use]
     pub fn alive(&self, sensors: &Sensors) -> [bool; Sensors::SENSORS] {
         let (valid, stamps) = (&self.valid, sensors.stamps());
         SensorKind::ALL.map(|sensor| {
@@ -157,7 +153,6 @@ impl NavigationState {
 
     /// Velocity of the air over the ground, m/s, where it blows to: velocity over the ground minus velocity through
     /// the air, the latter from airspeed, flow angles and attitude.
-    #[must_use]
     pub fn wind(&self) -> Ned {
         let (sin_alpha, cos_alpha) = libm::sincos(self.alpha);
         let (sin_beta, cos_beta) = libm::sincos(self.beta);

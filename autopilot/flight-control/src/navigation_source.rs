@@ -19,7 +19,6 @@ pub struct NavigationSource {
 
 impl NavigationSource {
     /// Before the first samples of a flight. `aircraft` and `gains` are validated by the caller.
-    #[must_use]
     pub fn new(aircraft: &AircraftModel, gains: &Gains) -> Self {
         Self {
             source: gains.selection.state,
@@ -53,7 +52,6 @@ impl NavigationSource {
 
     /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on
     /// wall time.
-    #[must_use]
     pub fn look(&self, time: SimTime, sensors: &Sensors) -> NavigationState {
         match self.estimates {
             Some(true) if self.estimator.time() >= time => self.estimator.state(),
@@ -62,7 +60,6 @@ impl NavigationSource {
     }
 
     /// The estimator, where it flies.
-    #[must_use]
     pub fn estimator(&self) -> Option<&Estimator> {
         (self.estimates == Some(true)).then_some(&self.estimator)
     }

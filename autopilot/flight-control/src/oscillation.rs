@@ -99,7 +99,6 @@ pub struct Quiet {
 
 impl Quiet {
     /// Whether any axis yields.
-    #[must_use]
     pub fn any(&self) -> bool {
         self.axes.iter().any(|axis| *axis > 0.0)
     }

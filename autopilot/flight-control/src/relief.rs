@@ -133,7 +133,6 @@ struct Awake {
 
 impl Relief {
     /// Nothing is missing.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         Self {
             h: period.as_seconds(),

@@ -75,7 +75,6 @@ pub enum Side {
 
 impl Side {
     /// Whether an integrator that grows with `error` would push farther beyond the limit.
-    #[must_use]
     pub fn blocks(self, error: f64) -> bool {
         match self {
             Self::Inside => false,
@@ -85,7 +84,6 @@ impl Side {
     }
 
     /// Whether the command was cut.
-    #[must_use]
     pub fn is_saturated(self) -> bool {
         self != Self::Inside
     }
@@ -114,7 +112,6 @@ pub struct EffectorSet(u16);
 
 impl EffectorSet {
     /// Whether an effector is one of them.
-    #[must_use]
     pub const fn contains(self, effector: Effector) -> bool {
         self.0 & (1 << effector.index()) != 0
     }

@@ -40,15 +40,11 @@ const REQUESTS_MAX: usize = 32;
 pub struct Settings {
     /// The controller's model of the aircraft.
     pub model: AircraftModel,
-    /// Validated gains.
     pub gains: Gains,
-    /// Limits of references.
     pub limits: ReferenceLimits,
-    /// Guidance.
     pub navigation: NavigationParameters,
     /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
     pub fault_injection: bool,
-    /// References by time.
     pub references: ReferenceSchedule,
     /// The script that begins with each flight.
     pub script: Option<Arc<Script>>,
@@ -88,7 +84,6 @@ pub struct Autopilot {
 
 impl Autopilot {
     /// Waits for a flight.
-    #[must_use]
     pub fn new(settings: &Settings) -> Self {
         let Settings { model, gains, limits, navigation, references, script, .. } = settings;
         let period = ControlPeriod::DEFAULT;
@@ -288,19 +283,16 @@ impl Autopilot {
     }
 
     /// The latest tick, if any.
-    #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.latest.as_ref()
     }
 
     /// The estimator, where the navigation state of this flight comes from it.
-    #[must_use]
     pub fn estimator(&self) -> Option<&Estimator> {
         self.navigation.estimator()
     }
 
     /// The present settings: gains, limits and guidance as operators have set them.
-    #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
             model: self.model,
@@ -315,19 +307,16 @@ impl Autopilot {
     }
 
     /// The loaded plan; empty if there is none.
-    #[must_use]
     pub fn plan(&self) -> Arc<Plan> {
         self.vehicle.plan()
     }
 
     /// Design model of the laws, for the assessment of a flight.
-    #[must_use]
     pub fn model(&self) -> &AircraftModel {
         &self.model
     }
 
     /// The gains that fly.
-    #[must_use]
     pub fn gains(&self) -> &Gains {
         &self.gains
     }

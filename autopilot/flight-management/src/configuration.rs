@@ -30,7 +30,6 @@ pub enum ConfigError {
     /// The file cannot be read.
     #[error("{}: {source}", path.display())]
     Read {
-        /// The file.
         path: PathBuf,
         /// The error in it.
         source: Box<dyn std::error::Error + Send + Sync>,
@@ -42,21 +41,14 @@ pub enum ConfigError {
     NoScenario {
         /// The name in the file.
         name: String,
-        /// The available scenarios.
         known: String,
     },
     /// Invalid text; the message has line, column and key.
     #[error("{file}: {source}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// The parser's message.
-        source: Box<toml::de::Error>,
-    },
+    Syntax { file: String, source: Box<toml::de::Error> },
     /// A model outside its range.
     #[error("{file}: {source}")]
     Model {
-        /// The file.
         file: String,
         /// Key, value and range.
         source: AircraftModelError,
@@ -64,7 +56,6 @@ pub enum ConfigError {
     /// A parameter of a model file.
     #[error("{file}: [parameters]: {problem}{}", hint(problem))]
     Parameters {
-        /// The file.
         file: String,
         /// Parameter, value and range.
         problem: SavedProblem,
@@ -72,7 +63,6 @@ pub enum ConfigError {
     /// A reference that cannot be flown.
     #[error("{file}: {source}")]
     Schedule {
-        /// The file.
         file: String,
         /// Key, value and range.
         source: ScheduleError,
@@ -105,9 +95,6 @@ pub struct Model {
 pub const PARAMETERS: &str = "parameters";
 
 /// Reads a model file; `file` is its name for error messages.
-///
-/// # Errors
-/// [`ConfigError`] names file, key, value and range.
 pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
     let table: toml::Table = parse(file, text)?;
     if table.contains_key(PARAMETERS) {
@@ -119,9 +106,6 @@ pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
 }
 
 /// Parses a file that was read already and may have been changed since.
-///
-/// # Errors
-/// [`ConfigError`] names file, key, value and range.
 pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, ConfigError> {
     let mut defaults = Parameters::default();
     if let Some(parameters) = table.remove(PARAMETERS) {
@@ -136,9 +120,6 @@ pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, ConfigError
 }
 
 /// The aircraft of a model file, without its parameters.
-///
-/// # Errors
-/// As [`model`].
 pub fn aircraft_model(file: &str, text: &str) -> Result<AircraftModel, ConfigError> {
     Ok(model(file, text)?.aircraft)
 }
@@ -167,17 +148,11 @@ struct AutopilotPart {
 }
 
 /// Reads the autopilot's part of a scenario; `file` is its name for error messages.
-///
-/// # Errors
-/// [`ConfigError`] names file, key, value and range.
 pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigError> {
     parse::<ScenarioFile>(file, text)?.autopilot.references(file)
 }
 
 /// Reads the script in a scenario, if there is one; `file` is its name for error messages.
-///
-/// # Errors
-/// [`ConfigError`] names file, line and column, those of the script's own text.
 pub fn script(
     file: &str,
     text: &str,
@@ -187,9 +162,6 @@ pub fn script(
 }
 
 /// References and script of a scenario that was read already and may have been changed since.
-///
-/// # Errors
-/// As [`references`] and [`script`], without line and column of the file.
 pub fn scenario_of(
     file: &str,
     table: toml::Table,

@@ -19,7 +19,6 @@ use crate::vehicle::{Mode, Navigation, VehicleEvent};
 pub struct Event {
     /// Simulation time at which it took effect.
     pub time: SimTime,
-    /// Kind and data.
     pub kind: EventKind,
 }
 
@@ -28,19 +27,15 @@ pub struct Event {
 pub enum EventKind {
     /// An intent is complete.
     Outcome {
-        /// Its number.
         number: u32,
-        /// Its outcome.
         outcome: Outcome,
     },
-    /// A flight began.
     FlightBegan {
         /// The autopilot joined a flight in progress.
         joined_in_flight: bool,
     },
     /// A change of mode, plan, home or link that the vehicle reports.
     Vehicle(VehicleEvent),
-    /// The compensator woke.
     CompensatorActive {
         /// Axis with the largest estimate relative to its level.
         axis: Axis,
@@ -54,7 +49,6 @@ pub enum EventKind {
     },
     /// An axis has had no authority left for compensation for a while.
     AuthorityExhausted {
-        /// Which.
         axis: Axis,
         /// Cause: the travel of its effector, or thrust for the nozzle.
         by: Limit,
@@ -83,7 +77,6 @@ pub enum EventKind {
     IsolationWithdrawn,
     /// A sensor gives no samples that count any more.
     SensorLost(SensorKind),
-    /// It does again.
     SensorBack(SensorKind),
     /// A fault entered the plant's list or left it, by a report of the plant.
     Fault(FaultEntry),
@@ -101,43 +94,32 @@ pub enum EventKind {
     EventsLost(u64),
     /// An event of the script with this [`crate::script::Script::id`].
     Script {
-        /// The script.
         script: u32,
-        /// The event.
         event: ScriptEvent,
     },
 }
 
-/// A body axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Axis {
-    /// About x.
     Roll,
-    /// About y.
     Pitch,
-    /// About z.
     Yaw,
 }
 
 /// Limits that can be reached.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Limit {
-    /// The aileron pair.
     Aileron,
-    /// The elevators.
     Elevator,
-    /// The rudder.
     Rudder,
     /// The nozzle's pitch angle.
     NozzlePitch,
     /// The nozzle's yaw angle.
     NozzleYaw,
-    /// The engine.
     Thrust,
 }
 
 impl Limit {
-    /// All of them.
     pub const ALL: [Self; 6] = [
         Self::Aileron,
         Self::Elevator,
@@ -147,8 +129,6 @@ impl Limit {
         Self::Thrust,
     ];
 
-    /// Name for people.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Aileron => "aileron",
@@ -167,7 +147,6 @@ pub struct Limits([bool; Limit::ALL.len()]);
 
 impl Limits {
     /// The limits for which `contains` is true.
-    #[must_use]
     pub fn from_fn(contains: impl FnMut(Limit) -> bool) -> Self {
         Self(Limit::ALL.map(contains))
     }
@@ -179,11 +158,9 @@ impl Limits {
 }
 
 impl Axis {
-    /// All of them.
     pub const ALL: [Self; 3] = [Self::Roll, Self::Pitch, Self::Yaw];
 
     /// The limit of the effector by which the compensator acts on this axis.
-    #[must_use]
     pub const fn compensated_by(self) -> Limit {
         match self {
             Self::Roll => Limit::Aileron,
@@ -193,7 +170,6 @@ impl Axis {
     }
 
     /// Remaining authority of the compensator on this axis, percent.
-    #[must_use]
     pub const fn authority_pct(self, authority: &Authority) -> f64 {
         match self {
             Self::Roll => authority.roll_pct,
@@ -202,8 +178,6 @@ impl Axis {
         }
     }
 
-    /// Name for people.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Roll => "roll",
@@ -222,9 +196,7 @@ pub struct Snapshot {
     pub period: ControlPeriod,
     /// The aircraft is on the ground and the flight is over.
     pub on_ground: bool,
-    /// Mode.
     pub mode: Mode,
-    /// References.
     pub demand: Demand,
     /// Guidance of the vehicle.
     pub navigation: Navigation,
@@ -238,7 +210,6 @@ pub struct Snapshot {
 
 impl Snapshot {
     /// Position and motion of the aircraft.
-    #[must_use]
     pub const fn motion(&self) -> &NavigationState {
         &self.log.state
     }

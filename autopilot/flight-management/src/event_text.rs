@@ -29,7 +29,6 @@ pub enum Severity {
 }
 
 /// Severity and text of an event; `None` where it has none here. The events of scripts need the script: [`of_script`].
-#[must_use]
 pub fn of_event(
     kind: &EventKind,
     parameters: &Parameters,
@@ -141,7 +140,6 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
 }
 
 /// `left elevator stuck at 30.0 deg, 97 %`.
-#[must_use]
 pub fn verdict_text(verdict: &Verdict, effectors: &EffectorList) -> String {
     let each = verdict.effectors.into_iter().zip(verdict.values).filter_map(|(effector, value)| {
         let name = effectors.name(effector?);
@@ -207,7 +205,6 @@ fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity,
 }
 
 /// Severity and text of a script event; `script` is unknown if it was uploaded before this process began.
-#[must_use]
 pub fn of_script(script: Option<&Script>, event: ScriptEvent) -> (Severity, String) {
     use Severity as S;
     let name = script.map_or("?", Script::name);

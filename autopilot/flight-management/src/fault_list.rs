@@ -54,13 +54,11 @@ impl FaultList {
     }
 
     /// The active, pausing and scheduled faults, oldest first.
-    #[must_use]
     pub fn entries(&self) -> &[FaultEntry] {
         &self.entries
     }
 
     /// The fault that is active on a target now.
-    #[must_use]
     pub fn acting(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
         self.entries.iter().find(|entry| {
@@ -69,7 +67,6 @@ impl FaultList {
     }
 
     /// The first of its faults: the active one, else the one with the next onset.
-    #[must_use]
     pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
         let its = self.entries.iter().filter(|entry| entry.target == target);
@@ -81,7 +78,6 @@ impl FaultList {
     }
 
     /// Whether the target has an active, pausing or scheduled fault.
-    #[must_use]
     pub fn names(&self, target: impl Into<Target>) -> bool {
         let target = target.into();
         self.entries.iter().any(|entry| entry.target == target)

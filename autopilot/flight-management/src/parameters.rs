@@ -36,16 +36,13 @@ pub use saved::{
 };
 pub use table::{changes, nearest, table};
 
-/// All parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     /// Gains of the laws.
     pub gains: Gains,
     /// References that are accepted.
     pub limits: ReferenceLimits,
-    /// Fault injection.
     pub failure: FailureParameters,
-    /// Guidance.
     pub navigation: NavigationParameters,
     /// Silence of ground stations.
     pub link: LinkParameters,
@@ -121,9 +118,7 @@ pub enum Kind {
 /// One value of a parameter that is a choice.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Choice {
-    /// The number.
     pub value: i32,
-    /// Its meaning.
     pub label: &'static str,
 }
 
@@ -132,17 +127,12 @@ pub struct Choice {
 pub struct Parameter {
     /// Name, at most 16 characters.
     pub name: &'static str,
-    /// Group.
     pub group: &'static str,
-    /// Wire type.
     pub kind: Kind,
     /// Unit; `-` for none.
     pub unit: &'static str,
-    /// Smallest allowed value.
     pub min: f64,
-    /// Largest allowed value.
     pub max: f64,
-    /// Meaning.
     pub meaning: &'static str,
     /// Meaning of each value; empty for a number.
     pub choices: &'static [Choice],
@@ -171,78 +161,41 @@ enum Set {
 /// Why a parameter was not set.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// Unknown name.
     #[error("there is no parameter {name}")]
-    Unknown {
-        /// The unknown name.
-        name: String,
-    },
-    /// A compatibility parameter.
+    Unknown { name: String },
     #[error("{name} is read-only: it is there for ground stations and has no effect here")]
-    ReadOnly {
-        /// Parameter.
-        name: &'static str,
-    },
+    ReadOnly { name: &'static str },
     /// A fault parameter of an effector.
     #[error(
         "{name} breaks an effector: a ground station sets it, only in flight, and nothing keeps it"
     )]
-    OnlyInFlight {
-        /// Parameter.
-        name: String,
-    },
+    OnlyInFlight { name: String },
     /// Not finite or outside the range.
     #[error("{name} = {value} is outside {min} to {max} {unit}")]
     OutOfRange {
-        /// Parameter.
         name: &'static str,
-        /// Refused value.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
         /// Unit of the numbers.
         unit: &'static str,
     },
     /// Inside the range, but not one of the values of a choice.
     #[error("{name} = {value} is none of {}", values(choices))]
-    NotAChoice {
-        /// Parameter.
-        name: &'static str,
-        /// Refused value.
-        value: f64,
-        /// The allowed values.
-        choices: &'static [Choice],
-    },
+    NotAChoice { name: &'static str, value: f64, choices: &'static [Choice] },
     /// A fraction where whole numbers are allowed.
     #[error("{name} = {value} is no whole number from {min} to {max} {unit}")]
     NotWhole {
-        /// Parameter.
         name: &'static str,
-        /// Refused value.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
         /// Unit of the numbers.
         unit: &'static str,
     },
     /// A lower limit above its upper limit.
     #[error("{lower} = {low} {unit} is above {upper} = {high} {unit}")]
-    Order {
-        /// The lower limit.
-        lower: &'static str,
-        /// Its value.
-        low: f64,
-        /// The upper limit.
-        upper: &'static str,
-        /// Its value.
-        high: f64,
-        /// Unit of both.
-        unit: &'static str,
-    },
+    Order { lower: &'static str, low: f64, upper: &'static str, high: f64, unit: &'static str },
     /// The program has no such law.
     #[error(
         "CTL_LAW = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
@@ -260,8 +213,6 @@ fn values(choices: &[Choice]) -> String {
 }
 
 impl Parameter {
-    /// Present value.
-    #[must_use]
     pub fn value(&self, parameters: &Parameters) -> f64 {
         match self.get {
             Get::Gain(get) => get(&parameters.gains),
@@ -270,8 +221,6 @@ impl Parameter {
         }
     }
 
-    /// Default value.
-    #[must_use]
     pub fn default_value(&self) -> f64 {
         self.value(&Parameters::default())
     }
@@ -279,17 +228,11 @@ impl Parameter {
 
 impl Parameters {
     /// Sets one parameter and checks the whole set.
-    ///
-    /// # Errors
-    /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
     pub fn set(&mut self, name: &str, value: f64) -> Result<Option<Lemma1Warning>, ParameterError> {
         self.set_all([(name, value)])
     }
 
     /// Sets several parameters and checks the whole set, so that their order does not matter.
-    ///
-    /// # Errors
-    /// [`ParameterError`]; nothing changes then. `Ok(Some(warning))` means set, with a warning.
     pub fn set_all<'a>(
         &mut self,
         settings: impl IntoIterator<Item = (&'a str, f64)>,
@@ -306,9 +249,6 @@ impl Parameters {
 
     /// Checks that the selected law exists. Saved parameters may name a law that only another program provides,
     /// so this is checked before a flight.
-    ///
-    /// # Errors
-    /// [`ParameterError::NoOwnLaw`].
     pub fn check_law(&self) -> Result<(), ParameterError> {
         if self.gains.selection.main == MainLaw::Own && !self.brings_law {
             return Err(ParameterError::NoOwnLaw);
@@ -317,9 +257,6 @@ impl Parameters {
     }
 
     /// Checks every value and the whole set, where they do not come from [`Parameters::set_all`].
-    ///
-    /// # Errors
-    /// [`ParameterError`] names the first that cannot be flown.
     pub fn check(&self) -> Result<(), ParameterError> {
         /// Angles are stored in another unit, so a value at its limit is read back with this relative error at most.
         const ROUNDING: f64 = 1.0e-9;

@@ -64,9 +64,7 @@ pub struct Line {
     pub number: u16,
     /// The line in plain form: one space between words, small letters, no comment.
     pub text: String,
-    /// Its trigger.
     pub trigger: Trigger,
-    /// Its action.
     pub action: Action,
 }
 
@@ -88,9 +86,7 @@ pub enum Trigger {
 pub enum Action {
     /// Injects or clears a fault; goes to the plant like the request of a ground station.
     Fault(FaultRequest),
-    /// Changes a reference.
     Refer(Reference),
-    /// Changes the mode.
     Mode(Mode),
     /// Sends the text after `say` to the ground stations.
     Say,
@@ -107,9 +103,6 @@ struct Text {
 
 impl Script {
     /// Reads a script for an aircraft with these effectors; messages call it `name`.
-    ///
-    /// # Errors
-    /// [`ScriptError`] names line and column, the text found there and the allowed text.
     pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, ScriptError> {
         // Some editors put a byte order mark before the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
@@ -124,60 +117,49 @@ impl Script {
     }
 
     /// The error for a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
-    #[must_use]
     pub fn too_long(name: &str, length: usize) -> ScriptError {
         Problem::TextTooLong(length).at(1, 1).in_file(name)
     }
 
     /// Its name in messages.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// Its text.
-    #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
 
     /// The effectors of its aircraft.
-    #[must_use]
     pub fn effectors(&self) -> &EffectorList {
         &self.effectors
     }
 
     /// Number that events use for it: a checksum of name and text.
-    #[must_use]
     pub fn id(&self) -> u32 {
         self.id
     }
 
     /// Its sequences; the first one has no name unless the text begins with one.
-    #[must_use]
     pub fn sequences(&self) -> &[Sequence] {
         &self.sequences
     }
 
-    /// All lines.
     pub fn lines(&self) -> impl Iterator<Item = &Line> {
         self.sequences.iter().flat_map(|sequence| &sequence.lines)
     }
 
     /// The line with this number in the text, if it has an action.
-    #[must_use]
     pub fn line(&self, number: u16) -> Option<&Line> {
         self.lines().find(|line| line.number == number)
     }
 
     /// Whether it injects or clears a fault.
-    #[must_use]
     pub fn has_faults(&self) -> bool {
         self.lines().any(|line| matches!(line.action, Action::Fault(_)))
     }
 
     /// Whether it changes references or the mode.
-    #[must_use]
     pub fn steers(&self) -> bool {
         self.lines().any(|line| matches!(line.action, Action::Refer(_) | Action::Mode(_)))
     }
@@ -222,7 +204,6 @@ impl From<Script> for Text {
 
 impl Line {
     /// The text after `say`.
-    #[must_use]
     pub fn words(&self) -> Option<&str> {
         matches!(self.action, Action::Say).then(|| parser::said_text(&self.text)).flatten()
     }
@@ -231,7 +212,6 @@ impl Line {
 /// An event of a script, which [`Script::id`] identifies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ScriptEvent {
-    /// It has begun.
     Began,
     /// It should have begun with the flight and has not.
     NotBegun(NotBegun),
@@ -239,9 +219,7 @@ pub enum ScriptEvent {
     Line(u16),
     /// This line was executed, and its command was refused.
     LineRefused {
-        /// The line.
         line: u16,
-        /// The refusal.
         why: LineRefusal,
     },
     /// Its last line is done.
@@ -262,13 +240,10 @@ pub enum NotBegun {
 /// Why the command of a line was not executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineRefusal {
-    /// The vehicle refuses.
     Vehicle(crate::vehicle::VehicleRefusal),
-    /// The plant refuses.
     Plant {
         /// Target; `None` for all.
         target: Option<Target>,
-        /// Reason.
         refusal: Refusal,
     },
     /// The plant has gone away before it answered.
@@ -277,7 +252,6 @@ pub enum LineRefusal {
 
 impl LineRefusal {
     /// In words, with the units of its target.
-    #[must_use]
     pub fn described(&self, effectors: &EffectorList) -> String {
         match self {
             Self::Vehicle(refusal) => refusal.to_string(),

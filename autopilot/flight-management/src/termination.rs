@@ -11,7 +11,6 @@ use flight_control::aircraft_model::EffectorModel;
 use icd::{EffectorKind, PerEffector};
 
 /// Commands of a terminated flight: rad; thrust N.
-#[must_use]
 pub fn commands(model: &AircraftModel) -> PerEffector<f64> {
     let EffectorModel { list, servos, gains, .. } = &model.effectors;
     PerEffector::from_fn(|effector| {

@@ -18,7 +18,6 @@ const CONTRADICTIONS: u32 = 2;
 pub enum Phase {
     /// No plant has connected yet.
     NoFlight,
-    /// In the air.
     Flying,
     /// On the ground; the flight is over.
     OnGround,
@@ -155,7 +154,6 @@ impl Aircraft {
     }
 
     /// State of the flight.
-    #[must_use]
     pub fn phase(&self) -> Phase {
         match (self.in_flight, self.connected, self.on_ground) {
             (false, _, _) => Phase::NoFlight,
@@ -166,43 +164,35 @@ impl Aircraft {
     }
 
     /// The flight was terminated: engine off, surfaces at their stops.
-    #[must_use]
     pub fn is_terminated(&self) -> bool {
         self.terminated
     }
 
     /// The faults as the plant has reported them.
-    #[must_use]
     pub fn faults(&self) -> &FaultList {
         &self.faults
     }
 
     /// The aircraft would follow a roll reference now.
-    #[must_use]
     pub fn flies_offboard(&self) -> bool {
         self.phase() == Phase::Flying && self.mode == Mode::Offboard
     }
 
-    /// Mode.
-    #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
     /// Latest state of this flight.
-    #[must_use]
     pub fn snapshot(&self) -> Option<&Snapshot> {
         self.snapshot.as_ref()
     }
 
     /// Altitude at which the airspeeds of ground stations count, m: that of the reference.
-    #[must_use]
     pub fn altitude_reference_m(&self) -> f64 {
         self.snapshot.as_ref().map_or(0.0, |state| state.demand.altitude_m)
     }
 
     /// Says that a circle is too small for an airspeed, by default the present reference. Wind widens it further.
-    #[must_use]
     pub fn widened(
         &self,
         radius_m: f64,
@@ -217,7 +207,6 @@ impl Aircraft {
     }
 
     /// Home of this flight, once a state is known.
-    #[must_use]
     pub fn home(&self) -> Option<&Home> {
         self.home.as_ref()
     }

@@ -29,7 +29,6 @@ const HEADER_V2: usize = 10;
 const CRC: usize = 2;
 /// Signature trailer of a signed frame.
 pub const SIGNATURE: usize = 13;
-/// progress of COMMAND_ACK.
 const PROGRESS_UNKNOWN: u8 = u8::MAX;
 /// The one incompatibility flag that the codec understands. [`super::signing`] handles the signature itself.
 const SIGNED: u8 = 0x01;
@@ -45,13 +44,11 @@ pub struct Identity {
 
 impl Identity {
     /// The autopilot of the vehicle with this system id.
-    #[must_use]
     pub const fn autopilot(system: u8) -> Self {
         Self { system, component: OWN.component }
     }
 
     /// A message with this target is for `own`.
-    #[must_use]
     pub fn reaches(self, own: Self) -> bool {
         [0, own.system].contains(&self.system) && [0, own.component].contains(&self.component)
     }
@@ -60,7 +57,6 @@ impl Identity {
 /// Why a command is refused: the result for the acknowledgement and the reason for the operator.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CommandError {
-    /// For COMMAND_ACK.
     pub result: MavResult,
     /// For STATUSTEXT; `None` where the result is enough.
     pub reason: Option<String>,
@@ -68,32 +64,27 @@ pub struct CommandError {
 
 impl CommandError {
     /// The service will never accept the same request.
-    #[must_use]
     pub fn denied(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_DENIED, reason: Some(reason.into()) }
     }
 
     /// The service may accept the same request later.
-    #[must_use]
     pub fn temporary(reason: impl Into<String>) -> Self {
         let result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
         Self { result, reason: Some(reason.into()) }
     }
 
     /// The autopilot does not have this.
-    #[must_use]
     pub fn unsupported(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_UNSUPPORTED, reason: Some(reason.into()) }
     }
 
     /// FAILED, where the protocol requires it.
-    #[must_use]
     pub fn failed(reason: impl Into<String>) -> Self {
         Self { result: MavResult::MAV_RESULT_FAILED, reason: Some(reason.into()) }
     }
 
     /// A result that needs no text.
-    #[must_use]
     pub fn without_text(result: MavResult) -> Self {
         Self { result, reason: None }
     }
@@ -101,7 +92,6 @@ impl CommandError {
 
 /// The character as a byte of a text for other stations: printable ASCII, or `?`. One byte for each, so that no character is
 /// cut in two, and no control character of one station reaches another.
-#[must_use]
 pub fn printable(c: char) -> u8 {
     u8::try_from(c).ok().filter(|byte| (b' '..=b'~').contains(byte)).unwrap_or(b'?')
 }
@@ -128,9 +118,7 @@ pub struct Skipped {
 /// One frame whose checksum is right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Frame<'a> {
-    /// Sender.
     pub sender: Identity,
-    /// Message id.
     pub id: u32,
     /// Payload as received; trailing zeros may be missing.
     pub payload: &'a [u8],
@@ -140,13 +128,11 @@ pub struct Frame<'a> {
 
 impl<'a> Frame<'a> {
     /// MAVLink 1.
-    #[must_use]
     pub fn is_version_1(&self) -> bool {
         self.bytes.first() == Some(&MAV_STX)
     }
 
     /// The signed bytes and the signature; `None` if the frame has none.
-    #[must_use]
     pub fn signature(&self) -> Option<(&'a [u8], [u8; SIGNATURE])> {
         let is_signed = !self.is_version_1() && self.bytes.get(2)? & SIGNED != 0;
         let (signed, signature) = self.bytes.split_last_chunk()?;
@@ -289,7 +275,6 @@ impl Eq for Copies {}
 
 impl Encoded {
     /// Any message but COMMAND_ACK.
-    #[must_use]
     pub fn new<D: MessageData>(data: &D) -> Self {
         let mut payload = vec![0; PAYLOAD_MAX];
         let length = data.ser(MavlinkVersion::V2, &mut payload);
@@ -303,7 +288,6 @@ impl Encoded {
     }
 
     /// COMMAND_ACK, also for a command that the definitions do not have.
-    #[must_use]
     pub fn command_ack(command: u16, result: MavResult, to: Identity) -> Self {
         let mut payload = Vec::with_capacity(COMMAND_ACK_DATA::ENCODED_LEN);
         payload.extend_from_slice(&command.to_le_bytes());
@@ -317,7 +301,6 @@ impl Encoded {
 
     /// A message whose payload was assembled byte by byte, since it may carry numbers that the definitions do not
     /// have. Zeros at its end are cut off, as the protocol requires.
-    #[must_use]
     pub fn by_hand<D: MessageData>(mut payload: Vec<u8>) -> Self {
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
@@ -326,7 +309,6 @@ impl Encoded {
     }
 
     /// The same message, of which each peer gets a copy by `clone`.
-    #[must_use]
     pub fn for_many(&self) -> Self {
         Self { copies: Copies(Some(Arc::default())), ..self.clone() }
     }
@@ -348,13 +330,11 @@ impl Encoded {
     }
 
     /// The sending component, if it is not the autopilot.
-    #[must_use]
     pub fn component(&self) -> Option<u8> {
         self.component
     }
 
     /// The frame of this sender with this sequence number: MAVLink 2, not signed.
-    #[must_use]
     pub fn frame(&self, sender: Identity, sequence: u8) -> Vec<u8> {
         self.frame_with(0, sender, sequence)
     }

@@ -53,7 +53,6 @@ impl Decision {
         Self { answers, ..Self::default() }
     }
 
-    /// The aircraft decides.
     fn pass_on(command: impl Into<Command>) -> Self {
         Self { intents: vec![(command.into(), None)], ..Self::default() }
     }
@@ -63,7 +62,6 @@ impl Decision {
     }
 }
 
-/// Answers commands.
 #[derive(Debug, Default)]
 pub struct CommandService {
     pending: Pending,
@@ -196,9 +194,6 @@ impl CommandService {
 }
 
 /// After ground contact nothing can be flown.
-///
-/// # Errors
-/// What to do then.
 fn check_not_over(shared: &Shared) -> Result<(), CommandError> {
     if shared.aircraft.phase() == Phase::OnGround {
         return Err(CommandError::temporary("The flight is over: a reboot begins a new one"));

@@ -35,7 +35,6 @@ pub struct Metadata {
 
 impl Metadata {
     /// For an aircraft with these effectors and these defaults of its parameters.
-    #[must_use]
     pub fn new(effectors: &EffectorList, defaults: &Parameters) -> Self {
         let parameters = parameter_file(effectors, defaults);
         let contents = [parameters, events(), actuator_file(effectors)];
@@ -48,14 +47,11 @@ impl Metadata {
         Self { files, general_crc }
     }
 
-    /// Names and contents.
-    #[must_use]
     pub fn files(&self) -> &[(&'static str, Arc<str>)] {
         &self.files
     }
 
     /// COMPONENT_METADATA at this time since the start, ms.
-    #[must_use]
     pub fn message(&self, time_boot_ms: u32) -> Encoded {
         let uri = uri(GENERAL).as_str().into();
         Encoded::new(&COMPONENT_METADATA_DATA { time_boot_ms, file_crc: self.general_crc, uri })
@@ -106,7 +102,6 @@ const FIGURES: i32 = 4;
 /// Most decimal places to show.
 const PLACES_MAX: i32 = 12;
 
-/// The file.
 fn parameter_file(effectors: &EffectorList, defaults: &Parameters) -> Value {
     let own = table().iter().map(|row| tunable(row, row.value(defaults)));
     let others = COMPATIBILITY.iter().map(|row| compatibility(row, defaults));
@@ -232,7 +227,6 @@ fn decimal_places(row: &Parameter, default: f64) -> i32 {
 /// A group of effectors: label, type, kinds.
 type Group = (&'static str, &'static str, fn(EffectorKind) -> bool);
 
-/// All of them.
 const GROUPS: [Group; 3] = [
     ("Aerodynamic surfaces", "servo", EffectorKind::is_surface),
     ("Nozzle", "servo", EffectorKind::is_nozzle),

@@ -65,7 +65,6 @@ pub struct Control {
 
 impl Control {
     /// The system that has control.
-    #[must_use]
     pub fn holder(&self) -> Option<u8> {
         self.holder.map(|holder| holder.system)
     }
@@ -114,7 +113,6 @@ impl Control {
 
     /// When the holder, or the last of all stations if it never sent a heartbeat, will have been silent for
     /// `timeout`.
-    #[must_use]
     pub fn next_silence(&self, timeout: Duration) -> Option<WallTime> {
         self.holding().or(self.latest()).map(|station| station.last_seen + timeout)
     }

@@ -23,7 +23,6 @@ saturating! {
 }
 
 /// 32-bit float field. A number too large for it becomes the largest; infinity and NaN stay unchanged.
-#[must_use]
 #[expect(clippy::cast_possible_truncation, reason = "MAVLink floats have 32 bits")]
 pub fn float(value: f64) -> f32 {
     let max = f64::from(f32::MAX);
@@ -32,20 +31,17 @@ pub fn float(value: f64) -> f32 {
 
 /// The decimal number that was typed when `value` arrived on the wire: 0.35, not
 /// 0.3499999940395355. So a default that a station sends back is the same default again, to the bit.
-#[must_use]
 pub fn decimal(value: f32) -> f64 {
     // The shortest decimal text of a float always reads back, also "NaN" and "inf".
     value.to_string().parse().unwrap_or(f64::NAN)
 }
 
 /// time_boot_ms, milliseconds of simulation time.
-#[must_use]
 pub fn boot_ms(time: SimTime) -> u32 {
     u32::try_from(time.as_micros() / 1000).unwrap_or(u32::MAX)
 }
 
 /// Microseconds of simulation time in a 32-bit field; wraps after 71 minutes, as the field's users expect.
-#[must_use]
 #[expect(
     clippy::cast_possible_truncation,
     reason = "SERVO_OUTPUT_RAW.time_usec is the low 32 bits"
@@ -55,79 +51,66 @@ pub fn boot_us_low(time: SimTime) -> u32 {
 }
 
 /// Whole number.
-#[must_use]
 pub fn whole(value: f64) -> i32 {
     to_i32(value)
 }
 
 /// Latitude or longitude, 1e-7 deg.
-#[must_use]
 pub fn degrees_e7(angle_rad: f64) -> i32 {
     to_i32(angle_rad.to_degrees() * 1.0e7)
 }
 
 /// Latitude or longitude in degrees from 1e-7 deg.
-#[must_use]
 pub fn degrees_of_e7(angle: i32) -> f64 {
     f64::from(angle) / 1.0e7
 }
 
 /// Millimetres.
-#[must_use]
 pub fn millimetres(metres: f64) -> i32 {
     to_i32(metres * 1.0e3)
 }
 
 /// Speed component, cm/s; ±327.67 m/s at most.
-#[must_use]
 pub fn centimetres_per_second(metres_per_second: f64) -> i16 {
     to_i16(metres_per_second * 1.0e2)
 }
 
 /// Speed, cm/s; 655.34 m/s at most, since one more means "unknown".
-#[must_use]
 pub fn centimetres_per_second_unsigned(metres_per_second: f64) -> u16 {
     to_u16(metres_per_second * 1.0e2).min(u16::MAX - 1)
 }
 
 /// Uncertainty, mm or mm/s.
-#[must_use]
 pub fn accuracy_mm(metres: f64) -> u32 {
     u32::from(to_u16(metres * 1.0e3))
 }
 
 /// Distance in whole metres; 65535 m at most, and where it is not known.
-#[must_use]
 pub fn whole_metres(metres: f64) -> u16 {
     if metres.is_nan() { u16::MAX } else { to_u16(metres) }
 }
 
 /// Pressure, hPa.
-#[must_use]
 pub fn hectopascals(pascals: f64) -> f32 {
     float(pascals * 1.0e-2)
 }
 
 /// Temperature, degC.
-#[must_use]
 pub fn celsius(kelvin: f64) -> f32 {
     float(kelvin - 273.15)
 }
 
 /// Temperature, 0.01 degC; the largest number where it is not known.
-#[must_use]
 pub fn centidegrees_celsius(kelvin: f64) -> i16 {
     if kelvin.is_nan() { i16::MAX } else { to_i16((kelvin - 273.15) * 1.0e2) }
 }
 
 /// Degrees, not wrapped.
-#[must_use]
 pub fn degrees(angle_rad: f64) -> f64 {
     angle_rad.to_degrees()
 }
 
 /// Bearing, -180 to 180 degrees; 32767 where it is not known.
-#[must_use]
 pub fn bearing_degrees(bearing_rad: f64) -> i16 {
     if bearing_rad.is_nan() {
         return i16::MAX;
@@ -137,7 +120,6 @@ pub fn bearing_degrees(bearing_rad: f64) -> i16 {
 }
 
 /// Heading, 0 to 35999 centidegrees; 65535 where it is not known.
-#[must_use]
 pub fn heading_centidegrees(psi_rad: f64) -> u16 {
     if psi_rad.is_nan() {
         return u16::MAX;
@@ -147,7 +129,6 @@ pub fn heading_centidegrees(psi_rad: f64) -> u16 {
 }
 
 /// Heading, 0 to 359 degrees; -1 where it is not known.
-#[must_use]
 pub fn heading_degrees(psi_rad: f64) -> i16 {
     if psi_rad.is_nan() {
         return -1;
@@ -156,44 +137,37 @@ pub fn heading_degrees(psi_rad: f64) -> i16 {
 }
 
 /// Fraction of a range in percent, 0 to 100.
-#[must_use]
 pub fn percent(fraction: f64) -> u16 {
     to_u16(fraction.clamp(0.0, 1.0) * 100.0)
 }
 
 /// Percent to a fraction.
-#[must_use]
 pub fn fraction(percent: f64) -> f64 {
     percent / 100.0
 }
 
 /// Milliseconds to seconds.
-#[must_use]
 pub fn seconds(milliseconds: f64) -> f64 {
     milliseconds / 1.0e3
 }
 
 /// Degrees to radians.
-#[must_use]
 pub fn radians(degrees: f64) -> f64 {
     degrees.to_radians()
 }
 
 /// A deflection as a servo pulse: 1500 us in the middle, 500 us to either end of the travel.
-#[must_use]
 pub fn servo_pulse_us(fraction_of_travel: f64) -> u16 {
     to_u16(1500.0 + 500.0 * fraction_of_travel.clamp(-1.0, 1.0))
 }
 
 /// A throttle as a servo pulse: 1000 us closed, 2000 us full.
-#[must_use]
 pub fn throttle_pulse_us(fraction: f64) -> u16 {
     to_u16(1000.0 + 1000.0 * fraction.clamp(0.0, 1.0))
 }
 
 /// Roll, pitch and yaw of a quaternion (scalar first) that should have unit length; `None` if it is not
 /// finite or its squared length is more than 2 % off, which is beyond any rounding.
-#[must_use]
 pub fn euler_of(q: [f32; 4]) -> Option<EulerAngles> {
     let [w, x, y, z] = q.map(f64::from);
     let squared = w * w + x * x + y * y + z * z;

@@ -37,13 +37,11 @@ pub use crate::failure::command::Requests;
 pub mod command;
 pub mod units;
 
-/// MAV_CMD_INJECT_FAILURE.
 pub const INJECT_FAILURE: u16 = 420;
 /// MAV_CMD_USER_1.
 pub const USER_1: u16 = 31_010;
 
 /// Unit and instance of a target, with PX4's names.
-#[must_use]
 pub fn unit_and_instance(
     target: impl Into<Target>,
     effectors: &EffectorList,
@@ -54,13 +52,11 @@ pub fn unit_and_instance(
 }
 
 /// A refusal of the plant, in the units of its target.
-#[must_use]
 pub fn refused(refusal: &Refusal, target: Option<Target>, effectors: &EffectorList) -> String {
     refusal.described(TargetClass::of_request(target, effectors)).to_string()
 }
 
 /// Names of the targets; all servos together have one name.
-#[must_use]
 pub fn names(some: &[Target], effectors: &EffectorList) -> String {
     let servos = effectors.by_unit(true);
     let is_servo = |one: &Target| one.effector().is_some_and(|one| servos.contains(&one));
@@ -71,9 +67,6 @@ pub fn names(some: &[Target], effectors: &EffectorList) -> String {
 }
 
 /// The requests in a fault command; `model` has the travel of the effectors.
-///
-/// # Errors
-/// Why the command yields no request.
 pub fn requests(
     command: &CommandMessage,
     parameters: &Parameters,
@@ -102,19 +95,16 @@ impl Reasons {
     }
 
     /// Whether the reasons name their targets.
-    #[must_use]
     pub fn names_targets(&self) -> bool {
         self.0.iter().any(|(_, targets)| !targets.is_empty())
     }
 
     /// Whether there are none.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
     /// All of them as one text.
-    #[must_use]
     pub fn text(&self, all: &EffectorList) -> String {
         let of = |(reason, targets): &(String, Vec<Target>)| {
             if targets.is_empty() {

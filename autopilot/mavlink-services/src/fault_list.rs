@@ -100,7 +100,6 @@ impl FaultStream {
     }
 
     /// When the service next has something to do.
-    #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         self.due
     }
@@ -108,7 +107,6 @@ impl FaultStream {
 
 /// One message for each fault, one with the count 0 if there is none; nothing without a flight.
 /// docs/mavlink.md lists the content of `data`.
-#[must_use]
 pub fn messages(shared: &Shared) -> Vec<Encoded> {
     let Some(state) = shared.aircraft.snapshot() else { return Vec::new() };
     let entries = shared.aircraft.faults().entries();

@@ -40,7 +40,6 @@ const BURST_MAX: usize = 256;
 /// A burst waits while a peer has less room than this for answers.
 const ROOM_MIN: usize = 96;
 
-/// An open file.
 #[derive(Debug, Clone)]
 struct Session {
     number: u8,
@@ -54,7 +53,6 @@ enum File {
     Write(Upload),
 }
 
-/// An open file.
 #[derive(Debug)]
 struct Burst {
     session: u8,
@@ -78,7 +76,6 @@ struct Client {
     latest: Option<([u8; LENGTH], Reply, WallTime)>,
 }
 
-/// Serves files.
 #[derive(Debug, Default)]
 pub struct FtpService {
     clients: Vec<Client>,

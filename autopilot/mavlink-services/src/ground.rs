@@ -93,7 +93,6 @@ impl Services {
 impl Ground {
     /// Starts with the configured peers and no aircraft. `model` scales the effectors' commands and
     /// has their travel.
-    #[must_use]
     pub fn new(parameters: &Parameters, model: &AircraftModel, configured: &[Address]) -> Self {
         let defaults = Parameters::default();
         let shared = Shared {
@@ -235,7 +234,6 @@ impl Ground {
     }
 
     /// The connection to close so that another one can be opened; `None` if all are sending.
-    #[must_use]
     pub fn quiet_connection(&self, now: WallTime) -> Option<Connection> {
         self.shared.peers.quiet_connection(now)
     }
@@ -310,7 +308,6 @@ impl Ground {
     }
 
     /// When [`Ground::poll`] has something to do.
-    #[must_use]
     pub fn next_deadline(&mut self) -> WallTime {
         let services = self.services.in_order().into_iter();
         let services = services.filter_map(|service| service.next_deadline(&self.shared));
@@ -318,19 +315,16 @@ impl Ground {
     }
 
     /// Whether to read from a connection now; if not, its sender has to wait.
-    #[must_use]
     pub fn accepts_input(&self, connection: Connection) -> bool {
         self.shared.peers.accepts_input(connection)
     }
 
     /// Waiting input can be answered now, by [`Ground::poll`].
-    #[must_use]
     pub fn can_resume(&self) -> bool {
         self.shared.peers.next_resumable().is_some()
     }
 
     /// The next tick must publish a snapshot.
-    #[must_use]
     pub fn needs_snapshot(&self) -> bool {
         self.services.telemetry.needs_snapshot()
     }
@@ -341,7 +335,6 @@ impl Ground {
     }
 
     /// Whether an intent waits.
-    #[must_use]
     pub fn has_intents(&self) -> bool {
         !self.shared.intents.is_empty()
     }
@@ -435,26 +428,21 @@ impl Ground {
         &mut self.traffic
     }
 
-    /// The present parameters.
-    #[must_use]
     pub fn parameters(&self) -> &Parameters {
         &self.shared.parameters
     }
 
     /// Messages to the present peers dropped so far: telemetry, announcements, answers.
-    #[must_use]
     pub fn dropped(&self) -> [u64; 3] {
         self.shared.peers.dropped()
     }
 
     /// Counts of visitors beyond the limit so far.
-    #[must_use]
     pub fn crowding(&self) -> Crowding {
         self.shared.peers.crowding()
     }
 
     /// What the codec has skipped in the input so far.
-    #[must_use]
     pub fn skipped(&self) -> Skipped {
         self.skipped
     }

@@ -76,14 +76,12 @@ impl Service for Heartbeat {
 }
 
 /// The present HEARTBEAT.
-#[must_use]
 pub fn message(identity: HeartbeatIdentity, aircraft: &Aircraft) -> Encoded {
     Encoded::new(&content(identity, aircraft))
 }
 
 /// The aircraft is armed: it flies and its engine runs, as far as is known. It will when the plant calls, too: QGroundControl takes a
 /// moment without the flag for the end of the mission.
-#[must_use]
 pub fn is_armed(aircraft: &Aircraft) -> bool {
     aircraft.phase() != Phase::OnGround && !aircraft.is_terminated()
 }

@@ -88,7 +88,6 @@ pub mod wall_time;
 /// State that every service may read and write besides its own.
 #[derive(Debug)]
 pub struct Shared {
-    /// The authoritative parameters.
     pub parameters: Parameters,
     /// Their defaults for this aircraft.
     pub defaults: Parameters,
@@ -128,7 +127,6 @@ pub struct Shared {
 
 impl Shared {
     /// The effectors of the aircraft, as its model file has them.
-    #[must_use]
     pub fn effectors(&self) -> &EffectorList {
         &self.model.effectors.list
     }

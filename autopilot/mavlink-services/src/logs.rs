@@ -36,7 +36,6 @@ const RETRY: Duration = Duration::from_millis(5);
 /// A station silent for this long receives nothing more.
 const SILENCE: Duration = Duration::from_secs(60);
 
-/// Serves logs.
 #[derive(Debug, Default)]
 pub struct LogService {
     has_folder: bool,
@@ -233,9 +232,7 @@ pub struct LogFile {
 /// A job, with the number of its outcome.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LogJob {
-    /// Never used twice.
     pub number: u64,
-    /// The operation.
     pub task: LogTask,
 }
 
@@ -248,9 +245,7 @@ pub enum LogTask {
     Read {
         /// Name of the file.
         name: String,
-        /// First byte.
         offset: u32,
-        /// Bytes.
         length: usize,
     },
     /// Remove all logs that are not being written.
@@ -280,9 +275,7 @@ pub enum LogOutcome {
 /// Logs that were removed, and those that were not.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Erased {
-    /// Removed.
     pub removed: usize,
-    /// Still being written.
     pub in_use: usize,
     /// Could not be removed.
     pub failed: usize,

@@ -66,7 +66,6 @@ pub struct Pilots(Vec<Pilot>);
 
 impl Pilots {
     /// Stick positions of this system arrived a moment ago.
-    #[must_use]
     pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
         self.of(Some(system)).is_some_and(|pilot| pilot.is_fresh(now, parameters))
     }

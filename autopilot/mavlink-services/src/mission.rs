@@ -152,7 +152,6 @@ impl MissionService {
         shared.plan_items = stored.count();
     }
 
-    /// MISSION_REQUEST_LIST.
     fn count(&mut self, list: ListKind, reply: &mut Reply) {
         let (items, id) = match list {
             ListKind::MISSION => {
@@ -168,7 +167,6 @@ impl MissionService {
         reply.shared.peers.answer(reply.from.peer, wire::count(list, items, id, reply.from.sender));
     }
 
-    /// MISSION_REQUEST_INT or MISSION_REQUEST.
     fn give_item(&mut self, list: ListKind, seq: u16, reply: &mut Reply) {
         let plan = self.downloads.plan(reply.from, reply.now);
         let plan = plan.unwrap_or_else(|| Arc::clone(&self.stored));

@@ -63,8 +63,6 @@ const USE_POSITION: &str = "use Position";
 const USE_HOLD: &str = "use Hold";
 const USE_RETURN: &str = "use Return";
 
-/// custom_mode of HEARTBEAT.
-#[must_use]
 pub const fn custom_mode(mode: Mode) -> u32 {
     let (main, sub) = main_and_sub(mode);
     u32::from_le_bytes([0, 0, main, sub])
@@ -76,7 +74,6 @@ const fn counted(main: u8, sub: u8) -> (u8, u8) {
 }
 
 /// The mode with this main and sub mode.
-#[must_use]
 pub fn mode_of(main: u8, sub: u8) -> Option<Mode> {
     Mode::ALL.into_iter().find(|mode| main_and_sub(*mode) == counted(main, sub))
 }
@@ -100,16 +97,11 @@ fn not_flown(main: u8, sub: u8) -> CommandError {
 /// Streams that a ground station is sending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Streams {
-    /// Usable offboard setpoints.
     pub setpoints: bool,
-    /// A pilot's sticks.
     pub sticks: bool,
 }
 
 /// The requested mode, if the ground-station side allows entering it now.
-///
-/// # Errors
-/// Why the mode cannot be entered.
 pub fn requested(
     has_custom_flag: bool,
     main: u8,
@@ -138,9 +130,6 @@ pub fn requested_standard(standard_mode: u8, streams: Streams) -> Result<Mode, C
 }
 
 /// Whether the ground-station side allows entering a mode now.
-///
-/// # Errors
-/// Why the mode cannot be entered.
 pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, CommandError> {
     match mode {
         Mode::Offboard if !streams.setpoints => Err(CommandError::temporary(
@@ -194,7 +183,6 @@ fn properties(mode: Mode) -> MavModeProperty {
 pub const COUNT: u8 = Mode::ALL.len() as u8;
 
 /// AVAILABLE_MODES of the mode with this index, from 1; `None` if there is no such mode.
-#[must_use]
 pub fn available_modes(index: u8) -> Option<Encoded> {
     let mode = *Mode::ALL.get(usize::from(index.checked_sub(1)?))?;
     let standard_mode = sent_standard(mode);
@@ -212,7 +200,6 @@ pub fn available_modes(index: u8) -> Option<Encoded> {
 }
 
 /// CURRENT_MODE. The requested mode and the active mode are always the same here.
-#[must_use]
 pub fn current_mode(aircraft: &Aircraft) -> Encoded {
     let mode = aircraft.mode();
     Encoded::new(&CURRENT_MODE_DATA {
@@ -223,7 +210,6 @@ pub fn current_mode(aircraft: &Aircraft) -> Encoded {
 }
 
 /// AVAILABLE_MODES_MONITOR: the set of modes never changes.
-#[must_use]
 pub fn monitor() -> Encoded {
     Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
@@ -343,7 +329,6 @@ impl Fallback {
     }
 
     /// When the request is repeated; `None` if there is none.
-    #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         self.requested.map(|at| at + REPEAT)
     }

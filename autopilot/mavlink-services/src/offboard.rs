@@ -54,7 +54,6 @@ pub struct SetpointStreams(Vec<Stream>);
 
 impl SetpointStreams {
     /// A usable setpoint of this system arrived a moment ago.
-    #[must_use]
     pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
         self.of(Some(system)).is_some_and(|stream| stream.is_fresh(now, parameters))
     }
@@ -249,7 +248,6 @@ const VELOCITY_Z: u16 = 32;
 /// MAV_FRAME with the altitude above sea level, above home and above the ground. Home is on the ground, and
 /// the ground is at altitude zero, so that they are the same here.
 const GLOBAL_FRAMES: [u8; 6] = [0, 3, 5, 6, 10, 11];
-/// MAV_FRAME_LOCAL_NED.
 const LOCAL_NED: u8 = 1;
 /// MAV_FRAME_BODY_NED and MAV_FRAME_BODY_FRD: forward, right and down of a level aircraft with this heading.
 const BODY_FRAMES: [u8; 2] = [8, 12];
@@ -258,7 +256,6 @@ const STANDING_M_S: f64 = 1.0;
 /// Just inside the roll limit, since the vehicle compares in degrees and a conversion there and back rounds.
 const INSIDE: f64 = 1.0 - 1.0e-12;
 
-/// A usable setpoint.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Read {
     /// The setpoint, within the limits.
@@ -311,10 +308,6 @@ impl Limiter {
     }
 }
 
-/// SET_ATTITUDE_TARGET.
-///
-/// # Errors
-/// The attitude is ignored or invalid.
 pub fn of_attitude(
     data: &SET_ATTITUDE_TARGET_DATA,
     parameters: &Parameters,

@@ -25,7 +25,6 @@ mod faults;
 mod keeper;
 mod rows;
 
-/// MAV_CMD_PREFLIGHT_STORAGE.
 pub const PREFLIGHT_STORAGE: u16 = 245;
 
 /// A list is sent in bursts: five parameters each 10 ms are the 500 a second that a socket's buffer takes.
@@ -264,9 +263,6 @@ fn set_value(
 }
 
 /// Sets a parameter as PARAM_SET does: checked, announced to every peer, saved.
-///
-/// # Errors
-/// Why it keeps its old value.
 pub(super) fn write(
     old: &Row,
     value: f64,

@@ -14,7 +14,6 @@ use crate::signing::Signing;
 use crate::traffic::Traffic;
 use crate::wall_time::WallTime;
 
-/// Configured addresses.
 pub const CONFIGURED_MAX: usize = 8;
 /// Visitors at the same time: peers that came by themselves over UDP.
 pub const VISITORS_MAX: usize = 24;
@@ -49,13 +48,11 @@ pub enum Address {
 
 impl Address {
     /// Bytes arrive as a stream, and silence has no meaning: closing ends the connection.
-    #[must_use]
     pub const fn is_connection(self) -> bool {
         matches!(self, Self::Tcp(_))
     }
 
     /// A UDP address of this computer. For a connection the number has no meaning.
-    #[must_use]
     pub fn is_loopback(self) -> bool {
         match self {
             Self::UdpClient(at) | Self::UdpServer(at) => is_this_computer(at),
@@ -66,7 +63,6 @@ impl Address {
 
 /// Whether an address is a loopback address. The operating system accepts no packet with such an address from
 /// a network.
-#[must_use]
 pub fn is_this_computer(at: SocketAddr) -> bool {
     at.ip().to_canonical().is_loopback()
 }
@@ -78,7 +74,6 @@ pub struct Peer(u32);
 /// Sender of a message, and the link that it came over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct From {
-    /// The link.
     pub peer: Peer,
     /// System and component of the sender.
     pub sender: Identity,
@@ -139,7 +134,6 @@ pub struct Crowding {
 
 impl Peers {
     /// The configured addresses, at most [`CONFIGURED_MAX`]; those beyond are left out.
-    #[must_use]
     pub fn new(configured: &[Address]) -> Self {
         let mut peers = Self { entries: Vec::new(), next: 0, crowding: Crowding::default() };
         for &address in configured.iter().take(CONFIGURED_MAX) {
@@ -202,7 +196,6 @@ impl Peers {
     }
 
     /// The connection to close so that another one can be opened; `None` if all are sending.
-    #[must_use]
     pub fn quiet_connection(&self, now: WallTime) -> Option<Connection> {
         match self.quietest(|entry| entry.address.is_connection(), now)?.address {
             Address::Tcp(connection) => Some(connection),
@@ -255,20 +248,17 @@ impl Peers {
     }
 
     /// When the next silent peer will be forgotten.
-    #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
         visitors.map(|entry| entry.last_seen + SILENCE).min()
     }
 
     /// Whether `peer` is still known.
-    #[must_use]
     pub fn knows(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer)
     }
 
     /// Whether `peer` is on this computer.
-    #[must_use]
     pub fn is_local(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer && entry.is_local)
     }
@@ -294,7 +284,6 @@ impl Peers {
     }
 
     /// Whether to read from `connection`: earlier input is handled, and there is room for answers.
-    #[must_use]
     pub fn accepts_input(&self, connection: Connection) -> bool {
         let address = Address::Tcp(connection);
         self.entries.iter().any(|entry| {
@@ -305,7 +294,6 @@ impl Peers {
     }
 
     /// A connection whose input waited for room, and now has it.
-    #[must_use]
     pub fn next_resumable(&self) -> Option<Connection> {
         self.entries.iter().find_map(|entry| match entry.address {
             Address::Tcp(connection)
@@ -346,13 +334,11 @@ impl Peers {
     }
 
     /// Whether `peer` is at the other end of a connection, where data arrive or wait, but are not lost.
-    #[must_use]
     pub fn is_connection(&self, peer: Peer) -> bool {
         self.entries.iter().any(|entry| entry.peer == peer && entry.address.is_connection())
     }
 
     /// Whether `peer` has an open connection or sent something less than `silence` ago.
-    #[must_use]
     pub fn is_present(&self, peer: Peer, now: WallTime, silence: Duration) -> bool {
         self.entries.iter().any(|entry| {
             let is_present = entry.address.is_connection() || now.since(entry.last_seen) < silence;
@@ -369,13 +355,11 @@ impl Peers {
     }
 
     /// Whether at least one peer has room for so many announcements, or there is no peer.
-    #[must_use]
     pub fn can_announce(&self, count: usize) -> bool {
         let has_room = |entry: &Entry| entry.outbox.room() >= ANSWERS_RESERVED + count;
         self.entries.is_empty() || self.entries.iter().any(has_room)
     }
 
-    /// The present peers.
     pub fn all(&self) -> impl Iterator<Item = Peer> + '_ {
         self.entries.iter().map(|entry| entry.peer)
     }
@@ -420,13 +404,11 @@ impl Peers {
     }
 
     /// Counts of visitors beyond the limit so far.
-    #[must_use]
     pub fn crowding(&self) -> Crowding {
         self.crowding
     }
 
     /// Messages to the present peers dropped so far: telemetry, announcements, answers.
-    #[must_use]
     pub fn dropped(&self) -> [u64; 3] {
         self.entries.iter().fold([0; 3], |[telemetry, announcements, answers], entry| {
             let outbox = &entry.outbox;

@@ -68,25 +68,21 @@ impl Outbox {
     }
 
     /// Bulk data that still fit.
-    #[must_use]
     pub fn bulk_room(&self) -> usize {
         BULK_MAX - self.bulk.len()
     }
 
     /// Answers that still fit.
-    #[must_use]
     pub fn room(&self) -> usize {
         ANSWERS_MAX - self.answers.len()
     }
 
     /// Whether an answer waits.
-    #[must_use]
     pub fn has_answer(&self) -> bool {
         !self.answers.is_empty()
     }
 
     /// Whether any message waits.
-    #[must_use]
     pub fn has_any(&self) -> bool {
         self.has_answer() || !self.telemetry.is_empty() || !self.bulk.is_empty()
     }
@@ -110,19 +106,16 @@ impl Outbox {
     }
 
     /// Telemetry messages dropped so far.
-    #[must_use]
     pub fn dropped_telemetry(&self) -> u64 {
         self.dropped_telemetry
     }
 
     /// Heartbeats, texts and changed parameters dropped so far.
-    #[must_use]
     pub fn dropped_announcements(&self) -> u64 {
         self.dropped_announcements
     }
 
     /// Answers dropped so far.
-    #[must_use]
     pub fn dropped_answers(&self) -> u64 {
         self.dropped_answers
     }
@@ -159,7 +152,6 @@ impl Inbox {
         bytes.len() - fitting
     }
 
-    /// Takes everything out.
     pub fn take(&mut self) -> Vec<u8> {
         core::mem::take(&mut self.bytes)
     }
@@ -172,7 +164,6 @@ impl Inbox {
     }
 
     /// Frames wait for room.
-    #[must_use]
     pub fn is_held(&self) -> bool {
         self.held
     }
@@ -190,13 +181,11 @@ pub struct Intents {
 
 impl Intents {
     /// Intents that still fit.
-    #[must_use]
     pub fn room(&self) -> usize {
         INTENTS_MAX - self.queue.len()
     }
 
     /// Queues a command and returns its number; `None` if the queue is full.
-    #[must_use]
     pub fn push(&mut self, command: impl Into<Command>) -> Option<u32> {
         if self.room() == 0 {
             return None;
@@ -211,8 +200,6 @@ impl Intents {
         self.queue.pop_front()
     }
 
-    /// No intent waits.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.queue.is_empty()
     }

@@ -29,7 +29,6 @@ const STARTED_MAX: usize = 4;
 /// Why a file cannot be written or read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FileProblem {
-    /// No such file.
     NotFound,
     /// Not a valid file name: letters, digits, `.`, `_`, `-`, the first one not a dot, at most [`NAME_MAX`].
     Name,
@@ -50,7 +49,6 @@ enum Completeness {
     Whole,
 }
 
-/// One file.
 #[derive(Debug, Clone)]
 struct Kept {
     content: Vec<u8>,
@@ -68,27 +66,23 @@ pub struct Upload {
 
 impl Upload {
     /// Name of the file.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 }
 
-/// The stored scripts.
 #[derive(Debug, Default)]
 pub struct Scripts {
     /// The effectors of the aircraft.
     effectors: EffectorList,
     scenario: Option<Arc<Script>>,
     files: BTreeMap<String, Kept>,
-    /// Uploads so far.
     uploads: u64,
     /// Scripts that were sent to the aircraft, the latest one last.
     started: VecDeque<Arc<Script>>,
     running: Option<Running>,
 }
 
-/// The running script.
 #[derive(Debug)]
 struct Running {
     script: Arc<Script>,
@@ -114,7 +108,6 @@ impl Running {
 
 impl Scripts {
     /// An empty store, for an aircraft with these effectors.
-    #[must_use]
     pub fn new(effectors: &EffectorList) -> Self {
         Self { effectors: *effectors, ..Self::default() }
     }
@@ -130,13 +123,10 @@ impl Scripts {
     }
 
     /// Content of a file.
-    #[must_use]
     pub fn content(&self, name: &str) -> Option<&[u8]> {
         self.files.get(name).map(|file| file.content.as_slice())
     }
 
-    /// The running script.
-    #[must_use]
     pub fn running(&self) -> Option<&Script> {
         self.running.as_ref().map(|running| &*running.script)
     }
@@ -150,22 +140,17 @@ impl Scripts {
     }
 
     /// Name of the latest upload among the stored files.
-    #[must_use]
     pub fn latest(&self) -> Option<&str> {
         let latest = self.files.iter().max_by_key(|(_, file)| file.upload);
         latest.map(|(name, _)| name.as_str())
     }
 
     /// The script that begins with the flight.
-    #[must_use]
     pub fn of_scenario(&self) -> Option<&Script> {
         self.scenario.as_deref()
     }
 
     /// Begins to write a file: creates it if needed, and empties it if `truncate`.
-    ///
-    /// # Errors
-    /// An invalid name, or no space.
     pub fn open(&mut self, name: &str, truncate: bool) -> Result<Upload, FileProblem> {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
         let is_good = !name.is_empty() && name.len() <= NAME_MAX && !name.starts_with('.');
@@ -191,9 +176,6 @@ impl Scripts {
     }
 
     /// Writes a part of a file. Parts may come in any order and more than once.
-    ///
-    /// # Errors
-    /// No space, or another upload has begun since.
     pub fn write(&mut self, upload: &Upload, offset: u32, data: &[u8]) -> Result<(), FileProblem> {
         let file = self.files.get_mut(&upload.name).filter(|file| file.upload == upload.number);
         let file = file.ok_or(FileProblem::Superseded)?;
@@ -211,9 +193,6 @@ impl Scripts {
     }
 
     /// Sets the length of a file.
-    ///
-    /// # Errors
-    /// No such file, or no space.
     pub fn truncate(&mut self, name: &str, length: u32) -> Result<(), FileProblem> {
         let file = self.files.get_mut(name).ok_or(FileProblem::NotFound)?;
         let length = usize::try_from(length).unwrap_or(usize::MAX);
@@ -224,10 +203,6 @@ impl Scripts {
         Ok(())
     }
 
-    /// Removes a file.
-    ///
-    /// # Errors
-    /// No such file.
     pub fn remove(&mut self, name: &str) -> Result<(), FileProblem> {
         self.files.remove(name).ok_or(FileProblem::NotFound)?;
         Ok(())

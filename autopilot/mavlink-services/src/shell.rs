@@ -25,7 +25,6 @@ use flight_management::vehicle::Mode;
 mod commands;
 mod session;
 
-/// SERIAL_CONTROL_DEV_SHELL.
 const DEVICE_SHELL: u8 = 10;
 /// The message is an answer.
 const FLAG_REPLY: u8 = 1;
@@ -44,7 +43,6 @@ const BURST_INTERVAL: Duration = Duration::from_millis(10);
 /// Output waits while a peer has less room than this for answers.
 const ROOM_MIN: usize = 96;
 
-/// The sessions.
 #[derive(Debug, Default)]
 pub struct ShellService {
     sessions: Vec<Session>,

@@ -33,24 +33,19 @@ const AHEAD_MAX: Duration = Duration::from_secs(24 * 3600);
 /// Admission of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Admission {
-    /// Accepted.
     Accepted,
     /// Accepted although unsigned. The frame is read, but does not make its sender a peer.
     Exempt,
-    /// Refused.
     Refused,
 }
 
 /// Content due for the key file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum KeyChange {
-    /// This content.
     Keep(KeyRecord),
-    /// No file.
     Forget,
 }
 
-/// Result of SETUP_SIGNING.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetupOutcome {
     /// Signing is on, with this key from now on.
@@ -91,7 +86,6 @@ pub struct Signing {
 
 impl Signing {
     /// Off. `unix_start_us` is UNIX time at the start of the process, us.
-    #[must_use]
     pub fn new(unix_start_us: Option<u64>) -> Self {
         Self { unix_start_us, ..Self::default() }
     }
@@ -110,20 +104,16 @@ impl Signing {
         self
     }
 
-    /// Signing is on.
-    #[must_use]
     pub fn is_on(&self) -> bool {
         self.key.is_some()
     }
 
     /// A key file exists, so the key outlives the process.
-    #[must_use]
     pub fn has_file(&self) -> bool {
         self.has_file
     }
 
     /// Counts of refused frames so far.
-    #[must_use]
     pub fn refusals(&self) -> &Refusals {
         &self.refusals
     }
@@ -237,7 +227,6 @@ impl Signing {
 pub enum LogLine {
     /// Signing was turned on or off.
     Turned(&'static str),
-    /// Frames are refused.
     Refused(String),
 }
 

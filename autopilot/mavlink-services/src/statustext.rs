@@ -23,7 +23,6 @@ const REPLIES_BURST: u32 = 20;
 /// After a burst, one such text in this time: a flood of bad requests must not hide important texts.
 const REPLY_INTERVAL: Duration = Duration::from_millis(200);
 
-/// The waiting texts.
 #[derive(Debug)]
 pub struct StatusTexts {
     queue: VecDeque<(MavSeverity, String)>,
@@ -151,13 +150,11 @@ impl StatusTexts {
     }
 
     /// Whether a text waits.
-    #[must_use]
     pub fn is_due(&self) -> bool {
         !self.queue.is_empty()
     }
 
     /// Texts dropped so far.
-    #[must_use]
     pub fn dropped(&self) -> u64 {
         self.dropped
     }
@@ -179,7 +176,6 @@ impl StatusTexts {
 }
 
 /// Severity and text for the end of the process.
-#[must_use]
 pub fn text_of_end(phase: Phase) -> (MavSeverity, &'static str) {
     match phase {
         Phase::Lost => {
@@ -190,7 +186,6 @@ pub fn text_of_end(phase: Phase) -> (MavSeverity, &'static str) {
 }
 
 /// The same severity in MAVLink.
-#[must_use]
 pub fn mav_severity(severity: Severity) -> MavSeverity {
     match severity {
         Severity::Emergency => MavSeverity::MAV_SEVERITY_EMERGENCY,

@@ -53,7 +53,6 @@ pub struct Host {
     pub unix_start_us: Option<u64>,
 }
 
-/// Streams telemetry.
 #[derive(Debug, Default)]
 pub struct Telemetry {
     /// A message is due and waits for a snapshot, since this time.
@@ -112,7 +111,6 @@ impl Service for Telemetry {
 
 impl Telemetry {
     /// The next tick must publish a snapshot.
-    #[must_use]
     pub fn needs_snapshot(&self) -> bool {
         self.waiting.is_some() || self.still
     }

@@ -55,7 +55,6 @@ impl Traffic {
         self.frames.push_back(frame(&mut self.sequences));
     }
 
-    /// The next frame.
     pub fn pop(&mut self) -> Option<Vec<u8>> {
         self.frames.pop_front()
     }

@@ -13,20 +13,16 @@ impl WallTime {
     /// Start of the process.
     pub const ZERO: Self = Self(0);
 
-    /// From whole microseconds.
-    #[must_use]
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros)
     }
 
     /// Whole microseconds since the start of the process.
-    #[must_use]
     pub const fn as_micros(self) -> u64 {
         self.0
     }
 
     /// Time from `earlier` to `self`; zero if `earlier` is later.
-    #[must_use]
     pub const fn since(self, earlier: Self) -> Duration {
         Duration::from_micros(self.0.saturating_sub(earlier.0))
     }

@@ -36,7 +36,6 @@ const SCRIPTS_MAX: usize = 8;
 /// Inputs whose outcome is still open; the vehicle has only a few of them open at a time.
 const COMMANDS_MAX: usize = 64;
 
-/// Writes one flight.
 #[derive(Debug)]
 pub struct Encoder<W> {
     data: Data<W>,
@@ -86,9 +85,6 @@ struct Topics {
 
 impl<W: Write> Encoder<W> {
     /// Begins a log. Gains, limits and guidance come from the header, the other parameters from `parameters`.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn begin(out: W, begin: Begin, parameters: &Parameters, rate: LogRate) -> io::Result<Self> {
         let Begin { time, mut header } = begin;
         let period_us = header.period_us;
@@ -168,18 +164,12 @@ impl<W: Write> Encoder<W> {
 
     /// Adds an entry other than the beginning or the end of a flight. It is written half a second of simulation
     /// time later, unless every step has its rows.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn add(&mut self, entry: Entry) -> io::Result<()> {
         self.selection.push(entry);
         self.write_selected()
     }
 
     /// Writes the waiting entries, with all rows: no control step comes for a while.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn settle(&mut self) -> io::Result<()> {
         self.selection.settle();
         self.write_selected()
@@ -390,9 +380,6 @@ impl<W: Write> Encoder<W> {
     }
 
     /// A text at the time of the last entry.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn text(&mut self, level: Level, text: &str) -> io::Result<()> {
         self.text_at(self.time, level, text)
     }
@@ -405,24 +392,17 @@ impl<W: Write> Encoder<W> {
     }
 
     /// Writes a mark from which a reader can continue after damage.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn sync(&mut self) -> io::Result<()> {
         self.sync_at = self.written() + SYNC_EVERY;
         self.data.sync()
     }
 
     /// Bytes written so far.
-    #[must_use]
     pub fn written(&self) -> u64 {
         self.data.written()
     }
 
     /// Writes run hash, number of steps and the reason why the log ends. Returns the output.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn end(mut self, why: End) -> io::Result<W> {
         if why == End::Full {
             // There is no room for the waiting entries.
@@ -436,10 +416,6 @@ impl<W: Write> Encoder<W> {
         self.data.finish()
     }
 
-    /// Flushes the output.
-    ///
-    /// # Errors
-    /// The error of the output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.data.flush()
     }

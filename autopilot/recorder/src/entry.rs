@@ -18,13 +18,10 @@ use flight_management::vehicle::Mode;
 pub enum Entry {
     /// A flight begins: a new log.
     Begin(Box<Begin>),
-    /// A control step.
     Step(Step),
     /// An input, or a request sent to the plant.
     Recorded {
-        /// Simulation time.
         time: SimTime,
-        /// Kind of exchange.
         moment: Moment,
         /// The input or request.
         what: Recorded,
@@ -33,7 +30,6 @@ pub enum Entry {
     Fault {
         /// Simulation time of the exchange.
         time: SimTime,
-        /// The fault.
         entry: FaultEntry,
     },
     /// An event of the autopilot.
@@ -44,12 +40,10 @@ pub enum Entry {
         time: SimTime,
         /// Importance, number of syslog.
         severity: u8,
-        /// The text.
         text: String,
     },
     /// The truth on the ground, after the last control step.
     Ground {
-        /// Simulation time.
         time: SimTime,
         /// As the plant reports it.
         row: TruthRow,
@@ -58,9 +52,7 @@ pub enum Entry {
     Piece {
         /// Its number, from 0.
         index: u16,
-        /// Pieces in all.
         count: u16,
-        /// Its bytes.
         bytes: Box<[u8]>,
     },
     /// A ground station has changed parameters: all of them.
@@ -78,18 +70,13 @@ pub struct Begin {
     pub header: ControlHeader,
 }
 
-/// One control step.
 #[derive(Debug, Clone, Copy)]
 pub struct Step {
-    /// Simulation time.
     pub time: SimTime,
-    /// Sensor values.
     pub sensors: Sensors,
-    /// Commands.
     pub actuators: Actuators,
     /// Signals of the step.
     pub log: StepLog,
-    /// Flight mode.
     pub mode: Mode,
     /// References: altitude, m, roll, rad, airspeed, m/s.
     pub references: [f64; 3],
@@ -102,7 +89,6 @@ pub struct Step {
 /// Why a log ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// Another flight begins.
     Restart,
     /// A request to end the process.
     Stopped,
@@ -125,7 +111,6 @@ impl fmt::Display for End {
 
 impl Entry {
     /// The entry of a report of the plant; `None` for reports that are not logged.
-    #[must_use]
     pub fn of_report(time: SimTime, report: &PlantReport) -> Option<Self> {
         match report {
             PlantReport::Fault(entry) => Some(Self::Fault { time, entry: *entry }),
@@ -138,7 +123,6 @@ impl Entry {
 }
 
 /// Decodes the data that the plant sent for the recorder: the truth of the tick and a piece of the plant's header.
-#[must_use]
 pub fn open(envelope: &[u8]) -> (Option<TruthRow>, Option<Entry>) {
     match record::open(envelope) {
         None => (None, None),

@@ -66,13 +66,11 @@ impl RunHash {
     }
 
     /// Control steps so far.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
     /// The hash so far, 64 hexadecimal digits.
-    #[must_use]
     pub fn hex(&self) -> String {
         hex(&self.sha.clone().finalize())
     }

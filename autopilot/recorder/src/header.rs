@@ -41,13 +41,9 @@ pub struct ControlHeader {
     /// The controller's model of the aircraft.
     #[serde(rename = "belief")]
     pub model: AircraftModel,
-    /// Gains.
     pub gains: Gains,
-    /// Limits of references.
     pub limits: ReferenceLimits,
-    /// Guidance.
     pub navigation: NavigationParameters,
-    /// References by time.
     pub references: ReferenceSchedule,
     /// The script that begins with the flight.
     pub script: Option<Arc<Script>>,
@@ -60,7 +56,6 @@ pub struct ControlHeader {
 impl ControlHeader {
     /// For a flight of this program that begins with `settings`. [`super::Encoder`] fills in the parameter hash and the interval of
     /// rows.
-    #[must_use]
     pub fn new(
         settings: Settings,
         session: String,
@@ -90,7 +85,6 @@ impl ControlHeader {
     }
 
     /// The control side as it was at the first packet.
-    #[must_use]
     pub fn settings(&self) -> Settings {
         Settings {
             model: self.model,
@@ -111,7 +105,6 @@ const fn every_step() -> u32 {
 
 /// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. The values are written so that they
 /// can be read back bit for bit.
-#[must_use]
 pub fn parameter_hash<'a>(values: impl IntoIterator<Item = (&'a str, f64)>) -> String {
     let mut sha = Sha256::new();
     for (name, value) in values {

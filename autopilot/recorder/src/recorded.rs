@@ -31,19 +31,15 @@ pub enum Moment {
     Holding,
     /// In an exchange on the ground.
     OnGround,
-    /// Between two exchanges.
     Between,
 }
 
 impl Moment {
-    /// Number in logs.
-    #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
     /// The one with this number.
-    #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         [Self::Step, Self::Holding, Self::OnGround, Self::Between]
             .into_iter()
@@ -62,14 +58,12 @@ impl From<Phase> for Moment {
 }
 
 /// Whether it belongs to a stream (setpoints, sticks), which would fill the log.
-#[must_use]
 pub(crate) const fn is_stream(command: &Command) -> bool {
     use VehicleCommand::{Setpoint, Sticks};
     matches!(command, Command::Vehicle(Setpoint(_) | Sticks(_)))
 }
 
 /// The codes of faults with their names: `1 stuck_here, 2 stuck_at jump, ...`.
-#[must_use]
 pub(crate) fn fault_kinds() -> String {
     let all = CATALOGUE.iter().flat_map(|kind| {
         let alternatives = kind.choice.map_or(&[][..], |choice| choice.alternatives);
@@ -82,7 +76,6 @@ pub(crate) fn fault_kinds() -> String {
 }
 
 /// Text of an operator's command to an aircraft with these effectors; `None` for streams.
-#[must_use]
 pub fn command_text(command: &Command, effectors: &EffectorList) -> Option<String> {
     match command {
         Command::Vehicle(command) => vehicle_text(command),

@@ -52,7 +52,6 @@ const REFERENCE_STEPS: [f64; 3] = [1.0, 0.017_453_292_519_943_295, 0.5];
 
 impl LogRate {
     /// Interval of rows away from events, control steps.
-    #[must_use]
     pub fn row_every(self, period_us: u32) -> u32 {
         match self {
             Self::Full => 1,
@@ -212,7 +211,6 @@ pub struct Selection {
 
 impl Selection {
     /// For a flight that begins at this time; its first two seconds get all rows.
-    #[must_use]
     pub fn new(rate: LogRate, period_us: u32, begin: SimTime) -> Self {
         let room = if rate == LogRate::Full { 1 } else { WAITING_MAX };
         Self {

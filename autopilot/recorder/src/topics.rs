@@ -23,7 +23,6 @@ pub const PIECE_CHARS: usize = 200;
 const HASH_CHARS: usize = 64;
 
 /// Columns of the topic `commands`: one for each effector.
-#[must_use]
 pub fn command_names(effectors: &EffectorList) -> Vec<FieldName> {
     effectors.all().map(|effector| effector_field("", effectors, effector)).collect()
 }
@@ -167,7 +166,6 @@ const CONTROL_MAX: usize = CONTROL_HEAD.len() + 3 * Effector::MAX + CONTROL_TAIL
 
 /// Columns of the topic `control`: the signals of a control step ([`StepLog`]), with the command, the compensation in
 /// it and the modelled position of each effector between them; flags are 0 or 1.
-#[must_use]
 pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
     let fixed = |name: &str| FieldName::from(name).unwrap_or_default();
     let of = |before| effectors.all().map(move |e| effector_field(before, effectors, e));
@@ -177,7 +175,6 @@ pub fn control_names(effectors: &EffectorList) -> Vec<FieldName> {
 }
 
 /// The values of a control step in the order of [`control_names`], of an aircraft with so many effectors.
-#[must_use]
 pub fn control_values(step: &StepLog, effectors: usize) -> ArrayVec<f64, CONTROL_MAX> {
     let of_effectors = [&step.commands, &step.increments, &step.modelled];
     let of_effectors = of_effectors.into_iter().flat_map(|values| values.first(effectors));
@@ -196,7 +193,6 @@ fn topic(name: &str, columns: impl IntoIterator<Item = Field>) -> Format {
 }
 
 /// The samples of a control step: their values, times and validity.
-#[must_use]
 pub fn sensors() -> Format {
     use FieldType::{Bool, F64, U64};
     let values = Sensors::NAMES.map(|name| Field::new(F64, name));
@@ -206,25 +202,21 @@ pub fn sensors() -> Format {
 }
 
 /// The commands of a control step.
-#[must_use]
 pub fn commands(effectors: &EffectorList) -> Format {
     numbers("commands", command_names(effectors))
 }
 
 /// The signals of a control step.
-#[must_use]
 pub fn control(effectors: &EffectorList) -> Format {
     numbers("control", control_names(effectors))
 }
 
 /// The truth at a control step, as the plant reports it.
-#[must_use]
 pub fn truth(effectors: &EffectorList) -> Format {
     numbers("truth", truth_fields(effectors))
 }
 
 /// Mode and references in a control step.
-#[must_use]
 pub fn vehicle() -> Format {
     use FieldType::{Bool, F64, U8};
     let columns = [
@@ -260,7 +252,6 @@ const ESTIMATE: [&str; 17] = [
 ];
 
 /// Covariance, innovations and sources of the estimate in a control step; no rows where the navigation state is that of the samples.
-#[must_use]
 pub fn estimator_status() -> Format {
     use FieldType::{Bool, F32, U8, U32};
     let numbers = ESTIMATE.map(|name| Field::new(F32, name));
@@ -303,7 +294,6 @@ pub fn estimator_status_row(row: &mut Row, time: SimTime, status: &EstimatorStat
 }
 
 /// A change of a fault on the plant's list: scheduled, active, pausing, or over.
-#[must_use]
 pub fn fault() -> Format {
     use FieldType::{F64, U8, U32, U64};
     let columns = [
@@ -324,7 +314,6 @@ pub fn fault() -> Format {
 }
 
 /// Inputs in their order, as JSON.
-#[must_use]
 pub fn recorded() -> Format {
     use FieldType::{Char, U8, U16, U64};
     topic(
@@ -341,7 +330,6 @@ pub fn recorded() -> Format {
 }
 
 /// The run hash of all control steps so far, with their number.
-#[must_use]
 pub fn hash() -> Format {
     let columns = [
         Field::new(FieldType::U64, "steps"),

@@ -18,7 +18,6 @@ const EVENTS_MAX: usize = 256;
 /// Snapshots: a request for one is fulfilled once, so a second one would be stale.
 const SNAPSHOTS_MAX: usize = 1;
 
-/// The ground-station end.
 #[derive(Debug)]
 pub struct GroundChannels {
     /// To the control thread.
@@ -40,8 +39,6 @@ pub struct ControlChannels {
     snapshot_wanted: Arc<AtomicBool>,
 }
 
-/// Both ends.
-#[must_use]
 pub fn channels() -> (GroundChannels, ControlChannels) {
     let (intent_sender, intent_receiver) = channel(INTENTS_MAX);
     let (event_sender, event_receiver) = channel(EVENTS_MAX);
@@ -70,15 +67,11 @@ impl ControlChannels {
     }
 
     /// Whether there is room for at least one event; fetch the event only then, so that none gets lost.
-    #[must_use]
     pub fn has_room_for_event(&self) -> bool {
         self.events.capacity() > 0 || self.events.is_closed()
     }
 
     /// Sends an event. Never waits; drops it if the receiver is gone.
-    ///
-    /// # Errors
-    /// The event, if there is no room.
     pub fn send_event(&self, event: Event) -> Result<(), Event> {
         match self.events.try_send(event) {
             Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
@@ -87,7 +80,6 @@ impl ControlChannels {
     }
 
     /// Whether a snapshot is requested: one relaxed load, cheap enough for each tick.
-    #[must_use]
     pub fn snapshot_wanted(&self) -> bool {
         self.snapshot_wanted.load(Ordering::Relaxed)
     }

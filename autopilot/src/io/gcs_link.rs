@@ -111,37 +111,22 @@ pub enum GcsError {
     Bind {
         /// The link, and the option that sets it.
         link: &'static str,
-        /// The requested address.
         address: SocketAddr,
-        /// The system's error.
         source: io::Error,
     },
     /// A configured ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
     #[error(
         "autopilot: ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
     )]
-    Family {
-        /// The ground station.
-        endpoint: SocketAddr,
-        /// Own address.
-        bind: SocketAddr,
-    },
+    Family { endpoint: SocketAddr, bind: SocketAddr },
     /// Too many ground stations to call.
     #[error(
         "autopilot: {count} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed"
     )]
-    TooMany {
-        /// Their number.
-        count: usize,
-    },
+    TooMany { count: usize },
     /// The thread of a saved file could not be started.
     #[error("autopilot: cannot keep the {name}: {source}")]
-    Store {
-        /// The file.
-        name: &'static str,
-        /// The system's error.
-        source: io::Error,
-    },
+    Store { name: &'static str, source: io::Error },
     /// The thread of the log folder could not be started.
     #[error("autopilot: cannot offer logs: {0}")]
     Logs(io::Error),
@@ -175,9 +160,6 @@ pub struct GcsLink {
 
 impl GcsLink {
     /// Opens the sockets. Requires the runtime that will serve them.
-    ///
-    /// # Errors
-    /// [`GcsError`] names the link and its address.
     pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
         let GcsConfig { links, parameters, model, defaults, identity, script, logs, .. } = config;
         let bind = links.client_bind;
@@ -239,15 +221,11 @@ impl GcsLink {
     }
 
     /// Addresses at which ground stations are called or can connect.
-    #[must_use]
     pub fn listening(&self) -> &Listening {
         &self.listening
     }
 
     /// Serves ground stations until `shutdown` becomes true or its sender is dropped.
-    ///
-    /// # Errors
-    /// [`GcsError::ControlEnded`] when the control thread ends.
     pub async fn run(
         mut self,
         mut channels: GroundChannels,

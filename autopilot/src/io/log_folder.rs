@@ -41,9 +41,6 @@ pub struct LogFolder {
 
 impl LogFolder {
     /// Starts the thread. The folder need not exist.
-    ///
-    /// # Errors
-    /// If the system cannot start a thread.
     pub fn open(folder: &Path) -> io::Result<Self> {
         let (jobs, theirs) = sync_channel::<LogJob>(JOBS_MAX);
         let (outcomes, done) = mpsc::channel(JOBS_MAX);
@@ -63,7 +60,6 @@ impl LogFolder {
     }
 
     /// A job is running; the next one has to wait.
-    #[must_use]
     pub fn is_busy(&self) -> bool {
         self.is_busy
     }

@@ -40,7 +40,6 @@ const ABSENCE_MAX: Duration = Duration::from_secs(60);
 const PROBE_INTERVAL: Duration = Duration::from_millis(500);
 /// Time between two warnings of one kind about invalid packets.
 const WARNING_INTERVAL: Duration = Duration::from_secs(5);
-/// Kinds of warnings.
 const WARNINGS: usize = 5;
 
 /// Entry of the step log: simulation time and the signals of that step.
@@ -70,7 +69,6 @@ pub struct PlantLink {
 
 impl PlantLink {
     /// Ready for a plant.
-    #[must_use]
     pub fn new(
         socket: LinkSocket,
         autopilot: Autopilot,
@@ -105,7 +103,6 @@ impl PlantLink {
         self
     }
 
-    /// Writes flight logs.
     #[must_use]
     pub fn with_recorder(mut self, recorder: Option<Recorder>) -> Self {
         self.recorder = recorder;
@@ -113,9 +110,6 @@ impl PlantLink {
     }
 
     /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.
-    ///
-    /// # Errors
-    /// [`PlantLinkError`] if the socket has failed, or the step log is incomplete.
     pub fn run(mut self) -> Result<Option<File>, PlantLinkError> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
@@ -129,7 +123,6 @@ impl PlantLink {
         Ok(log)
     }
 
-    /// Handles one datagram.
     fn take(&mut self, datagram: &[u8], from: SocketAddr) {
         let foreign = self.side.plant().is_some_and(|plant| plant != from);
         if foreign {

@@ -81,12 +81,7 @@ pub struct RecorderConfig {
 pub enum RecorderError {
     /// The folder cannot be written to.
     #[error("--log-dir {}: {source}", folder.display())]
-    Folder {
-        /// The folder.
-        folder: PathBuf,
-        /// The system's error.
-        source: io::Error,
-    },
+    Folder { folder: PathBuf, source: io::Error },
 }
 
 /// The end on the ground-station side: sends changed parameters and texts to the recorder.
@@ -150,9 +145,6 @@ pub struct Recorder {
 
 impl Recorder {
     /// Checks that logs can be written to the folder, which it creates if needed, and starts the log thread.
-    ///
-    /// # Errors
-    /// [`RecorderError`] names the folder.
     pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RecorderError> {
         let folder = config.folder.clone();
         let failed = |source| RecorderError::Folder { folder: folder.clone(), source };
@@ -344,7 +336,6 @@ impl Recorder {
 }
 
 /// Folder and size limit of the logs, for the operator.
-#[must_use]
 pub fn introduction(folder: &Path, limit_bytes: u64) -> String {
     format!("flight logs in {}, {} MB at most", folder.display(), limit_bytes / 1_000_000)
 }

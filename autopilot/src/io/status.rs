@@ -25,7 +25,6 @@ const INTERVAL: Duration = Duration::from_millis(100);
 /// Faults in a line; further ones are only counted.
 const FAULTS_SHOWN: usize = 8;
 
-/// One line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum StatusLine {
@@ -39,11 +38,9 @@ pub enum StatusLine {
     },
     /// No plant has connected yet.
     NoPlant,
-    /// The flight.
     Flight(Box<FlightStatus>),
     /// A flight log was begun.
     FlightLog {
-        /// Its path.
         path: PathBuf,
     },
 }
@@ -92,7 +89,6 @@ pub struct FlightStatus {
     pub faults: Vec<FaultStatus>,
     /// Further faults on it.
     pub more_faults: usize,
-    /// Flight mode.
     pub mode: String,
 }
 
@@ -133,7 +129,6 @@ pub struct FaultStatus {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FaultPhase {
-    /// Active.
     #[serde(rename = "acting")]
     Active,
     /// It has been active and will be again.
@@ -201,7 +196,6 @@ impl FlightStatus {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum PlantState {
-    /// Simulation time runs.
     Flying,
     /// The flight was terminated: engine off, surfaces at their stops.
     Terminated,
@@ -214,7 +208,6 @@ pub enum PlantState {
 /// Lines that wait to be printed: one of the flight, since there is none before a request for it, and paths of logs.
 const LINES_MAX: usize = 8;
 
-/// The sending end.
 #[derive(Debug, Clone)]
 pub struct StatusSource {
     wanted: Arc<AtomicBool>,
@@ -223,7 +216,6 @@ pub struct StatusSource {
 
 impl StatusSource {
     /// Whether a line is requested: one relaxed load, cheap enough for each tick.
-    #[must_use]
     pub fn is_wanted(&self) -> bool {
         self.wanted.load(Ordering::Relaxed)
     }
@@ -252,8 +244,6 @@ pub struct StatusPrinter {
     lines: Receiver<StatusLine>,
 }
 
-/// Both ends.
-#[must_use]
 pub fn channel() -> (StatusSource, StatusPrinter) {
     let wanted = Arc::new(AtomicBool::new(false));
     let (sender, lines) = sync_channel(LINES_MAX);
@@ -262,9 +252,6 @@ pub fn channel() -> (StatusSource, StatusPrinter) {
 }
 
 /// Starts the thread that prints, and ends the process when the reader closes the output.
-///
-/// # Errors
-/// The system's error, if it cannot start a thread.
 pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::Result<()> {
     let StatusPrinter { wanted, lines } = printer;
     let print_all = move || {

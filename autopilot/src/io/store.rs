@@ -43,7 +43,6 @@ const KEY_BYTES_MAX: u64 = 4096;
 pub enum PathOption {
     /// No file: nothing is read or written.
     None,
-    /// This path.
     At(PathBuf),
 }
 
@@ -67,7 +66,6 @@ impl FromStr for PathOption {
 impl PathOption {
     /// The path of an option; without the option that of `name` in the user's data folder, as the XDG base directory
     /// specification defines it.
-    #[must_use]
     pub fn path(option: Option<&Self>, name: &str) -> Option<PathBuf> {
         match option {
             Some(Self::At(path)) => Some(path.clone()),
@@ -93,10 +91,8 @@ fn read_text(path: &Path) -> Result<Option<String>, FileProblem> {
     }
 }
 
-/// The parameter file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptParameters {
-    /// The file.
     pub path: PathBuf,
     /// Its values, and the defaults for the others.
     pub parameters: Parameters,
@@ -106,9 +102,6 @@ pub struct KeptParameters {
 
 impl KeptParameters {
     /// Reads the file; if it does not exist, the defaults apply.
-    ///
-    /// # Errors
-    /// [`SavedError`] names the file and the error.
     pub fn read(path: PathBuf, defaults: &Parameters) -> Result<Self, SavedError> {
         let file = path.display().to_string();
         let parameters = match read_text(&path) {
@@ -123,14 +116,12 @@ impl KeptParameters {
     }
 
     /// The file for its writer: it contains parameters and nothing else.
-    #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| str::from_utf8(content).is_ok_and(has_only_parameters);
         OwnFile::new(&self.path, file::TEXT_MAX, is_own)
     }
 
     /// One line about the values that differ from their defaults; `None` if there are none.
-    #[must_use]
     pub fn summary(&self) -> Option<String> {
         let values = self.parameters.differences(&self.defaults);
         let count = match values.len() {
@@ -142,10 +133,8 @@ impl KeptParameters {
     }
 }
 
-/// The plan file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KeptPlan {
-    /// The file.
     pub path: PathBuf,
     /// The plan in it.
     pub plan: SavedPlan,
@@ -153,9 +142,6 @@ pub struct KeptPlan {
 
 impl KeptPlan {
     /// Reads the plan saved next to the parameters; without the file there is no plan.
-    ///
-    /// # Errors
-    /// [`SavedPlanError`] names the file and the error.
     pub fn read_beside(parameters: &Path) -> Result<Self, SavedPlanError> {
         let path = parameters.with_extension(PLAN_EXTENSION);
         let file = path.display().to_string();
@@ -171,7 +157,6 @@ impl KeptPlan {
     }
 
     /// The file for its writer: it contains a plan and nothing else.
-    #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| {
             str::from_utf8(content).is_ok_and(|text| SavedPlan::from_text("", text).is_ok())
@@ -180,7 +165,6 @@ impl KeptPlan {
     }
 
     /// One line about the plan; `None` if there is none.
-    #[must_use]
     pub fn summary(&self) -> Option<String> {
         let count = self.plan.count();
         (count > 0).then(|| format!("plan: {count} saved items from {}", self.path.display()))
@@ -191,9 +175,7 @@ impl KeptPlan {
 #[derive(Debug, thiserror::Error)]
 #[error("{file}: {problem}; mend or delete the file, or start with --signing-key none")]
 pub struct KeyFileError {
-    /// The file.
     pub file: String,
-    /// The error.
     pub problem: KeyFileProblem,
 }
 
@@ -225,7 +207,6 @@ pub enum KeyFileProblem {
 /// The file of the signing key. Only its owner may read it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeptKey {
-    /// The file.
     pub path: PathBuf,
     /// Its content; `None` if it does not exist.
     pub record: Option<KeyRecord>,
@@ -233,9 +214,6 @@ pub struct KeptKey {
 
 impl KeptKey {
     /// Reads the file; without it there is no key.
-    ///
-    /// # Errors
-    /// [`KeyFileError`] names the file and the error.
     pub fn read(path: PathBuf) -> Result<Self, KeyFileError> {
         let record = match read_key(&path) {
             Ok(record) => Some(record),
@@ -246,7 +224,6 @@ impl KeptKey {
     }
 
     /// The file for its writer, for its owner alone: it contains a signing key.
-    #[must_use]
     pub fn own_file(&self) -> OwnFile {
         let is_own = |content: &[u8]| {
             str::from_utf8(content).is_ok_and(|text| KeyRecord::from_text(text).is_ok())
@@ -255,7 +232,6 @@ impl KeptKey {
     }
 
     /// One line for the log; `None` if signing is off.
-    #[must_use]
     pub fn summary(&self) -> Option<String> {
         self.record?;
         Some(format!("signing is on: the key is from {}", self.path.display()))
@@ -281,9 +257,7 @@ fn read_key(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
 /// Operation on a file.
 #[derive(Debug)]
 pub enum Change {
-    /// Write this text.
     Save(Save),
-    /// Remove the file.
     Remove,
 }
 
@@ -336,9 +310,6 @@ pub struct Store {
 
 impl Store {
     /// Starts the writer of a file, which messages call `name`.
-    ///
-    /// # Errors
-    /// If the system cannot start a thread.
     pub fn open(file: OwnFile, name: &'static str) -> io::Result<Self> {
         let shared = Arc::new(Shared::default());
         let theirs = Arc::clone(&shared);
@@ -354,7 +325,6 @@ impl Store {
     }
 
     /// Result of the latest write, once.
-    #[must_use]
     pub fn outcome(&self) -> Option<Saved> {
         self.shared.lock().outcome.take()
     }

@@ -25,7 +25,6 @@ const SHARE: u64 = 8;
 const NAMES_MAX: u64 = 60;
 
 /// Size limit of the log of traffic where all logs together may have `limit_bytes`.
-#[must_use]
 pub const fn share(limit_bytes: u64) -> u64 {
     limit_bytes / SHARE
 }
@@ -48,9 +47,6 @@ pub struct Tlog {
 impl Tlog {
     /// Begins a file in the folder. It ends when it has `limit_bytes`; `unix_start_us` is the time at
     /// [`WallTime::ZERO`], microseconds since 1970.
-    ///
-    /// # Errors
-    /// If the file or the thread cannot be created.
     pub fn open(folder: &Path, unix_start_us: u64, limit_bytes: u64) -> io::Result<Self> {
         let (path, file) = create(folder, unix_start_us / 1_000_000)?;
         let (entries, theirs) = sync_channel(FRAMES_MAX);

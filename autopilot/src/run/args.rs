@@ -49,7 +49,6 @@ pub enum Ftc {
 
 impl Ftc {
     /// Value of `FTC_MODE`.
-    #[must_use]
     pub const fn value(self) -> f64 {
         match self {
             Self::Off => 0.0,
@@ -94,9 +93,6 @@ impl LawArgs {
     }
 
     /// Sets the values that the options give, and no others.
-    ///
-    /// # Errors
-    /// [`RunError`] names the file of gains, parameter, value and allowed range.
     pub fn apply(&self, parameters: &mut Parameters) -> Result<(), RunError> {
         if let Some(path) = &self.gains {
             let refused = |problem| RunError::Gains { file: path.clone(), problem };
@@ -121,9 +117,6 @@ pub struct ScriptArgs {
 
 impl ScriptArgs {
     /// For an aircraft with these effectors: the script of the option, or else that of the scenario.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names file, line and column.
     pub fn read(
         &self,
         scenario: Option<Script>,
@@ -150,7 +143,6 @@ pub struct RecordingArgs {
 
 impl RecordingArgs {
     /// Size of all logs together, bytes.
-    #[must_use]
     pub fn limit_bytes(&self) -> u64 {
         self.log_limit_mb.saturating_mul(1_000_000)
     }
@@ -223,9 +215,6 @@ pub struct AutopilotArgs {
 
 impl AutopilotArgs {
     /// The requested sockets for ground stations; `None` if they are disabled.
-    ///
-    /// # Errors
-    /// [`RunError`] names the file, and key, value and allowed form.
     pub fn links(&self) -> Result<Option<Links>, RunError> {
         let file = match &self.config {
             None => ConfigFile::default(),
@@ -235,7 +224,6 @@ impl AutopilotArgs {
     }
 
     /// Folder for flight logs, if they are enabled. A flight of a setup writes them only where an option names one.
-    #[must_use]
     pub fn log_folder(&self) -> Option<PathBuf> {
         if self.setup.is_some() && self.recording.log_dir.is_none() {
             return None;
@@ -252,9 +240,6 @@ impl AutopilotArgs {
     }
 
     /// The controller's model of the aircraft, with the defaults of its parameters.
-    ///
-    /// # Errors
-    /// [`RunError`] names file, key, value and allowed range.
     pub fn model(&self) -> Result<Model, RunError> {
         let mut model = config::named_model(&self.model)?;
         model.defaults.link.system_id = self.instance.system_id();
@@ -262,9 +247,6 @@ impl AutopilotArgs {
     }
 
     /// The saved parameters of ground stations; `None` if they are not saved.
-    ///
-    /// # Errors
-    /// [`RunError`] names file, parameter, value and allowed range.
     pub fn kept_parameters(
         &self,
         defaults: &Parameters,
@@ -274,18 +256,12 @@ impl AutopilotArgs {
     }
 
     /// The plan that a ground station has uploaded in an earlier run; `None` if it is not saved.
-    ///
-    /// # Errors
-    /// [`RunError`] names the file and the error.
     pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptPlan::read_beside(&file)).transpose()?)
     }
 
     /// The key file and the key in it; `None` if no key is saved.
-    ///
-    /// # Errors
-    /// [`RunError`] names the file and the error.
     pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
         let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
         Ok(file.map(KeptKey::read).transpose()?)
@@ -293,18 +269,12 @@ impl AutopilotArgs {
 
     /// The control side that the options request, validated. It does not depend on the parameter file, so that a
     /// flight of record does not either.
-    ///
-    /// # Errors
-    /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup(&self) -> Result<(Settings, Parameters), RunError> {
         let model = self.model()?;
         self.control_setup_over(&model.aircraft, &model.defaults)
     }
 
     /// The same with this model; values that the options leave open come from `over`.
-    ///
-    /// # Errors
-    /// [`RunError`] names file or parameter, value and allowed range.
     pub fn control_setup_over(
         &self,
         model: &AircraftModel,

@@ -164,17 +164,11 @@ pub struct GroundStationTable {
 
 impl ConfigFile {
     /// Reads a file.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the file, and line, key, value and allowed form.
     pub fn read(path: &Path) -> Result<Self, ConfigError> {
         Self::from_toml(&path.display().to_string(), &config::read(path)?)
     }
 
     /// Reads the text of a file; `file` is its name for error messages.
-    ///
-    /// # Errors
-    /// [`ConfigError`] names the file, and line, key, value and allowed form.
     pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
         let syntax =
             |source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) };
@@ -184,7 +178,6 @@ impl ConfigFile {
 
 impl GroundStationArgs {
     /// The requested sockets; `None` if they are disabled.
-    #[must_use]
     pub fn links(&self, file: &GroundStationTable, instance: Instance) -> Option<Links> {
         let clients: Vec<SocketAddr> = match (self.clients.as_slice(), &file.clients) {
             ([], None) => default_clients(instance),

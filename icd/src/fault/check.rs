@@ -23,9 +23,6 @@ const MICROSECOND_S: f64 = 1.0e-6;
 const TIMES: [f64; 2] = [2.0, 1_000.0];
 
 /// Checks kind and times of a fault for an effector.
-///
-/// # Errors
-/// [`Refusal`] with the first reason found.
 pub fn check(kind: &FaultKind, timing: &Timing, reach: &Reach) -> Result<(), Refusal> {
     of_kind(kind, reach)?;
     check_timing(kind, timing)
@@ -41,9 +38,6 @@ fn of_kind(kind: &FaultKind, reach: &Reach) -> Result<(), Refusal> {
 }
 
 /// Checks the times of a fault.
-///
-/// # Errors
-/// [`Refusal::OutOfRange`] for the first time outside its range.
 pub fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
     let longest_ramp = if kind.has_size() { RAMP_MAX_S } else { 0.0 };
     range(Quantity::Ramp, timing.ramp_s, [0.0, longest_ramp])?;
@@ -115,7 +109,6 @@ pub enum Refusal {
 
 impl Refusal {
     /// As text, with the units of the target's class.
-    #[must_use]
     pub const fn described(&self, class: TargetClass) -> DescribedRefusal {
         DescribedRefusal { refusal: *self, class }
     }

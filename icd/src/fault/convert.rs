@@ -10,19 +10,16 @@ use super::target::TargetClass;
 
 impl FaultKind {
     /// Number in packets and logs, from 1; 0 stands for no fault.
-    #[must_use]
     pub fn code(&self) -> u8 {
         self.info().code + self.parts().choice
     }
 
     /// The numbers of the kind in the order of its fields; 0 for those it does not have.
-    #[must_use]
     pub fn values(&self) -> [f64; NUMBERS_MAX] {
         self.parts().values
     }
 
     /// The kind with this number and these values; `None` if there is none.
-    #[must_use]
     pub fn from_code(code: u8, values: [f64; NUMBERS_MAX]) -> Option<Self> {
         let is_it = |info: &KindInfo| (info.code..info.code + info.alternatives()).contains(&code);
         let place = CATALOGUE.iter().position(is_it)?;
@@ -31,13 +28,11 @@ impl FaultKind {
     }
 
     /// Whether it has a size, which a ramp can increase from nothing.
-    #[must_use]
     pub fn has_size(&self) -> bool {
         self.info().has_size()
     }
 
     /// As a phrase of the script language, with the units of the target's class.
-    #[must_use]
     pub const fn described(&self, class: TargetClass) -> Described {
         Described { kind: *self, class }
     }
@@ -45,14 +40,12 @@ impl FaultKind {
 
 impl KindInfo {
     /// The kind with this alternative (from 0) and these numbers, SI units; `None` without such an alternative.
-    #[must_use]
     pub fn with(&self, alternative: u8, values: [f64; NUMBERS_MAX]) -> Option<FaultKind> {
         let code = self.code.checked_add(alternative)?;
         FaultKind::from_code(code, values).filter(|kind| kind.info().code == self.code)
     }
 
     /// The entry with this name in scenario files.
-    #[must_use]
     pub fn by_key(key: &str) -> Option<&'static Self> {
         CATALOGUE.iter().find(|info| info.key == key)
     }

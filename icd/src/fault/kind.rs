@@ -151,7 +151,6 @@ impl Targets {
     pub const THRUST: Self = Self { angles: false, ..Self::EFFECTORS };
 
     /// Whether a target can be of both.
-    #[must_use]
     pub const fn overlap(self, other: Self) -> bool {
         self.angles && other.angles
             || self.thrust && other.thrust
@@ -160,7 +159,6 @@ impl Targets {
     }
 
     /// Whether targets of this class can have it.
-    #[must_use]
     pub const fn allow(self, class: TargetClass) -> bool {
         match class {
             TargetClass::Angle => self.angles,
@@ -180,20 +178,17 @@ impl Mavlink {
 
 impl KindInfo {
     /// Whether it has a size, which a ramp can increase from nothing.
-    #[must_use]
     pub const fn has_size(&self) -> bool {
         !self.ramp.is_empty()
     }
 
     /// How many alternatives it has; 1 without a choice.
-    #[must_use]
     pub fn alternatives(&self) -> u8 {
         #[expect(clippy::cast_possible_truncation, reason = "two or three")]
         self.choice.map_or(1, |choice| choice.alternatives.len() as u8)
     }
 
     /// The number that is its size, with its index.
-    #[must_use]
     pub fn size(&self) -> Option<(usize, &'static NumberInfo)> {
         self.numbers.iter().enumerate().find(|(_, number)| number.option == SIZE_OPTION)
     }
@@ -250,19 +245,16 @@ impl FailureType {
     ];
 
     /// Number in MAVLink.
-    #[must_use]
     pub const fn code(self) -> u8 {
         self as u8
     }
 
     /// The type with this number.
-    #[must_use]
     pub fn from_code(code: i32) -> Option<Self> {
         Self::ALL.into_iter().find(|known| i32::from(known.code()) == code)
     }
 
     /// Name in PX4's shell.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         const NAMES: [&str; 9] =
             ["ok", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "drift"];
@@ -270,7 +262,6 @@ impl FailureType {
     }
 
     /// Name, with an explanation where it needs one.
-    #[must_use]
     pub const fn label(self) -> &'static str {
         match self {
             Self::Off => "off: floats, flame-out, no samples, torn off",
@@ -281,7 +272,6 @@ impl FailureType {
     }
 
     /// The parameter that selects one of several kinds.
-    #[must_use]
     pub const fn mode(self) -> Option<ModeParameter> {
         match self {
             Self::Stuck => Some(ModeParameter {

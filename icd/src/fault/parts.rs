@@ -70,7 +70,6 @@ macro_rules! kinds {
 
         impl FaultKind {
             /// Its entry in the catalogue.
-            #[must_use]
             pub fn info(&self) -> &'static KindInfo {
                 match self { $(Self::$name { .. } => &CATALOGUE[Place::$name as usize]),+ }
             }

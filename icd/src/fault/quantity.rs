@@ -22,19 +22,16 @@ macro_rules! quantities {
             pub const ALL: [Self; [$(Self::$name),+].len()] = [$(Self::$name),+];
 
             /// Display name.
-            #[must_use]
             pub const fn name(self) -> &'static str {
                 match self { $(Self::$name => $title),+ }
             }
 
             /// What it measures.
-            #[must_use]
             pub const fn measure(self) -> Measure {
                 match self { $(Self::$name => $measure),+ }
             }
 
             /// Keys in scenario files: of effectors that turn, of engines.
-            #[must_use]
             pub const fn keys(self) -> [&'static str; 2] {
                 match self { $(Self::$name => $keys),+ }
             }
@@ -132,13 +129,11 @@ impl Unit {
     }
 
     /// A number with this unit in SI units.
-    #[must_use]
     pub fn to_si(self, value: f64) -> f64 {
         value * self.times / self.over
     }
 
     /// A number in SI units with this unit.
-    #[must_use]
     pub fn from_si(self, si: f64) -> f64 {
         si * self.over / self.times
     }
@@ -146,7 +141,6 @@ impl Unit {
 
 impl Measure {
     /// The operator's unit.
-    #[must_use]
     pub const fn unit(self, class: TargetClass) -> Unit {
         const DEG: f64 = 1.0_f64.to_radians();
         match (self, class) {
@@ -165,7 +159,6 @@ impl Measure {
     }
 
     /// Whether it is a value of the target itself, which for an engine can also be given in percent of its largest thrust.
-    #[must_use]
     pub const fn is_own(self) -> bool {
         matches!(self, Self::Position | Self::Speed)
     }
@@ -176,7 +169,6 @@ impl Range {
     const SLOWEST: f64 = 1.0e-3;
 
     /// For an effector with this reach, in SI units.
-    #[must_use]
     pub fn of(self, reach: &Reach) -> [f64; 2] {
         let Reach { min, max, .. } = *reach;
         let half = 0.5 * (max - min);
@@ -196,7 +188,6 @@ impl Range {
     }
 
     /// For any aircraft, in the operator's unit; a number outside is a typing error.
-    #[must_use]
     pub fn anywhere(self, measure: Measure, class: TargetClass) -> [f64; 2] {
         let largest = match (measure, class) {
             (Measure::Position | Measure::Speed, TargetClass::Sensor(sensor)) => sensor.largest(),
@@ -213,13 +204,11 @@ impl Range {
 
 impl Quantity {
     /// The quantity with this number.
-    #[must_use]
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|quantity| *quantity as u8 == code)
     }
 
     /// Key in scenario files.
-    #[must_use]
     pub const fn key(self, class: TargetClass) -> &'static str {
         let [angle, thrust] = self.keys();
         match (class, self) {
@@ -250,7 +239,6 @@ impl Reach {
     pub const PART: Self = Self { class: TargetClass::Part, min: 0.0, max: 1.0, fastest: None };
 
     /// The largest errors of a sensor, SI units.
-    #[must_use]
     pub fn of_sensor(sensor: SensorKind) -> Self {
         let largest = sensor.unit().to_si(sensor.largest());
         let class = TargetClass::Sensor(sensor);
@@ -265,7 +253,6 @@ impl Reach {
 
 impl SensorKind {
     /// The operator's unit of its output.
-    #[must_use]
     pub const fn unit(self) -> Unit {
         const DEG: f64 = 1.0_f64.to_radians();
         match self {
@@ -280,7 +267,6 @@ impl SensorKind {
     }
 
     /// The operator's unit of a drift of its output.
-    #[must_use]
     pub const fn unit_of_rate(self) -> Unit {
         let Unit { times, over, .. } = self.unit();
         let name = match self {
@@ -296,7 +282,6 @@ impl SensorKind {
     }
 
     /// Largest error that a fault can give its output, in the operator's unit; of a drift, per second.
-    #[must_use]
     pub const fn largest(self) -> f64 {
         match self {
             Self::Gyro | Self::Accelerometer | Self::EngineMonitor => 1_000.0,
@@ -307,7 +292,6 @@ impl SensorKind {
     }
 
     /// Keys of bias, drift and noise in scenario files.
-    #[must_use]
     pub const fn keys(self) -> [&'static str; 3] {
         match self {
             Self::Gyro => ["bias_deg_s", "rate_deg_s2", "noise_deg_s"],

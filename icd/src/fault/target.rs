@@ -112,7 +112,6 @@ impl Target {
     pub const MAX: usize = Effector::MAX + SensorKind::ALL.len() + AirframePart::ALL.len();
 
     /// Its place in a list of all of them: effectors, then sensors, then parts.
-    #[must_use]
     pub const fn slot(self) -> usize {
         match self {
             Self::Effector(effector) => effector.index(),
@@ -122,7 +121,6 @@ impl Target {
     }
 
     /// The effector, if it is one.
-    #[must_use]
     pub const fn effector(self) -> Option<Effector> {
         match self {
             Self::Effector(effector) => Some(effector),
@@ -131,7 +129,6 @@ impl Target {
     }
 
     /// Display name.
-    #[must_use]
     pub fn name(self, effectors: &EffectorList) -> &str {
         match self {
             Self::Effector(effector) => effectors.name(effector),
@@ -141,7 +138,6 @@ impl Target {
     }
 
     /// The class, which determines the units.
-    #[must_use]
     pub fn class(self, effectors: &EffectorList) -> TargetClass {
         match self {
             Self::Effector(effector) => TargetClass::of(effectors.is_angle(effector)),
@@ -153,13 +149,11 @@ impl Target {
 
 impl TargetClass {
     /// Of an effector, by whether its values are angles.
-    #[must_use]
     pub const fn of(is_angle: bool) -> Self {
         if is_angle { Self::Angle } else { Self::Thrust }
     }
 
     /// The class of a request's target; [`Self::Angle`] where the request has none.
-    #[must_use]
     pub fn of_request(target: Option<Target>, effectors: &EffectorList) -> Self {
         target.map_or(Self::Angle, |target| target.class(effectors))
     }
@@ -171,7 +165,6 @@ impl AirframePart {
         [Self::LeftWing, Self::RightWing, Self::LeftTail, Self::RightTail, Self::Fin];
 
     /// Name in files and in the shell.
-    #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
             Self::LeftWing => "left_wing",
@@ -183,7 +176,6 @@ impl AirframePart {
     }
 
     /// Display name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::LeftWing => "left wing",
@@ -195,13 +187,11 @@ impl AirframePart {
     }
 
     /// The part with this name in files.
-    #[must_use]
     pub fn by_key(key: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|part| part.key() == key)
     }
 
     /// FAILURE_UNIT: a number of this project, because MAVLink has none.
-    #[must_use]
     pub const fn failure_unit(self) -> u16 {
         1_010 + self as u16
     }
@@ -209,7 +199,6 @@ impl AirframePart {
 
 impl SensorKind {
     /// FAILURE_UNIT of MAVLink and its name in PX4's shell. Sensors without a number in MAVLink have one of this project, from 1000 on.
-    #[must_use]
     pub const fn failure_unit(self) -> (u16, &'static str) {
         match self {
             Self::Gyro => (0, "gyro"),

@@ -101,10 +101,6 @@ fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
 }
 
 /// Reads one datagram.
-///
-/// # Errors
-/// [`WireError`] names the error. A packet of another version is recognised before any field except the magic is read, so that
-/// its sender can be refused with both versions.
 pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
     let total = datagram.len();
     if !(FRAME_BYTES..=PACKET_MAX).contains(&total) {
@@ -195,7 +191,6 @@ fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, 
 
 /// The data of a sensor packet for the recorder, still encoded; empty if there are none. Only for a datagram
 /// that [`decode`] has accepted as a sensor packet.
-#[must_use]
 pub fn envelope(datagram: &[u8]) -> &[u8] {
     let length_at = datagram.len().saturating_sub(4 + 2);
     let length = match datagram.get(length_at..).and_then(|end| end.first_chunk::<2>()) {

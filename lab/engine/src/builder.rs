@@ -81,23 +81,16 @@ impl SetupOptions {
     }
 
     /// Integration step of the plant, us.
-    #[must_use]
     pub fn plant_step_us(&self) -> u32 {
         self.step_us.unwrap_or_else(|| default_step_us(self.period_ms))
     }
 
     /// The flight of a scenario, by name or from a file.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn setup(&self, scenario: &str) -> Result<FlightSetup, ConfigurationError> {
         self.builder()?.setup(&Named::scenario(scenario)?, &[])
     }
 
     /// Reads aircraft and model.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn builder(&self) -> Result<SetupBuilder, ConfigurationError> {
         self.aircraft.check()?;
         let (airframe, model) = (self.aircraft.airframe()?, self.aircraft.model()?);
@@ -107,7 +100,6 @@ impl SetupOptions {
 
 impl SetupBuilder {
     /// Of an aircraft and a model that were read with these options.
-    #[must_use]
     pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
         Self { airframe, model, options, duration_s: DURATION_S }
     }
@@ -120,9 +112,6 @@ impl SetupBuilder {
     }
 
     /// The flight of a scenario with `more` settings, which win over those of the options.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn setup(
         &self,
         scenario: &Named,
@@ -168,7 +157,6 @@ impl SetupBuilder {
 }
 
 /// The estimator's preset for sensors of a grade.
-#[must_use]
 pub const fn preset_of(grade: GradeName) -> EstimatorPreset {
     match grade {
         GradeName::Consumer => EstimatorPreset::Consumer,
@@ -177,7 +165,6 @@ pub const fn preset_of(grade: GradeName) -> EstimatorPreset {
 }
 
 /// Parameters before anybody sets one: those of the model, with the estimator's preset of the fitted sensors.
-#[must_use]
 pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters {
     if sensors.name == GradeName::Consumer {
         defaults.gains.selection.estimator = preset_of(sensors.name);
@@ -186,7 +173,6 @@ pub fn fitted(mut defaults: Parameters, sensors: &SensorSettings) -> Parameters 
 }
 
 /// Tells the operator that the estimator assumes sensors other than the fitted ones, because its preset was set by hand.
-#[must_use]
 pub fn preset_note(preset: EstimatorPreset, sensors: &SensorSettings) -> Option<String> {
     let expected = preset_of(sensors.name);
     // With ideal sensors the estimator does not fly unless it is selected.

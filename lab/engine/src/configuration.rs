@@ -159,15 +159,11 @@ pub struct Flight {
 
 impl Named {
     /// A text that comes with the program.
-    #[must_use]
     pub fn shipped(name: &str, text: &'static str) -> Self {
         Self { name: name.to_owned(), text: Cow::Borrowed(text) }
     }
 
     /// A scenario by name, or from a file.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names the file, and the scenarios that there are.
     pub fn scenario(name: &str) -> Result<Self, ConfigurationError> {
         if let Some((name, text)) = SCENARIOS.iter().find(|(known, _)| *known == name) {
             return Ok(Self::shipped(name, text));
@@ -182,9 +178,6 @@ impl Named {
     }
 
     /// A file of the user.
-    ///
-    /// # Errors
-    /// [`ConfigurationError::Read`] names it.
     pub fn read(path: &Path) -> Result<Self, ConfigurationError> {
         let text = file::read_text(path, TEXT_MAX);
         let text =
@@ -193,9 +186,6 @@ impl Named {
     }
 
     /// One of the files that come with the program by name, or a file of the user.
-    ///
-    /// # Errors
-    /// [`ConfigurationError::Read`] names it, and the names that there are.
     pub fn shipped_or_read(
         name: &Path,
         shipped: &[(&str, &'static str)],
@@ -208,17 +198,11 @@ impl Named {
 
 impl AircraftArgs {
     /// Checks that every key of the settings exists.
-    ///
-    /// # Errors
-    /// [`ConfigurationError::Setting`] names the nearest key.
     pub fn check(&self) -> Result<(), ConfigurationError> {
         Ok(settings::check_keys(&self.settings)?)
     }
 
     /// The same for a command that reads only some files.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names the nearest key, or what the command reads.
     pub fn check_read(&self, reads: &'static [Target]) -> Result<(), ConfigurationError> {
         for setting in &self.settings {
             if !reads.contains(&setting.target()?) {
@@ -233,9 +217,6 @@ impl AircraftArgs {
     }
 
     /// The same for a command that has `options` of its own for some keys, whatever a scenario has.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names the nearest key, or the option that is meant.
     pub fn check_beside(
         &self,
         options: &[(&'static str, &'static str)],
@@ -250,9 +231,6 @@ impl AircraftArgs {
     }
 
     /// The aircraft.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn airframe(&self) -> Result<Airframe, ConfigurationError> {
         let file = self.airframe_file()?;
         Ok(match self.changed(&file, Target::Airframe, "airframe.")? {
@@ -262,9 +240,6 @@ impl AircraftArgs {
     }
 
     /// The controller's model, with the defaults of its parameters.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn model(&self) -> Result<Model, ConfigurationError> {
         let file = self.model_file()?;
         Ok(match self.changed(&file, Target::Model, "model.")? {
@@ -287,25 +262,16 @@ impl AircraftArgs {
     }
 
     /// The airframe file with what is set in it.
-    ///
-    /// # Errors
-    /// As [`AircraftArgs::airframe`].
     pub fn airframe_table(&self) -> Result<Table, ConfigurationError> {
         self.table(&self.airframe_file()?, Target::Airframe)
     }
 
     /// The file of the controller's model with what is set in it.
-    ///
-    /// # Errors
-    /// As [`AircraftArgs::model`].
     pub fn model_table(&self) -> Result<Table, ConfigurationError> {
         self.table(&self.model_file()?, Target::Model)
     }
 
     /// A scenario file with what is set in it.
-    ///
-    /// # Errors
-    /// As [`AircraftArgs::scenario`].
     pub fn scenario_table(&self, file: &Named) -> Result<Table, ConfigurationError> {
         self.table(file, Target::Scenario)
     }
@@ -326,9 +292,6 @@ impl AircraftArgs {
     }
 
     /// A scenario with what is set in it, for an aircraft with these effectors.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names file, key, value and range.
     pub fn scenario(
         &self,
         file: &Named,
@@ -348,9 +311,6 @@ impl AircraftArgs {
     }
 
     /// Parameters, where those that are not set are as in `parameters`.
-    ///
-    /// # Errors
-    /// [`ConfigurationError`] names parameter, value and range.
     pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, ConfigurationError> {
         settings::set_parameters(&mut parameters, &self.settings)?;
         Ok(parameters)

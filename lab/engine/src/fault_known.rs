@@ -50,7 +50,6 @@ struct Failed {
 
 impl FaultKnown {
     /// For a flight with this model and these gains, both validated.
-    #[must_use]
     pub fn new(aircraft: &AircraftModel, gains: &Gains, period: ControlPeriod) -> Self {
         Self {
             model: DesignModel::new(*aircraft),
@@ -63,7 +62,6 @@ impl FaultKnown {
 
     /// The control step with the commands of the reference; `None` while no effector has a fault, or only one that moves late or
     /// slowly. `log` is the step of the autopilot, `positions` are those of the effectors, rad and N.
-    #[must_use]
     pub fn step(
         &mut self,
         effects: &Effects,

@@ -38,7 +38,6 @@ pub struct FlightSetup {
     pub model: AircraftModel,
     /// Validated parameters of the autopilot.
     pub parameters: Parameters,
-    /// References by time.
     pub references: ReferenceSchedule,
     /// What begins with the flight.
     pub script: Option<Arc<Script>>,
@@ -51,8 +50,6 @@ pub struct FlightSetup {
 }
 
 impl FlightSetup {
-    /// The control side.
-    #[must_use]
     pub fn settings(&self) -> Settings {
         let Parameters { gains, limits, navigation, failure, .. } = self.parameters;
         Settings {
@@ -73,7 +70,6 @@ impl FlightSetup {
 pub struct Exchange {
     /// Control steps flown before it.
     pub step: u64,
-    /// Simulation time.
     pub time: SimTime,
     /// With a control step, while time stands still, or on the ground.
     pub moment: Moment,
@@ -84,7 +80,6 @@ pub struct Exchange {
 pub struct Tick<'a> {
     /// Where in the flight.
     pub exchange: Exchange,
-    /// Sensor values.
     pub sensors: &'a Sensors,
     /// What the laws made of it: every signal of the step, the commands included.
     pub log: &'a StepLog,
@@ -113,7 +108,6 @@ pub struct Record {
 
 impl Tick<'_> {
     /// Truth and signals of the tick.
-    #[must_use]
     pub fn record(&self) -> Record {
         Record { truth: *self.plant.truth(), log: *self.log }
     }
@@ -169,7 +163,6 @@ pub struct Flight {
     fault_known: Option<FaultKnown>,
     period: ControlPeriod,
     until: SimTime,
-    /// Control steps flown.
     step: u64,
     /// Commands that the plant has not obeyed yet; none before the first step, and none once the flight is over.
     actuators: Option<Actuators>,
@@ -192,9 +185,6 @@ pub struct Flight {
 
 impl Flight {
     /// Ready for the first step.
-    ///
-    /// # Errors
-    /// [`SetupError`] if the plant cannot start, or the model is of another aircraft.
     pub fn new(setup: &FlightSetup) -> Result<Self, SetupError> {
         let mut flight = Self::of(&setup.plant, &setup.settings(), setup.duration)?;
         let gains = &setup.parameters.gains;
@@ -204,9 +194,6 @@ impl Flight {
     }
 
     /// The same from its two sides, as a flight log has them.
-    ///
-    /// # Errors
-    /// As [`Flight::new`].
     pub fn of(setup: &PlantSetup, settings: &Settings, until: SimTime) -> Result<Self, SetupError> {
         setup.check_model(settings.model.aircraft())?;
         let plant = Plant::new(setup)?;
@@ -281,7 +268,6 @@ impl Flight {
     }
 
     /// Time of the tick that the next step makes, unless the flight is over.
-    #[must_use]
     pub fn next_time(&self) -> SimTime {
         match self.actuators {
             Some(_) => self.plant.time() + self.period,
@@ -289,34 +275,26 @@ impl Flight {
         }
     }
 
-    /// Control steps flown.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.step
     }
 
     /// The plant, for its truth.
-    #[must_use]
     pub fn plant(&self) -> &Plant {
         &self.plant
     }
 
     /// Where and when the flight is, or ended.
-    #[must_use]
     pub fn end(&self) -> End {
         End { time: self.plant.time(), on_ground: self.plant.on_ground() }
     }
 
     /// Why the law of the program gives no more commands, if it has failed: the flight is over.
-    #[must_use]
     pub fn failure(&self) -> Option<LawFailure> {
         self.autopilot.own_law().and_then(FlightLaw::failure).map(LawFailure)
     }
 
     /// A flight that continues from here with the same bits.
-    ///
-    /// # Errors
-    /// [`CannotCopy`] for a law that cannot be copied.
     pub fn copy(&self) -> Result<Self, CannotCopy> {
         if self.autopilot.own_law().is_some_and(|law| law.copy().is_none()) {
             return Err(CannotCopy);

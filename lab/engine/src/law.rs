@@ -11,10 +11,6 @@ use flight_control::{Law, LawInput, MainCommand};
 
 /// A main controller that may fail.
 pub trait FallibleLaw: Send {
-    /// One control period.
-    ///
-    /// # Errors
-    /// Why there is no command.
     fn step(&mut self, input: &LawInput<'_>) -> Result<MainCommand, Box<dyn Error + Send + Sync>>;
 
     /// The law with its present state; `None` if it cannot be copied.

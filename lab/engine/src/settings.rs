@@ -20,7 +20,6 @@ pub mod keys;
 /// One `--set`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Setting {
-    /// What is set.
     pub key: String,
     /// To what, as it would stand in the file.
     pub value: Value,
@@ -46,7 +45,6 @@ pub enum SettingError {
     /// The key is unknown.
     #[error("--set {key}: there is no such key{}", nearest.as_ref().map_or_else(String::new, |key| format!("; the nearest is {key}")))]
     Unknown {
-        /// The key.
         key: String,
         /// The one that looks most like it.
         nearest: Option<String>,
@@ -54,33 +52,21 @@ pub enum SettingError {
     /// An entry that a list does not have.
     #[error("--set {key}: entry {number} of {list} is outside 1 to {max}")]
     Entry {
-        /// The key.
         key: String,
-        /// The list.
         list: String,
-        /// The requested entry.
         number: usize,
         /// One more than the list has.
         max: usize,
     },
     /// The file has something else in that place.
     #[error("--set {key}: {place} is no table here")]
-    NoTable {
-        /// The key.
-        key: String,
-        /// The place.
-        place: String,
-    },
+    NoTable { key: String, place: String },
     /// A parameter is a number.
     #[error("--set {name}={value}: {name} is a number from {min} to {max} {unit}")]
     NotANumber {
-        /// The parameter.
         name: &'static str,
-        /// The refused value.
         value: String,
-        /// Smallest allowed value.
         min: f64,
-        /// Largest allowed value.
         max: f64,
         /// Unit of the numbers.
         unit: &'static str,
@@ -93,11 +79,8 @@ pub enum SettingError {
 /// Which file a key belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Target {
-    /// The scenario.
     Scenario,
-    /// The airframe file.
     Airframe,
-    /// The controller's model.
     Model,
     /// A parameter of the autopilot.
     Parameter,
@@ -105,7 +88,6 @@ pub enum Target {
 
 impl Target {
     /// Its name, for messages.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Scenario => "the scenario (plant.…, autopilot.…)",
@@ -118,9 +100,6 @@ impl Target {
 
 impl Setting {
     /// Reads `KEY=VALUE`, for the command line.
-    ///
-    /// # Errors
-    /// Says what is expected.
     pub fn parse(text: &str) -> Result<Self, String> {
         match text.split_once('=') {
             Some((key, value)) if !key.trim().is_empty() => {
@@ -131,9 +110,6 @@ impl Setting {
     }
 
     /// The file that the key belongs to.
-    ///
-    /// # Errors
-    /// [`SettingError::Unknown`] names the nearest key.
     pub fn target(&self) -> Result<Target, SettingError> {
         let known = keys::all();
         if table().iter().any(|row| row.name == self.key) {
@@ -160,23 +136,16 @@ impl Setting {
 }
 
 /// The settings of one file.
-#[must_use]
 pub fn of(settings: &[Setting], target: Target) -> Vec<&Setting> {
     settings.iter().filter(|setting| setting.target() == Ok(target)).collect()
 }
 
 /// Checks that every key exists.
-///
-/// # Errors
-/// [`SettingError::Unknown`] for the first one that does not.
 pub fn check_keys(settings: &[Setting]) -> Result<(), SettingError> {
     settings.iter().try_for_each(|setting| setting.target().map(drop))
 }
 
 /// Puts settings into a file that was read; `root` is what their keys have before those of the file.
-///
-/// # Errors
-/// [`SettingError`] for a place that the file does not have.
 pub fn apply(file: &mut Table, root: &str, settings: &[&Setting]) -> Result<(), SettingError> {
     for setting in settings {
         let path = setting.key.strip_prefix(root).unwrap_or(&setting.key);
@@ -229,7 +198,6 @@ fn empty(next: Option<&&str>) -> Value {
 }
 
 /// A value as it would stand in the file; what is none is a text, so that names need no quotes.
-#[must_use]
 pub fn written(text: &str) -> Value {
     let line: Result<Table, _> = toml::from_str(&format!("value = {text}"));
     match line {
@@ -240,9 +208,6 @@ pub fn written(text: &str) -> Value {
 }
 
 /// Sets the parameters among the settings, all at once, so that their order does not matter.
-///
-/// # Errors
-/// [`SettingError`] names parameter, value and range.
 pub fn set_parameters(
     parameters: &mut Parameters,
     settings: &[Setting],
@@ -265,7 +230,6 @@ pub fn set_parameters(
 }
 
 /// A whole number of a file is a number too.
-#[must_use]
 pub fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
 }
@@ -275,7 +239,6 @@ fn shown(value: &Value) -> String {
 }
 
 /// A file's name with what was set in it, for messages.
-#[must_use]
 pub fn describe(name: &str, settings: &[&Setting]) -> String {
     let set: Vec<String> = settings.iter().map(|setting| format!(" --set {setting}")).collect();
     format!("{name}{}", set.concat())

@@ -13,14 +13,10 @@ use crate::flight::{End, Flight, FlightError, FlightSetup, Record, Tick};
 pub struct TimedCommand {
     /// It is taken before the control step of the first tick at or after this time.
     pub at: SimTime,
-    /// What.
     pub command: Command,
 }
 
 /// Flies a setup to its end, or until `look` breaks.
-///
-/// # Errors
-/// [`FlightError`] if the plant cannot start, or the program's law fails.
 pub fn watch(
     setup: &FlightSetup,
     look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
@@ -29,9 +25,6 @@ pub fn watch(
 }
 
 /// The same with commands, in the order of time.
-///
-/// # Errors
-/// As [`watch`].
 pub fn watch_with_commands(
     setup: &FlightSetup,
     commands: &[TimedCommand],
@@ -58,9 +51,6 @@ pub fn watch_with_commands(
 }
 
 /// Flies a setup from its start to its end and hands every tick to `sink`.
-///
-/// # Errors
-/// As [`watch`].
 pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
     watch(setup, |tick| {
         sink(&tick.record());

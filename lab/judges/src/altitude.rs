@@ -31,8 +31,6 @@ pub struct Altitude {
 }
 
 impl Altitude {
-    /// For a flight.
-    #[must_use]
     pub fn of(setup: &FlightSetup) -> Self {
         let end_s = setup.duration.as_seconds();
         Self {

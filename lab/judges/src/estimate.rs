@@ -31,13 +31,11 @@ pub struct Estimate {
 
 impl Estimate {
     /// Judged from this time on, s.
-    #[must_use]
     pub fn from(from_s: f64) -> Self {
         Self { from_s, ..Self::default() }
     }
 
     /// Seconds that were judged.
-    #[must_use]
     pub fn seconds(&self) -> f64 {
         self.seconds
     }
@@ -47,13 +45,11 @@ impl Estimate {
     }
 
     /// Mean squares: error of the airspeed, and what the estimator says of it, m²/s².
-    #[must_use]
     pub fn airspeed(&self) -> [f64; 2] {
         self.squares.map(|sum| self.mean(sum))
     }
 
     /// Normalised square of the error of the wind, its mean; three for a consistent estimator.
-    #[must_use]
     pub fn wind_nees(&self) -> f64 {
         self.mean(self.nees)
     }

@@ -36,7 +36,6 @@ impl PartialEq for Kind {
     }
 }
 
-/// All kinds.
 pub const KINDS: [Kind; 2] = [
     Kind {
         name: "altitude",
@@ -52,9 +51,6 @@ pub const KINDS: [Kind; 2] = [
 
 impl Kind {
     /// The kind of a name.
-    ///
-    /// # Errors
-    /// A text with the names that there are.
     pub fn parse(name: &str) -> Result<Self, String> {
         let known = || KINDS.map(|kind| kind.name).join(", ");
         let found = KINDS.into_iter().find(|kind| kind.name == name);
@@ -62,7 +58,6 @@ impl Kind {
     }
 
     /// A judge for a flight.
-    #[must_use]
     pub fn judge(&self, setup: &FlightSetup) -> Box<dyn Judge> {
         (self.make)(setup)
     }

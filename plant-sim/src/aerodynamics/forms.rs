@@ -31,8 +31,6 @@ pub struct Geometry {
 }
 
 impl Aerodynamics {
-    /// Reference lengths.
-    #[must_use]
     pub fn geometry(&self) -> Geometry {
         let (area_m2, span_m, chord_m) = match self {
             Self::Derivatives(aero) => (aero.area_m2, aero.span_m, aero.chord_m),
@@ -42,7 +40,6 @@ impl Aerodynamics {
     }
 
     /// The derivatives; `None` for tables.
-    #[must_use]
     pub fn derivatives(&self) -> Option<&Aero> {
         match self {
             Self::Derivatives(aero) => Some(aero),
@@ -104,10 +101,6 @@ enum Form {
 }
 
 impl AirForces {
-    /// For this aircraft.
-    ///
-    /// # Errors
-    /// [`TablesError`] if its tables cannot be evaluated.
     pub fn new(airframe: &Airframe) -> Result<Self, TablesError> {
         let list = &airframe.effectors;
         let surfaces = &airframe.surface_derivatives;
@@ -125,7 +118,6 @@ impl AirForces {
     }
 
     /// Whether the Mach number matters.
-    #[must_use]
     pub fn needs_mach(&self) -> bool {
         !matches!(self.form, Form::Derivatives { .. })
     }
@@ -133,7 +125,6 @@ impl AirForces {
     /// Force and moment about the centre of gravity, body axes. `velocity` is that relative to the air (m/s) and belongs to
     /// `air`; `density` in kg/m³; `effective` deflections in rad. `mach` is read only where [`AirForces::needs_mach`].
     #[inline]
-    #[must_use]
     pub fn wrench(
         &self,
         air: &AirState,
@@ -159,7 +150,6 @@ impl AirForces {
     }
 
     /// Coefficients about the centre of gravity at `air`; for linearisation, not for the equations of motion.
-    #[must_use]
     pub fn coefficients(
         &self,
         air: &AirState,

@@ -104,7 +104,6 @@ pub struct Surfaces {
 
 impl Surfaces {
     /// For effectors with these derivatives.
-    #[must_use]
     pub fn new(list: &EffectorList, derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
         // From the last pair to the first: drag adds up in this order.

@@ -109,9 +109,6 @@ fn parse<A: DeserializeOwned>(
 }
 
 /// Converts the keys of a parsed file that have units of its sources to those that its reader has.
-///
-/// # Errors
-/// [`ConfigError`] for a unit that does not fit its key.
 pub fn convert_units(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
     units::convert(file, table, known_keys()).map(drop)
 }

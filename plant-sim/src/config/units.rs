@@ -22,7 +22,6 @@ const POUND_FORCE: f64 = POUND * 9.806_65;
 /// The mass that a pound-force accelerates by 1 ft/s², kg.
 const SLUG: f64 = POUND_FORCE / FOOT;
 
-/// All quantities.
 const QUANTITIES: [Quantity; 11] = [
     &[("m", 1.0), ("ft", FOOT), ("in", FOOT / 12.0), ("km", 1_000.0), ("nmi", NAUTICAL_MILE)],
     &[("m2", 1.0), ("ft2", FOOT * FOOT)],
@@ -65,9 +64,6 @@ pub(crate) fn factor_to<'a>(key: &'a str, native: &str) -> Option<(&'a str, f64)
 }
 
 /// Converts every key of a file that is not `known` to the known one of the same quantity. Tells whether there was one.
-///
-/// # Errors
-/// [`ConfigError`] with the key, and the units that fit.
 pub(crate) fn convert(
     file: &str,
     table: &mut Table,

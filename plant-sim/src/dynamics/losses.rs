@@ -9,13 +9,11 @@ use crate::rigid_body::MassProperties;
 impl Dynamics {
     /// Present mass and inertia.
     #[inline]
-    #[must_use]
     pub fn mass(&self) -> &MassProperties {
         self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
     }
 
     /// Present centre of gravity from that of the airframe file, m, body axes.
-    #[must_use]
     pub fn shift_m(&self) -> Vector3<f64> {
         self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
     }

@@ -45,7 +45,6 @@ pub struct Slopes {
 
 impl Slopes {
     /// At a position (m, frame E) where the Earth is `place`.
-    #[must_use]
     pub fn at(earth: &Earth, position: &Vector3<f64>, place: &Place) -> Self {
         let (latitude, longitude) = place.angles();
         let (sin, cos) = latitude;
@@ -69,7 +68,6 @@ impl Slopes {
 
     /// Whether they are valid at this position (m, frame E); otherwise they have to be computed again.
     #[inline]
-    #[must_use]
     pub fn cover(&self, position: &Vector3<f64>) -> bool {
         (position - self.position).norm_squared() <= GOOD_FOR_M * GOOD_FOR_M
     }
@@ -77,7 +75,6 @@ impl Slopes {
     /// Geodetic coordinates of a position (m, frame E) where the Earth is `place`: those of
     /// [`Earth::geodetic`] to rounding.
     #[inline]
-    #[must_use]
     pub fn geodetic(&self, earth: &Earth, position: &Vector3<f64>, place: &Place) -> Geodetic {
         if (position - self.position).norm_squared() >= self.reach_m2 {
             return earth.geodetic(position);
@@ -100,7 +97,6 @@ impl Slopes {
     /// Within a metre the height is exact to rounding and the gravity to 1e-11 m/s²; far away, and on the
     /// flat Earth, both are those of [`Earth::place`].
     #[inline]
-    #[must_use]
     pub fn nearby(
         &self,
         earth: &Earth,

@@ -23,7 +23,6 @@ pub(super) struct ActiveFault {
 /// The present effect of a fault on a sensor, SI units.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum SensorEffect {
-    /// None now.
     None,
     /// No valid samples; the last value stands in.
     Off,
@@ -33,7 +32,6 @@ pub enum SensorEffect {
     Offset(f64),
     /// White noise on every axis.
     Noise {
-        /// Root mean square.
         rms: f64,
     },
     /// Samples of so long ago.

@@ -52,8 +52,6 @@ pub struct Effects {
 }
 
 impl Effects {
-    /// No faults.
-    #[must_use]
     pub fn none() -> Self {
         let all = |value| PerEffector::from_fn(|_| value);
         let healthy = FaultEffect::HEALTHY;
@@ -89,13 +87,11 @@ impl Effects {
     }
 
     /// [`icd::FaultKind::code`] of the active fault of each effector; 0 for none.
-    #[must_use]
     pub fn codes(&self) -> &PerEffector<u8> {
         &self.codes
     }
 
     /// The present effect on one effector.
-    #[must_use]
     pub fn of(&self, effector: Effector) -> FaultEffect {
         FaultEffect {
             following: self.following[effector],
@@ -110,7 +106,6 @@ impl Effects {
 
     /// Rates of the first `count` effectors whose healthy servos would move at the rates `healthy`.
     #[inline]
-    #[must_use]
     pub fn rates(&self, count: usize, healthy: &PerEffector<f64>) -> PerEffector<f64> {
         if self.has_offset_or_limit {
             return self.rates_with_limits(healthy);
@@ -128,7 +123,6 @@ impl Effects {
 
     /// True position of an effector whose servo is at `servo`, rad or N.
     #[inline]
-    #[must_use]
     pub fn position(&self, effector: Effector, servo: f64) -> f64 {
         if self.has_offset_or_limit {
             (servo + self.offset[effector]).max(self.low[effector]).min(self.high[effector])
@@ -139,7 +133,6 @@ impl Effects {
 
     /// True positions of all effectors, rad and N.
     #[inline]
-    #[must_use]
     pub fn positions(&self, servos: &PerEffector<f64>) -> PerEffector<f64> {
         if self.has_offset_or_limit {
             PerEffector::from_fn(|e| self.position(e, servos[e]))
@@ -153,14 +146,12 @@ impl Effects {
     /// Implements Eq. (12) for the effect of faults, u = u1 + u_f: the effective deflection is the healthy one plus
     /// u_f, for every kind of [`icd::fault::CATALOGUE`].
     #[inline]
-    #[must_use]
     pub fn effective_deflection(&self, effector: Effector, servo: f64) -> f64 {
         self.remaining[effector] * self.position(effector, servo)
     }
 
     /// Effective deflections of the first `count` effectors, rad and N.
     #[inline]
-    #[must_use]
     pub fn effective(&self, count: usize, servos: &PerEffector<f64>) -> PerEffector<f64> {
         if self.has_offset_or_limit {
             return self.effective_with_limits(servos);

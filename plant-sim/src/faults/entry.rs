@@ -16,7 +16,6 @@ pub struct ScheduledFault {
     /// The effector, sensor or part that fails.
     #[serde(alias = "effector")]
     pub target: Target,
-    /// How it fails.
     pub kind: FaultKind,
     /// When, how fast, for how long, how often; at once means at the start of the flight.
     pub timing: Timing,
@@ -24,14 +23,12 @@ pub struct ScheduledFault {
 
 impl ScheduledFault {
     /// In words: `rudder, stuck at 7.0 deg`.
-    #[must_use]
     pub fn described(&self, effectors: &EffectorList) -> String {
         let Self { target, kind, .. } = *self;
         format!("{}, {}", target.name(effectors), kind.described(target.class(effectors)))
     }
 
     /// When it first acts.
-    #[must_use]
     pub fn onset(&self) -> SimTime {
         Plan::new(&self.timing, SimTime::ZERO).onset(0)
     }
@@ -40,16 +37,12 @@ impl ScheduledFault {
 /// What an aircraft has besides its effectors, in the order of the kinds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fitted {
-    /// Sensors.
     pub sensors: [bool; Sensors::SENSORS],
     /// Parts of the airframe whose loss its file describes.
     pub parts: [bool; AirframePart::ALL.len()],
 }
 
 /// Whether this aircraft can have the fault.
-///
-/// # Errors
-/// [`Refusal`] with the first reason found.
 pub fn check(
     list: &EffectorList,
     servos: &PerEffector<Servo>,
@@ -68,9 +61,6 @@ pub fn check(
 }
 
 /// Whether this aircraft has the target.
-///
-/// # Errors
-/// [`Refusal`] if it does not.
 pub(super) fn check_target(
     list: &EffectorList,
     has: &Fitted,

@@ -8,13 +8,11 @@ use super::{FaultContext, Faults, SensorEffect};
 
 impl Faults {
     /// Whether a sensor has a fault.
-    #[must_use]
     pub fn has_sensor_faults(&self) -> bool {
         SensorKind::ALL.into_iter().any(|sensor| self.current[slot(sensor)].is_some())
     }
 
     /// How much of each part of the airframe is torn off at `now`: the fraction of its span from the tip.
-    #[must_use]
     pub fn torn_off(&self, now: SimTime) -> [f64; AirframePart::ALL.len()] {
         AirframePart::ALL.map(|part| {
             let active = self.current[slot(part)].as_ref().and_then(|one| one.active.as_ref());
@@ -23,7 +21,6 @@ impl Faults {
     }
 
     /// The effect on a sensor at `now`, and the time of its onset.
-    #[must_use]
     pub fn on_sensor(&self, sensor: SensorKind, now: SimTime) -> Option<(SimTime, SensorEffect)> {
         let active = self.current[slot(sensor)].as_ref()?.active.as_ref()?;
         Some((active.since(), active.on_sensor(now)))

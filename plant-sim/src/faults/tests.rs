@@ -69,7 +69,6 @@ impl Bench {
         faults.apply_due(&mut FaultContext { now, positions, report });
     }
 
-    /// The reported states.
     fn states(&self) -> Vec<FaultState> {
         let state = |report: &PlantReport| match report {
             PlantReport::Fault(entry) => entry.state,

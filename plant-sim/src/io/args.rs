@@ -89,9 +89,6 @@ pub struct PlantArgs {
 
 impl PlantArgs {
     /// The setup of the flight from the options.
-    ///
-    /// # Errors
-    /// [`RunError`] names file, key, value and allowed range.
     pub fn plant_setup(&self) -> Result<PlantSetup, RunError> {
         if let Some(path) = &self.setup {
             let failed = || RunError::Setup { path: path.clone() };
@@ -119,9 +116,6 @@ impl PlantArgs {
     }
 
     /// When the flight ends at the latest: at the time of the option, or else at that of the scenario.
-    ///
-    /// # Errors
-    /// [`RunError`] names file, key, value and allowed range.
     pub fn until(&self) -> Result<Option<SimTime>, RunError> {
         if self.until_s.is_some() || self.setup.is_some() {
             return Ok(self.until_s);
@@ -148,9 +142,6 @@ impl PlantArgs {
 
 impl PlantArgs {
     /// The aircraft at the start of the flight of this setup.
-    ///
-    /// # Errors
-    /// [`RunError`] names airframe and scenario, and what makes the flight impossible.
     pub fn plant(&self, setup: &PlantSetup) -> Result<Plant, RunError> {
         Plant::new(setup).map_err(|source| RunError::Flight {
             airframe: self.airframe_name(),
@@ -195,9 +186,6 @@ where
 }
 
 /// A control period in milliseconds from the command line.
-///
-/// # Errors
-/// Names the allowed range.
 pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     let (min, max) = (ControlPeriod::MIN_MICROS, ControlPeriod::MAX_MICROS);
     let (min_ms, max_ms) = (f64::from(min) / 1.0e3, f64::from(max) / 1.0e3);
@@ -216,9 +204,6 @@ pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
 }
 
 /// An Earth model by its name.
-///
-/// # Errors
-/// Names the models.
 pub fn parse_earth(text: &str) -> Result<EarthModel, String> {
     let found = EarthModel::NAMED.iter().find(|(_, name)| *name == text);
     found.map(|(model, _)| *model).ok_or_else(|| {

@@ -24,7 +24,6 @@ const LAST_EXCHANGES_MAX: u32 = 100;
 /// Summary of a flight, for a process that measures.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FlightReport {
-    /// Control ticks.
     pub ticks: u64,
     /// Wall time from the first answer to the end, s.
     pub wall_s: f64,
@@ -69,7 +68,6 @@ pub(super) struct Flight<'a> {
     pub(super) ticks: u64,
 }
 
-/// The autopilot's answer.
 enum Answer {
     Fly(Actuators),
     End(FlightEnd),

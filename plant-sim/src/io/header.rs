@@ -35,9 +35,6 @@ pub(super) struct Envelopes {
 
 impl Envelopes {
     /// For a process that flies this setup.
-    ///
-    /// # Errors
-    /// The encoder's error.
     pub(super) fn new(scenario: &str, setup: &PlantSetup) -> serde_json::Result<Self> {
         let version = env!("CARGO_PKG_VERSION").to_owned();
         let header = PlantHeader { version, scenario: scenario.to_owned(), setup: setup.clone() };

@@ -28,19 +28,13 @@ pub enum LinkError {
     #[error(
         "the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}"
     )]
-    Version {
-        /// The autopilot's.
-        theirs: u16,
-    },
+    Version { theirs: u16 },
     /// The autopilot has the model of another aircraft.
     #[error(
         "the autopilot's model file is of another aircraft than the airframe, {ours}; write one with \
          `sitl aircraft linearize --airframe` and give it with --model"
     )]
-    Aircraft {
-        /// The airframe.
-        ours: Box<Aircraft>,
-    },
+    Aircraft { ours: Box<Aircraft> },
     /// The autopilot found an invalid value.
     #[error("the autopilot refused the sensor packet: {0}")]
     Value(String),
@@ -91,9 +85,6 @@ impl Link {
     }
 
     /// The next exchange belongs to a new flight.
-    ///
-    /// # Errors
-    /// As [`Link::new`].
     pub(super) fn begin_session(&mut self) -> io::Result<()> {
         self.side = PlantSide::new(session::draw()?, self.aircraft);
         Ok(())

@@ -34,18 +34,15 @@ const FACTOR_OF_MAX: f64 = 10.0;
 pub(super) struct PaceRequest {
     /// Number of the request, if it came from the autopilot.
     pub(super) request: Option<u32>,
-    /// The pace.
     pub(super) pace: Pace,
 }
 
 /// When the next tick is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Due {
-    /// Now.
     Now,
     /// After this wall time.
     In(Duration),
-    /// Time is paused.
     Never,
 }
 

@@ -24,14 +24,7 @@ enum LineError {
     Unknown(String),
     /// Not a number, or out of range.
     #[error("{line:?}: the number must be from {min} to {max}")]
-    Number {
-        /// The line.
-        line: String,
-        /// Smallest allowed.
-        min: f64,
-        /// Largest allowed.
-        max: f64,
-    },
+    Number { line: String, min: f64, max: f64 },
 }
 
 /// The parent process, if it takes part.
@@ -44,9 +37,6 @@ pub(super) struct Parent {
 
 impl Parent {
     /// Reads its requests from now on; its end requests the end of the plant.
-    ///
-    /// # Errors
-    /// The system's error, if it cannot start a thread.
     pub(super) fn new(writes: bool, reads: bool, stop: &Stop) -> io::Result<Self> {
         let requests = writes.then(|| listen(stop.clone())).transpose()?;
         Ok(Self { requests, reads })
@@ -108,7 +98,6 @@ fn parse(line: &str) -> Result<Pace, LineError> {
 pub enum PlantLine {
     /// How simulation time passes from here on.
     Pace {
-        /// It is paused.
         paused: bool,
         /// Speed while it runs, as a multiple of wall time; `None`: as fast as possible.
         speed: Option<f64>,

@@ -31,9 +31,6 @@ pub enum ExitReason {
 /// Flies until the flight is complete or the process has to end.
 ///
 /// Call it before the process starts any thread: it changes how the process handles signals.
-///
-/// # Errors
-/// [`RunError`] names what the operator has to correct.
 pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let stop = Stop::new();
     stop.on_signals()?;

@@ -14,7 +14,6 @@ pub(super) struct Losses {
 
 impl Plant {
     /// Fuel that is left, kg; `None` for an aircraft whose mass stays.
-    #[must_use]
     pub fn fuel_kg(&self) -> Option<f64> {
         let fuel = self.dynamics.airframe().fuel?;
         Some((fuel.initial_kg - self.losses.burnt_kg).max(0.0))

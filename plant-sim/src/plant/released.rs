@@ -21,9 +21,6 @@ pub(super) struct Released {
 }
 
 /// The beginning of a flight without a controller; `dynamics` gets the lever of its engine.
-///
-/// # Errors
-/// [`SetupError`] if the state cannot be trimmed, or moves faster than the integration can follow.
 pub(super) fn released(
     dynamics: &mut Dynamics,
     setup: &ReleaseSetup,

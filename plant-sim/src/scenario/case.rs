@@ -65,7 +65,6 @@ pub(super) struct InitialTable {
     trim: Option<TrimKind>,
 }
 
-/// Kinds of trim.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum TrimKind {
@@ -93,14 +92,12 @@ pub struct CaseFile {
 pub struct CaseOptions {
     /// Step of the integration, ms.
     pub step_ms: Option<f64>,
-    /// Rows per second.
     pub output_rate_hz: Option<f64>,
 }
 
 /// A check case, ready to be flown.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CheckCase {
-    /// The flight.
     pub setup: ReleaseSetup,
     /// Its duration: a whole number of steps.
     pub duration: SimTime,
@@ -123,17 +120,11 @@ pub struct ControlStep {
 
 impl CaseFile {
     /// Reads a file; errors call it `name`.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with file and key, the value and what is expected.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
         Self::of(name, ScenarioFile::parse(name, text)?)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
-    ///
-    /// # Errors
-    /// As [`CaseFile::from_toml`], without line and column.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
         Self::of(name, ScenarioFile::of_table(name, table)?)
     }
@@ -151,16 +142,12 @@ impl CaseFile {
     }
 
     /// Path of the airframe file, from the folder of this file if it is relative.
-    #[must_use]
     pub fn airframe(&self) -> PathBuf {
         let folder = Path::new(&self.name).parent().unwrap_or_else(|| Path::new(""));
         folder.join(&self.case.airframe)
     }
 
     /// The case with this airframe.
-    ///
-    /// # Errors
-    /// [`ConfigError`] with file and key, the value and what is expected.
     pub fn into_case(
         self,
         airframe: Airframe,

@@ -131,7 +131,6 @@ impl Reader<'_> {
         Ok(Timing { onset: Onset::At(onset), ramp_s, duration_s, repeat })
     }
 
-    /// A required number.
     fn need(&self, key: &'static str) -> Result<f64, ConfigError> {
         self.written.numbers.get(key).copied().ok_or_else(|| self.error(key, "is missing"))
     }
@@ -174,7 +173,6 @@ const TIMING: [&str; 6] = [ONSET, "clear_s", "ramp_s", "duration_s", "every_s", 
 /// The form of the value of a key.
 enum Form {
     Name,
-    /// One of these.
     Word(Vec<&'static str>),
     Number,
     Whole,
@@ -263,7 +261,6 @@ impl<'de> Visitor<'de> for FaultTable {
     }
 }
 
-/// A known key.
 struct AnyKey;
 
 impl<'de> DeserializeSeed<'de> for AnyKey {

@@ -68,7 +68,6 @@ impl<T: Copy> Clock<T> {
 /// Errors of the axes of a sensor, with their random numbers.
 #[derive(Debug, Clone)]
 pub(super) struct AxisErrors<const N: usize> {
-    /// Scale and misalignment.
     matrix: [[f64; N]; N],
     bias: [f64; N],
     /// The error that wanders now, and how it does.

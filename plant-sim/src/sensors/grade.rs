@@ -36,7 +36,6 @@ impl GradeName {
     pub const ALL: [Self; 3] = [Self::Ideal, Self::Tactical, Self::Consumer];
 
     /// Name in scenario files.
-    #[must_use]
     pub const fn key(self) -> &'static str {
         match self {
             Self::Ideal => "ideal",
@@ -108,7 +107,6 @@ impl Errors {
     };
 
     /// Samples per second with this control period, µs.
-    #[must_use]
     pub fn effective_rate_hz(&self, period_us: u32) -> f64 {
         self.rate_hz.min(1.0e6 / f64::from(period_us))
     }
@@ -123,15 +121,11 @@ impl Grade {
     pub const EXACT: Self = Self([Errors::NONE; Sensors::SENSORS]);
 
     /// Errors of one sensor.
-    #[must_use]
     pub const fn of(&self, sensor: SensorKind) -> &Errors {
         &self.0[sensor as usize]
     }
 
     /// Checks every number; the queue of delayed samples depends on the control period, µs.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first number that cannot be.
     pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
         for sensor in SensorKind::ALL {
             let errors = self.of(sensor);

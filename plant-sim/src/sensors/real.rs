@@ -47,7 +47,6 @@ struct Sensor<const N: usize> {
     errors: AxisErrors<N>,
 }
 
-/// A satellite receiver.
 #[derive(Debug, Clone)]
 struct Receiver {
     clock: Clock<GnssFix>,

@@ -46,16 +46,12 @@ impl SensorSettings {
     };
 
     /// Sensors of a grade.
-    #[must_use]
     pub fn of_grade(name: GradeName) -> Self {
         let table = SensorsTable { grade: Some(name), ..SensorsTable::default() };
         table.settings("").unwrap_or(Self::IDEAL)
     }
 
     /// Checks every number, with the control period in µs.
-    ///
-    /// # Errors
-    /// [`RangeError`] if it is invalid.
     pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
         let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
         check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)?;
@@ -63,13 +59,11 @@ impl SensorSettings {
     }
 
     /// Which sensors an aircraft has, and which of its parts can be torn off.
-    #[must_use]
     pub fn fitted_with(&self, airframe: &Airframe) -> Fitted {
         Fitted { sensors: self.of(&airframe.effectors), parts: airframe.parts() }
     }
 
     /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`].
-    #[must_use]
     pub fn of(&self, effectors: &EffectorList) -> [bool; Sensors::SENSORS] {
         let mut fitted = self.fitted;
         fitted[SensorKind::EngineMonitor as usize] &=
@@ -97,9 +91,6 @@ pub struct SensorsTable {
 
 impl SensorsTable {
     /// The settings that the table of this scenario file means.
-    ///
-    /// # Errors
-    /// [`ConfigError`] for a grade that cannot be combined with the keys beside it.
     pub(crate) fn settings(&self, file: &str) -> Result<SensorSettings, ConfigError> {
         let mut settings = SensorSettings::IDEAL;
         let mut grade = Grade::EXACT;

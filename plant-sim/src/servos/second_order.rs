@@ -10,19 +10,16 @@ use super::Servo;
 pub struct SecondOrder {
     /// Natural frequency ω, rad/s.
     pub natural_frequency_rad_s: f64,
-    /// Damping ratio ζ.
     pub damping_ratio: f64,
 }
 
 impl SecondOrder {
     /// The first-order lag that delays slow commands as much, s: 2ζ/ω. For models that have a lag only.
-    #[must_use]
     pub fn lag_s(&self) -> f64 {
         2.0 * self.damping_ratio / self.natural_frequency_rad_s
     }
 
     /// Largest rate in the response to a unit step without a rate limit, 1/s: ω e^(−ζ φ / sin φ) with cos φ = ζ.
-    #[must_use]
     pub fn fastest(&self) -> f64 {
         let zeta = self.damping_ratio;
         let root = (1.0 - zeta * zeta).abs().sqrt();
@@ -39,7 +36,6 @@ impl SecondOrder {
 /// Dynamics of one second-order servo in the form that the derivative needs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Inert {
-    /// The effector.
     pub effector: Effector,
     /// ω², 1/s².
     stiffness: f64,

@@ -32,9 +32,7 @@ pub struct TableAero {
     /// The point about which the moments of the coefficients are taken: from the centre of gravity, body axes, m.
     #[serde(default)]
     pub moment_reference_m: [f64; 3],
-    /// The coefficients.
     pub sum: CoefficientSums,
-    /// The tables.
     #[serde(default)]
     pub table: Vec<TableText>,
 }
@@ -45,11 +43,9 @@ pub struct TableAero {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct CoefficientSums {
-    /// Force forward.
     pub c_x: Vec<String>,
     /// Force to the right.
     pub c_y: Vec<String>,
-    /// Force down.
     pub c_z: Vec<String>,
     /// Lift, normal to the airflow in the plane of symmetry.
     pub c_lift: Vec<String>,
@@ -66,7 +62,6 @@ pub struct CoefficientSums {
     pub c_yaw: Vec<String>,
 }
 
-/// Number of coefficients.
 const COEFFICIENTS: usize = 9;
 
 /// Coefficients in the order of [`CoefficientSums`], but for the drag in wind axes, which is the last one.
@@ -87,9 +82,6 @@ pub struct AeroTables {
 impl TableAero {
     /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs after [`AIR_INPUTS`], by
     /// their names in SI units, as in `left_elevator_rad`.
-    ///
-    /// # Errors
-    /// [`TablesError`] with table, key, line and the expected form.
     pub fn build(&self, effectors: &[String]) -> Result<AeroTables, TablesError> {
         self.check()?;
         let tables = self.tables()?;
@@ -151,7 +143,6 @@ impl CoefficientSums {
 impl AeroTables {
     /// Coefficients at `air`, with `deflections` (rad) in the order of the effectors given to [`TableAero::build`].
     #[inline]
-    #[must_use]
     pub fn coefficients(
         &self,
         air: &AirState,
@@ -179,7 +170,6 @@ impl AeroTables {
     /// Force and moment about the centre of gravity. `velocity` is that relative to the air (m/s, body axes) and
     /// belongs to `air`; `density` in kg/m³.
     #[inline]
-    #[must_use]
     pub fn wrench(
         &self,
         air: &AirState,
@@ -225,7 +215,6 @@ impl AeroTables {
     }
 
     /// The coefficients as those of derivatives: lift and drag, and moments about the centre of gravity.
-    #[must_use]
     pub fn about_centre_of_gravity(
         &self,
         [alpha_rad, beta_rad]: [f64; 2],

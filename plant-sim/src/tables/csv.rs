@@ -7,56 +7,33 @@ use super::{BREAKPOINTS_MAX, INPUTS_MAX, Input, Outside, Table, TableText};
 pub enum TableError {
     /// Too few or too many inputs.
     #[error("inputs = {found} names, expected 1 to {INPUTS_MAX}")]
-    Inputs {
-        /// Their number.
-        found: usize,
-    },
+    Inputs { found: usize },
     /// The header does not begin with the inputs, or no function follows.
     #[error(
         "line 1: header {found:?}, expected {expected} and then the name of at least one function"
     )]
-    Header {
-        /// The header.
-        found: String,
-        /// The inputs.
-        expected: String,
-    },
+    Header { found: String, expected: String },
     /// A name occurs twice in the header.
     #[error("line 1: the column {name} stands twice, expected one column for each name")]
-    Twice {
-        /// The name.
-        name: String,
-    },
+    Twice { name: String },
     /// A row with too few or too many values.
     #[error("line {line}: {found} values, expected {expected} as in the header")]
-    Columns {
-        /// Line.
-        line: usize,
-        /// Number of values.
-        found: usize,
-        /// Expected number.
-        expected: usize,
-    },
+    Columns { line: usize, found: usize, expected: usize },
     /// A value that is not a finite number.
     #[error("line {line}: {column} = {found:?}, expected a finite number")]
     Number {
-        /// Line.
         line: usize,
         /// Name of the column.
         column: String,
-        /// The text there.
         found: String,
     },
     /// A breakpoint out of order or missing, or an invalid value.
     #[error("line {line}: {column} = {found}, expected {expected}")]
     Breakpoint {
-        /// Line.
         line: usize,
         /// Name of the column.
         column: String,
-        /// The value.
         found: f64,
-        /// The expected value.
         expected: String,
     },
     /// Wrong number of rows.
@@ -64,7 +41,6 @@ pub enum TableError {
         "{found} rows of values, expected {expected}: one for each combination of {breakpoints} breakpoints"
     )]
     Rows {
-        /// Number of rows.
         found: usize,
         /// The number that the breakpoints require.
         expected: usize,
@@ -76,17 +52,13 @@ pub enum TableError {
     Breakpoints {
         /// Name of the input.
         column: String,
-        /// Number of breakpoints.
         found: usize,
     },
     /// The input of `odd_in` does not exist or does not begin at zero.
     #[error(
         "odd_in = {found:?}, expected an input whose first breakpoint is 0, in a table with outside = \"clamp\""
     )]
-    Odd {
-        /// The requested value.
-        found: String,
-    },
+    Odd { found: String },
 }
 
 /// A row of numbers and its line.

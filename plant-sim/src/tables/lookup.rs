@@ -44,7 +44,6 @@ struct Axis {
 /// Position of an input on its axis.
 #[derive(Debug, Clone, Copy, Default)]
 struct Spot {
-    /// Interval.
     index: usize,
     /// Fraction of the interval.
     part: f64,
@@ -84,16 +83,12 @@ pub struct SumText<'a> {
     pub output: usize,
     /// Key in the file.
     pub key: &'a str,
-    /// The terms.
     pub terms: &'a [String],
 }
 
 impl Sums {
     /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
-    ///
-    /// # Errors
-    /// [`SumError`] with the key, the term and the expected form.
     pub fn new(
         tables: &[Table],
         sums: &[SumText<'_>],

@@ -11,7 +11,6 @@
 /// One factor of a term.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Factor {
-    /// A number.
     Number(f64),
     /// An input, by its name with unit.
     Input(String),
@@ -32,7 +31,6 @@ pub enum SumError {
     Form {
         /// Key of the sum.
         key: String,
-        /// The term.
         term: String,
         /// The error and the expected form.
         problem: String,
@@ -42,17 +40,11 @@ pub enum SumError {
     TooMany {
         /// What exceeds its limit.
         what: &'static str,
-        /// The number.
         found: usize,
-        /// The limit.
         max: usize,
     },
 }
 
-/// Parses a term.
-///
-/// # Errors
-/// The error, in words.
 pub fn factors(term: &str) -> Result<Vec<Factor>, String> {
     let mut factors = Vec::new();
     let mut rest = term.trim();

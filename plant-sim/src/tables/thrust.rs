@@ -31,7 +31,6 @@ pub enum Propulsion {
 pub struct ThrustTables {
     /// The terms, N; see [`THRUST_INPUTS`].
     pub thrust_n: Vec<String>,
-    /// The tables.
     #[serde(default)]
     pub table: Vec<TableText>,
 }
@@ -72,22 +71,17 @@ pub struct Push {
 /// The propulsion, prepared for the equations of motion.
 #[derive(Debug, Clone)]
 pub enum Engine {
-    /// Thrust from tables.
     Tables {
         /// Over [`THRUST_INPUTS`].
         thrust: Sums,
         /// At both ends of the lever, in one pass: over `END_INPUTS`.
         ends: Sums,
     },
-    /// Propeller and motor.
     Propeller(Propeller),
 }
 
 impl Propulsion {
     /// Checks the numbers, reads the tables and resolves every name.
-    ///
-    /// # Errors
-    /// [`TablesError`] with table, key, line and the expected form.
     pub fn build(&self) -> Result<Engine, TablesError> {
         match self {
             Self::Tables(thrust) => thrust.build(),
@@ -129,7 +123,6 @@ fn at_other_lever(term: &str) -> String {
 impl Engine {
     /// Thrust with the lever at `throttle` (0 to 1), N. `airspeed_m_s` and `density` (kg/m³) are those of the air, `mach`
     /// and `altitude_m` its Mach number and altitude.
-    #[must_use]
     pub fn thrust_at(&self, throttle: f64, at: &EngineAir) -> f64 {
         match self {
             Self::Tables { thrust, .. } => {
@@ -145,7 +138,6 @@ impl Engine {
     }
 
     /// The output at a commanded `thrust_n`, as far as the ends of the lever allow.
-    #[must_use]
     pub fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
         let [least, most] = self.ends(at);
         let thrust_n = thrust_n.min(most).max(least);
@@ -154,7 +146,6 @@ impl Engine {
 
     /// Roll moment of the rotating parts on the airframe at this thrust, N m.
     #[inline]
-    #[must_use]
     pub fn roll_n_m(&self, thrust_n: f64, at: &EngineAir) -> f64 {
         match self {
             Self::Tables { .. } => 0.0,
@@ -165,7 +156,6 @@ impl Engine {
     }
 
     /// Thrust with the lever at 0 and at 1, N.
-    #[must_use]
     pub fn ends(&self, at: &EngineAir) -> [f64; 2] {
         match self {
             Self::Tables { ends, .. } => {
@@ -185,7 +175,6 @@ pub struct EngineAir {
     pub airspeed_m_s: f64,
     /// Density, kg/m³.
     pub density: f64,
-    /// Mach number.
     pub mach: f64,
     /// Altitude, m.
     pub altitude_m: f64,

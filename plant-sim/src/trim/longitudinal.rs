@@ -10,10 +10,8 @@ use crate::release::{Controls, InitialState};
 use crate::rigid_body::RigidState;
 use crate::wind::Gust;
 
-/// The trimmed state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LongitudinalTrim {
-    /// The body.
     pub rigid: RigidState,
     /// Pitch angle, rad.
     pub theta_rad: f64,
@@ -38,9 +36,6 @@ struct Problem<'a> {
 ///
 /// Definition of the NESC check cases (NASA/TM-2015-218675): the accelerations are those of the velocity in local NED axes, and on a
 /// rotating Earth the one across the track, and those in roll and yaw, are left as they are.
-///
-/// # Errors
-/// [`TrimError`] if there is none, or the aircraft cannot hold it.
 pub fn solve(
     dynamics: &Dynamics,
     initial: &InitialState,

@@ -19,14 +19,12 @@ pub struct Residuals(pub [f64; 6]);
 pub struct Nearest {
     /// Quantities whose limits would have to be wider.
     pub limits: Vec<AtLimit>,
-    /// The residual.
     pub residuals: Residuals,
 }
 
 /// A quantity at the end of its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AtLimit {
-    /// The quantity.
     pub quantity: &'static str,
     /// Its limit, in `unit`.
     pub limit: f64,

@@ -39,10 +39,6 @@ impl DiscreteGust {
     /// Most gusts of a scenario.
     pub const MAX: usize = 16;
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
     pub fn check(&self) -> Result<(), RangeError> {
         check_range(SECTION, "onset_s", self.onset_s, 0.0, SimTime::MAX_SECONDS)?;
         check_range(SECTION, "length_m", self.length_m, 1.0, 10_000.0)?;
@@ -63,9 +59,6 @@ impl DiscreteGust {
 }
 
 /// Checks the gusts of a scenario.
-///
-/// # Errors
-/// [`RangeError`] if there are too many, and for the first number that cannot be.
 pub fn check(gusts: &[DiscreteGust]) -> Result<(), RangeError> {
     check_range(SECTION, "number of gusts", gusts.len() as f64, 0.0, DiscreteGust::MAX as f64)?;
     gusts.iter().try_for_each(DiscreteGust::check)
@@ -81,7 +74,6 @@ pub struct DiscreteGusts {
 
 impl DiscreteGusts {
     /// All are still ahead.
-    #[must_use]
     pub fn new(gusts: &[DiscreteGust], period_s: f64) -> Self {
         Self { all: gusts.iter().map(|gust| (*gust, 0.0)).collect(), period_s }
     }
@@ -89,7 +81,6 @@ impl DiscreteGusts {
     /// Adds their air to that of the turbulence, for the period from `time` on, with this true airspeed, m/s.
     ///
     /// As a field that lies still in the air it rotates too: q_g = -∂w_g/∂x, r_g = ∂v_g/∂x.
-    #[must_use]
     pub fn step(&mut self, time: SimTime, airspeed_m_s: f64, turbulence: Gust) -> Gust {
         let mut air = turbulence;
         for (gust, distance_m) in &mut self.all {

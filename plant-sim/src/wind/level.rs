@@ -47,7 +47,6 @@ const FIGURE_7_FT_S: [[f64; 12]; 3] = [
     [15.6, 17.6, 23.0, 23.6, 22.1, 20.0, 16.0, 15.1, 12.1, 7.9, 6.2, 5.1],
 ];
 
-/// Levels of turbulence.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum TurbulenceLevel {
@@ -74,8 +73,6 @@ pub enum TurbulenceName {
 }
 
 impl TurbulenceName {
-    /// The level.
-    #[must_use]
     pub fn level(self) -> Option<TurbulenceLevel> {
         match self {
             Self::None => None,
@@ -104,7 +101,6 @@ impl TurbulenceLevel {
     pub const ALL: [Self; 3] = [Self::Light, Self::Moderate, Self::Severe];
 
     /// Name in files and options.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Light => "light",
@@ -135,7 +131,6 @@ impl TurbulenceLevel {
     }
 
     /// Intensities and lengths at a height above the ground, m.
-    #[must_use]
     pub fn scales(self, height_m: f64) -> Scales {
         let height_ft = height_m / FOOT_M;
         if height_m >= HIGH_BOTTOM_M {
@@ -230,7 +225,6 @@ struct Field {
 
 impl LevelTurbulence {
     /// Calm air that turbulence of this level will move, advanced every `period_s`, around an aircraft of this span.
-    #[must_use]
     pub fn new(level: TurbulenceLevel, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
         let stream = |source| Normals::new(seed, run, source);
         let noise = Noise {
@@ -325,7 +319,6 @@ impl Field {
 
 /// One-sided spectra of u, v, w, (m/s)²/(rad/m), and of p, q, r, (rad/s)²/(rad/m), at a spatial frequency in rad/m, as
 /// MIL-F-8785C prints them (3.7.1.2 and 3.7.5), for an aircraft of this span in m.
-#[must_use]
 pub fn spectra(scales: &Scales, span_m: f64, omega_rad_m: f64) -> [f64; 6] {
     let pi = core::f64::consts::PI;
     let Scales { horizontal_m, vertical_m, horizontal_m_s, vertical_m_s } = *scales;

@@ -25,23 +25,15 @@ pub struct WindProfile {
 }
 
 impl WindProfile {
-    /// Most levels.
     pub const LEVELS_MAX: usize = 1_000;
 
     /// From levels with increasing altitudes.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first number that cannot be.
     pub fn new(levels: Vec<WindLevel>) -> Result<Self, RangeError> {
         let profile = Self { levels };
         profile.check()?;
         Ok(profile)
     }
 
-    /// Checks every number.
-    ///
-    /// # Errors
-    /// [`RangeError`] for the first one that cannot be.
     pub fn check(&self) -> Result<(), RangeError> {
         let (count, max) = (self.levels.len() as f64, Self::LEVELS_MAX as f64);
         check_range("plant.wind", "number of levels", count, 0.0, max)?;
@@ -57,13 +49,11 @@ impl WindProfile {
     }
 
     /// Whether there are no levels.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.levels.is_empty()
     }
 
     /// Velocity of the air at an altitude in m, m/s, local NED; zero without levels.
-    #[must_use]
     pub fn at(&self, altitude_m: f64) -> Ned {
         let above = self.levels.partition_point(|level| level.altitude_m <= altitude_m);
         let below = above.checked_sub(1).and_then(|index| self.levels.get(index));

@@ -107,9 +107,6 @@ struct Bench {
 }
 
 /// Moves, draws and writes.
-///
-/// # Errors
-/// What is wrong with a file or an option; or that there is no steady flight at the design point.
 pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
     let folder = Folder::create(&args.out)?;

@@ -30,7 +30,6 @@ const NAME_GAP: f64 = 24.0;
 pub struct Ink {
     /// Colour as `#rrggbb`.
     pub colour: &'static str,
-    /// Pattern.
     pub pattern: Pattern,
     /// Width, in the unit of [`WIDTH`].
     pub width: f64,
@@ -38,7 +37,6 @@ pub struct Ink {
 
 impl Ink {
     /// A curve of the usual width.
-    #[must_use]
     pub const fn new(colour: &'static str, pattern: Pattern) -> Self {
         Self { colour, pattern, width: 1.5 }
     }
@@ -53,32 +51,24 @@ impl Ink {
 /// Pattern of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pattern {
-    /// Unbroken.
     Solid,
-    /// Long dashes.
     Dashed,
-    /// Dots.
     Dotted,
     /// Short dashes: vertical lines.
     Fine,
 }
 
-/// A drawn figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Name of its files, without extension.
     pub name: &'static str,
     /// What it shows, in a sentence or two.
     pub caption: String,
-    /// The drawing.
     pub svg: String,
 }
 
 impl Figure {
     /// Its files, SVG and PNG: name and bytes.
-    ///
-    /// # Errors
-    /// [`RasterError`] if the rasteriser does not understand the drawing.
     pub fn files(&self) -> Result<[(String, Vec<u8>); 2], RasterError> {
         let png = raster::png(&self.svg)?;
         Ok([
@@ -89,7 +79,6 @@ impl Figure {
 }
 
 /// Draws panels in rows of `columns` under a title and a legend.
-#[must_use]
 pub fn sheet(title: &str, legend: &[(&str, Ink)], columns: usize, panels: &[Panel]) -> String {
     let mut drawing = Drawing::default();
     drawing.text((14.0, 25.0), "start", r#" font-size="20""#, title);
@@ -106,7 +95,6 @@ pub fn sheet(title: &str, legend: &[(&str, Ink)], columns: usize, panels: &[Pane
 }
 
 /// Draws a panel alone, as wide as a page, with the names of its curves above it.
-#[must_use]
 pub fn single(panel: &Panel) -> String {
     let mut drawing = Drawing::default();
     panel.draw(&mut drawing, (0.0, 0.0), WIDTH);

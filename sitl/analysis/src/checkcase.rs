@@ -79,10 +79,6 @@ pub enum CaseError {
 }
 
 /// Flies and writes.
-///
-/// # Errors
-/// What is wrong with a file or an option; where the case ended before its time. A case that reaches the ground has its rows up to
-/// there in the file.
 pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
     let name = args.scenario.display().to_string();
     let case = args.case()?;
@@ -120,16 +116,12 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
 
 impl CheckcaseArgs {
     /// A scenario with a step (ms) and without other options, for callers that write no file.
-    #[must_use]
     pub fn of(scenario: PathBuf, step_ms: Option<f64>) -> Self {
         let (airframe, rate_hz, settings, out) = (None, None, Vec::new(), PathBuf::new());
         Self { scenario, airframe, step_ms, rate_hz, settings, out }
     }
 
     /// The case with its airframe.
-    ///
-    /// # Errors
-    /// What is wrong with a file, a setting or an option.
     pub fn case(&self) -> Result<CheckCase, Box<dyn Error>> {
         settings::check_keys(&self.settings)?;
         let is_ours = |target| matches!(target, Ok(Target::Scenario | Target::Airframe));
@@ -161,9 +153,6 @@ pub struct Flight<'a> {
 
 impl<'a> Flight<'a> {
     /// Begins a case; errors call its file `name`.
-    ///
-    /// # Errors
-    /// [`CaseError::Setup`] if it cannot begin, or a step of its controls is beyond their travel.
     pub fn new(name: &str, case: &'a CheckCase) -> Result<Self, CaseError> {
         let refused = |source| CaseError::Setup { file: name.to_owned(), source: Box::new(source) };
         let plant = Plant::release(&case.setup).map_err(refused)?;
@@ -178,7 +167,6 @@ impl<'a> Flight<'a> {
     }
 
     /// The start in words, with what the trim has found.
-    #[must_use]
     pub fn described(&self) -> String {
         let Airframe { name, effectors, .. } = &self.case.setup.airframe;
         let step_ms = f64::from(self.case.setup.step_us) / 1_000.0;
@@ -199,9 +187,6 @@ impl<'a> Flight<'a> {
     }
 
     /// Flies to the end. `write` gets the header and then each row.
-    ///
-    /// # Errors
-    /// [`CaseError`] if the flight ends before its time; the last row is then that of the ground contact.
     pub fn fly(
         &mut self,
         write: &mut dyn FnMut(&str) -> std::io::Result<()>,

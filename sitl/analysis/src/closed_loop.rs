@@ -15,7 +15,6 @@ pub use lab_engine::watch::{TimedCommand, fly, watch, watch_with_commands};
 ///
 /// Implements Eq. (17): faults and disturbances as one acceleration, F = g u_f + Δ.
 /// Implements Eq. (18), solved for F, with the compensation inside the modelled positions.
-#[must_use]
 pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> {
     let Record { truth, log } = record;
     let expected = expected_acceleration(model, truth, &truth.euler(), &log.modelled);
@@ -24,7 +23,6 @@ pub fn fault_acceleration(model: &DesignModel, record: &Record) -> Vector3<f64> 
 
 /// What the design model expects at the true state, with `attitude` as angles, for healthy effectors at their modelled
 /// positions, rad/s².
-#[must_use]
 pub fn expected_acceleration(
     model: &DesignModel,
     truth: &Truth,
@@ -45,7 +43,6 @@ pub fn expected_acceleration(
 }
 
 /// What of a true angular acceleration the design model does not explain, rad/s²: see Eq. (18).
-#[must_use]
 pub fn beyond_model(
     model: &DesignModel,
     state: &NavigationState,

@@ -61,9 +61,6 @@ pub enum DesignError {
 }
 
 /// Designs and writes a file of gains.
-///
-/// # Errors
-/// What is wrong with the model file or the place of the gains.
 pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
     let aircraft = config::named_model(&args.model)?.aircraft;
     let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT)?);
@@ -74,9 +71,6 @@ pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
 }
 
 /// The gains for this model.
-///
-/// # Errors
-/// [`DesignError`] if the Riccati equation has no solution.
 pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGains, DesignError> {
     let model = DesignModel::new(*aircraft);
     let h = period.as_seconds();
@@ -117,7 +111,6 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
 }
 
 /// The gains as the file that `--gains` reads.
-#[must_use]
 pub fn to_toml(gains: &LqrGains) -> String {
     let all = Gains { lqr: *gains, ..Gains::REFERENCE };
     let mut text = format!(

@@ -68,7 +68,6 @@ pub struct Case {
 /// What came of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Flown {
-    /// The flight.
     pub case: Case,
     /// Steady flight at its end, if there is one.
     pub trim: Option<LevelTrim>,
@@ -88,20 +87,17 @@ pub struct Flown {
 
 impl Flown {
     /// A trim with a tenth of elevator and thrust left: the altitude has to be held.
-    #[must_use]
     pub fn has_reserve(&self) -> bool {
         self.trim.is_some_and(|trim| trim.elevator_left >= RESERVE && trim.thrust_left >= RESERVE)
     }
 
     /// The altitude is held.
-    #[must_use]
     pub fn is_held(&self) -> bool {
         self.error_m <= HELD_WITHIN_M
     }
 }
 
 /// Every flight of the sweep, at the scale of an aircraft: level and banked, then climbs and descents.
-#[must_use]
 pub fn cases(scale: &Scale) -> Vec<Case> {
     let airspeeds = AIRSPEEDS_M_S.map(|airspeed_m_s| airspeed_m_s * scale.airspeed);
     let levels = BANKS_DEG.into_iter().flat_map(|bank_deg| ALTITUDES_M.map(|m| (m, m, bank_deg)));
@@ -113,10 +109,6 @@ pub fn cases(scale: &Scale) -> Vec<Case> {
     all.collect()
 }
 
-/// Flies one case.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
     let nothing = Flown {
         case: *case,
@@ -170,9 +162,6 @@ fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> 
 }
 
 /// Flies the sweep and writes `envelope.csv`, `envelope.svg` and `envelope.png`; prints what is not held.
-///
-/// # Errors
-/// What is wrong with the shipped files, or with the folder.
 pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
     options.flight.aircraft.check_beside(&SWEPT)?;
     let folder = Folder::create(&options.out)?;
@@ -322,14 +311,12 @@ const TOP: f64 = 60.0;
 /// Around blocks and fields.
 const ROOM: f64 = 20.0;
 
-/// What is seen.
 const TITLE: [&str; 3] = [
     "Healthy aircraft: largest altitude error of the last 20 s of each flight, m",
     "Green: within 10 m. Red: not, although a tenth of elevator and thrust is left.",
     "Grey: no such trim. Below the number: what the controller names.",
 ];
 
-/// Draws it.
 fn figure(flown: &[Flown]) -> Figure {
     let mut drawing = Drawing::default();
     let mut y = 26.0;

@@ -75,9 +75,6 @@ pub const CASES: [Case; 4] = [
 ];
 
 /// Flies every case.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown.
 pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
     let sides = flights::sides(&options.study, CompensatorMode::Off)?;
     let each = u64::from(options.flights);
@@ -96,9 +93,6 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError>
 }
 
 /// Flies everything, writes table and figure, prints the table.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let folder = Folder::create(&options.study.out)?;
     let sides = flights::sides(&options.study, CompensatorMode::Off)?;

@@ -62,7 +62,6 @@ pub struct Options {
 
 impl Options {
     /// The air and the sensors.
-    #[must_use]
     pub const fn air(&self, grade: GradeName) -> Air {
         let Self { turbulence_m_s, gyro_noise_deg_s, .. } = *self;
         Air { grade, turbulence_m_s, gyro_noise_deg_s }
@@ -91,7 +90,6 @@ pub struct Shipped {
 
 impl Shipped {
     /// The detector of the reference gains; the study has one of its dwell.
-    #[must_use]
     pub fn find() -> Self {
         let gains = Gains::REFERENCE.activation;
         let near = |a: f64, b: f64| (a - b).abs() < 1.0e-9;
@@ -103,22 +101,17 @@ impl Shipped {
 
 impl GradeStudy {
     /// All flight conditions together.
-    #[must_use]
     pub fn healthy(&self) -> Watched {
         self.conditions.iter().fold(Watched::default(), Watched::with)
     }
 }
 
 /// Upper 95 % bound of alarms an hour.
-#[must_use]
 pub fn bound_per_h(alarms: u32, seconds: f64) -> f64 {
     upper_95(alarms) / (seconds / 3_600.0)
 }
 
 /// Flies the healthy flights.
-///
-/// # Errors
-/// [`StudyError`] if one cannot be flown.
 pub fn fly_healthy(
     options: &Options,
     grade: GradeName,
@@ -156,9 +149,6 @@ pub fn fly_healthy(
 }
 
 /// Flies everything, writes tables, figure and page, prints a summary.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let folder = Folder::create(&options.study.out)?;
     let sides = options.study.drawn_sides(CompensatorMode::Off)?;
@@ -183,7 +173,6 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
 }
 
 /// Time constant of the lag and dwell, s.
-#[must_use]
 pub fn of_kind(kind: usize) -> (f64, f64) {
     (FILTERS_S[kind / DWELLS_S.len()], DWELLS_S[kind % DWELLS_S.len()])
 }

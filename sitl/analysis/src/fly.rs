@@ -132,7 +132,6 @@ pub enum FlyError {
 }
 
 /// Flies and reports the outcome. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
-#[must_use]
 pub fn run(args: &FlyArgs) -> u8 {
     match args.fly() {
         Ok(true) => KEPT,
@@ -202,9 +201,6 @@ pub struct OneFlight<'a> {
 
 impl OneFlight<'_> {
     /// Flies it and writes its files, `outcome.json` last.
-    ///
-    /// # Errors
-    /// [`FlyError`]; a folder that cannot be written is found before the flight.
     pub fn fly(&self) -> Result<Outcome, FlyError> {
         let folder = self.folder.map(Folder::create).transpose()?;
         let begin =
@@ -253,9 +249,6 @@ impl OneFlight<'_> {
 }
 
 /// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
-///
-/// # Errors
-/// [`FlyError::Start`] if the plant cannot start.
 pub fn outcome(setup: &FlightSetup, judges: &[Kind]) -> Result<Outcome, FlyError> {
     judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
 }

@@ -62,16 +62,12 @@ pub struct Options {
 
 impl Options {
     /// The air and the gyros.
-    #[must_use]
     pub const fn air(&self) -> Air {
         let Self { grade, turbulence_m_s, gyro_noise_deg_s, .. } = *self;
         Air { grade, turbulence_m_s, gyro_noise_deg_s }
     }
 
     /// Aircraft and laws; the study compares allocations and uses of the verdict, so that both are its own.
-    ///
-    /// # Errors
-    /// [`StudyError`] names file, key, value and range.
     pub fn sides(&self) -> Result<Sides, StudyError> {
         let flight = &self.study.flight;
         let sets = |name| flight.aircraft.settings.iter().any(|setting| setting.key == name);
@@ -133,9 +129,6 @@ pub struct Study {
 
 impl Study {
     /// Flies it.
-    ///
-    /// # Errors
-    /// [`StudyError`] if the aircraft cannot be read or a flight cannot be flown.
     pub fn fly(options: &Options) -> Result<Self, StudyError> {
         let sides = options.sides()?;
         let classes = Classes::of(sides.airframe());
@@ -149,9 +142,6 @@ impl Study {
 }
 
 /// Flies everything, writes tables, figure and page, prints a summary.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let folder = Folder::create(&options.study.out)?;
     let study = Study::fly(options)?;

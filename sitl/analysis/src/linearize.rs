@@ -94,9 +94,6 @@ const THRUST_STEP: f64 = 1.0e-2;
 const DIGITS: i32 = 9;
 
 /// Linearises and writes the file of the model.
-///
-/// # Errors
-/// What is wrong with the airframe, the conditions or the place of the model.
 pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let is_shipped = args.airframe == Path::new(DEFAULT_NAME) && args.at.is_empty();
     let out = match &args.out {
@@ -133,9 +130,6 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
 }
 
 /// Linearises the plant of a setup at its trim, and at the trims of further starts, between which the model is scheduled.
-///
-/// # Errors
-/// [`LinearizeError`] if the plant has no trim, or there are more points than a model can have.
 pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<AircraftModel, LinearizeError> {
     if points.len() > POINTS_MAX {
         return Err(LinearizeError::Points { found: points.len() });
@@ -401,9 +395,6 @@ fn rounded(value: f64) -> f64 {
 
 /// The text of the table `[parameters]` in a model file, as it stands there, comments and all: what stands from its heading
 /// to the next one or to the end. Empty for a file without one, or that is not there.
-///
-/// # Errors
-/// [`FileProblem`] if the file is there and cannot be read.
 pub fn parameters_of(path: &Path) -> Result<String, FileProblem> {
     let text = match file::read_text(path, file::TEXT_MAX) {
         Err(problem) if problem.is_not_found() => return Ok(String::new()),

@@ -108,9 +108,6 @@ struct Flights {
 }
 
 /// Prints the table of every requested law.
-///
-/// # Errors
-/// What is wrong with a file, an option or a parameter; or that there is no steady flight at the design point.
 pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check()?;
     let all = args.all_laws();

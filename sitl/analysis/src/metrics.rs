@@ -9,29 +9,24 @@ pub const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Quantile of the normal distribution for a two-sided interval of 95 %.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// Largest value.
 pub fn max(values: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
     values.into_iter().reduce(larger).unwrap_or(f64::NAN)
 }
 
-/// Smallest value.
 pub fn min(values: impl IntoIterator<Item = f64>) -> f64 {
     let smaller = |a: f64, b: f64| if b < a || b.is_nan() { b } else { a };
     values.into_iter().reduce(smaller).unwrap_or(f64::NAN)
 }
 
-/// Largest magnitude.
 pub fn max_abs(values: impl IntoIterator<Item = f64>) -> f64 {
     max(values.into_iter().map(f64::abs))
 }
 
-/// Largest minus smallest.
 pub fn peak_to_peak(values: impl IntoIterator<Item = f64> + Clone) -> f64 {
     max(values.clone()) - min(values)
 }
 
-/// Mean.
 pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
     let (sum, count) = values.into_iter().fold((0.0, 0.0), |(s, n), v| (s + v, n + 1.0));
     sum / count
@@ -76,7 +71,6 @@ pub fn turned(angles: impl IntoIterator<Item = f64>) -> f64 {
 }
 
 /// The same angle in [-pi, pi].
-#[must_use]
 pub fn wrap(angle_rad: f64) -> f64 {
     // Inside it already: the remainder would be the same number.
     if angle_rad.abs() <= std::f64::consts::PI {
@@ -91,7 +85,6 @@ pub fn fraction(values: impl IntoIterator<Item = f64>, holds: impl Fn(f64) -> bo
 }
 
 /// Wilson's 95 % interval of a probability, from `hits` in `of` draws; (0, 1) for no draws.
-#[must_use]
 pub fn wilson_95(hits: u32, of: u32) -> (f64, f64) {
     if of == 0 {
         return (0.0, 1.0);

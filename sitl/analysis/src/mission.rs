@@ -110,7 +110,6 @@ pub struct Flown {
 /// A plan with all that a plan can have, around the start of a setup: two legs that climb, a turn on a slow circle, a
 /// rectangle flown twice, a descent on a circle to the left, and the return. Its lengths are in units of the
 /// aircraft's circles (`NAV_LOITER_RAD`).
-#[must_use]
 pub fn demo(setup: &FlightSetup) -> Plan {
     let radius_m = setup.parameters.navigation.loiter_radius_m;
     let Start { altitude_m: start_m, airspeed_m_s, .. } = setup.plant.start;
@@ -145,9 +144,6 @@ pub fn demo(setup: &FlightSetup) -> Plan {
 }
 
 /// An aircraft in level flight, with a wind.
-///
-/// # Errors
-/// What is wrong with a file or a value.
 pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     let aircraft = &options.aircraft;
     aircraft.check_beside(&OPTIONS)?;
@@ -164,14 +160,12 @@ pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
 }
 
 /// Where a setup starts.
-#[must_use]
 pub fn start(setup: &FlightSetup) -> Place {
     let start = &setup.plant.start;
     Place { latitude_rad: start.latitude_rad, longitude_rad: start.longitude_rad }
 }
 
 /// The commands that begin a plan.
-#[must_use]
 pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
     let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
     let commands = [
@@ -182,9 +176,6 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 }
 
 /// Flies commands until some time after the plan is complete, and keeps the track.
-///
-/// # Errors
-/// [`FlightError`] if the plant cannot start.
 pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, FlightError> {
     let mut flown = Flown::default();
     let mut over_s = f64::INFINITY;
@@ -221,7 +212,6 @@ impl TrackPoint {
     }
 
     /// Where it is in the axes of a place, km north and east.
-    #[must_use]
     pub fn offset_km(&self, horizon: &Horizon) -> (f64, f64) {
         let offset = horizon.offset(&Site::at(self.place)) / 1.0e3;
         (offset.x, offset.y)
@@ -229,9 +219,6 @@ impl TrackPoint {
 }
 
 /// Flies the demonstration and draws it.
-///
-/// # Errors
-/// What keeps it from being flown or drawn, as a text for the operator.
 pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
@@ -268,7 +255,6 @@ struct Drawn {
 }
 
 /// Draws a mission that began over `start`.
-#[must_use]
 pub fn figure(plan: &Plan, start: Place, flown: &Flown) -> Figure {
     let legend = [
         ("legs and circles of the plan", LEG),

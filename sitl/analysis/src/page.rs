@@ -9,13 +9,11 @@ pub const GENERATOR: &str = r#"<meta name="generator" content="Two-Step sitl">"#
 const STYLE: &str = include_str!("page/style.css");
 
 /// A whole page; `style` stands behind the style of every page.
-#[must_use]
 pub fn page(title: &str, style: &str, body: &Markup) -> String {
     page_with_head(title, style, &html! {}, body)
 }
 
 /// The same with more in its head.
-#[must_use]
 pub fn page_with_head(title: &str, style: &str, head: &Markup, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
@@ -35,7 +33,6 @@ pub fn page_with_head(title: &str, style: &str, head: &Markup, body: &Markup) ->
 }
 
 /// The summary of a study, which is Markdown with paragraphs and tables, as a part of a page.
-#[must_use]
 pub fn markdown(text: &str) -> Markup {
     let cells = |line: &str| -> Vec<String> {
         let line = line.trim().trim_start_matches('|').trim_end_matches('|');

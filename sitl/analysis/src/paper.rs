@@ -149,7 +149,6 @@ pub struct Outcome {
 
 impl Outcome {
     /// Whether every checked claim holds.
-    #[must_use]
     pub fn all_hold(&self) -> bool {
         all_hold(&self.results)
     }
@@ -167,9 +166,6 @@ pub struct Evaluation {
 }
 
 /// Flies in this process.
-///
-/// # Errors
-/// [`plant_sim::SetupError`] of the plant.
 pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
     Ok(fly(setup, sink)?)
 }
@@ -184,21 +180,16 @@ const OPTIONS: [(&str, &str); 4] = [
 
 impl Options {
     /// Checks the keys of the settings.
-    ///
-    /// # Errors
-    /// [`PaperError`] names the nearest key, or the option that is meant.
     pub fn check(&self) -> Result<(), PaperError> {
         Ok(self.aircraft.check_beside(&OPTIONS)?)
     }
 
     /// Step of the plant's integration, us.
-    #[must_use]
     pub fn step_us(&self) -> u32 {
         self.step_us.unwrap_or_else(|| default_step_us(self.period))
     }
 
     /// What is the same in all of the paper's runs.
-    #[must_use]
     pub fn conditions(&self) -> Conditions {
         Conditions {
             earth: self.earth,
@@ -212,9 +203,6 @@ impl Options {
 }
 
 /// Flies the paper in process and checks its claims, without writing anything.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown.
 pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, PaperError> {
     fly_and_check(options, &in_process).map(|evaluation| evaluation.results)
 }
@@ -222,9 +210,6 @@ pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, PaperError> {
 /// Flies the paper's runs with `fly` and checks the claims, without writing anything.
 ///
 /// Claims 4 and 5 are always flown in process: both ways of flying give the same bits.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown.
 pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperError> {
     let conditions = options.conditions();
     let case = |number| Case::with(number, &conditions, &options.aircraft);
@@ -259,9 +244,6 @@ pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperEr
 /// The runs of claim 4: both cases under each seed, from that of `conditions` on.
 ///
 /// Noise and turbulence are those of `conditions`, or those that the claim names if they are zero.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown.
 pub fn fly_in_noise(
     cases: &[Case; 2],
     conditions: &Conditions,
@@ -295,9 +277,6 @@ pub fn fly_in_noise(
 /// Flies the paper with `fly`, checks its claims, and writes tables, claims, figures and report.
 ///
 /// A short table of the claims goes to standard output.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown or a file could not be written.
 pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     options.check()?;
     let folder = Folder::create(&options.out)?;

@@ -79,9 +79,6 @@ pub fn page(title: &str, log: Log) -> Result<Page, NothingToDraw> {
 }
 
 /// The page of the bytes of a file, whatever they are. It ends, and needs memory as the bytes are long.
-///
-/// # Errors
-/// What cannot be read, or [`NothingToDraw`].
 pub fn of_bytes(bytes: Vec<u8>) -> Result<Page, Box<dyn Error>> {
     Ok(page("log", Log::from_bytes(bytes)?)?)
 }

@@ -54,16 +54,12 @@ impl ReplayArgs {
 }
 
 /// Reads a flight log that the user names, whole, if it is an ordinary file of sane size.
-///
-/// # Errors
-/// [`ReadError`] names what is wrong with the file or with its first bytes.
 pub fn open_log(path: &Path) -> Result<Log, ReadError> {
     Log::from_bytes(file::read(path, LOG_MAX).map_err(io::Error::other)?)
 }
 
 /// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
 /// whether it is the same is unknown; 3: the log is damaged, and the same flight where it can be read.
-#[must_use]
 pub fn run(args: &ReplayArgs) -> u8 {
     let log = open_log(&args.log).map_err(CannotFly::from);
     let recording = match log.and_then(|log| Recording::with_law(log, args.own.clone())) {

@@ -64,7 +64,6 @@ pub struct Progress {
 
 impl Progress {
     /// Nothing is done yet; `what` is counted.
-    #[must_use]
     pub fn new(label: &str, what: &'static str, total: usize) -> Self {
         let bar = stderr().is_terminal().then(|| {
             let length = u64::try_from(total).unwrap_or(u64::MAX);

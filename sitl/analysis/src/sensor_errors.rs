@@ -92,9 +92,6 @@ fn sensor_of(place: usize) -> usize {
 }
 
 /// Flies and compares.
-///
-/// # Errors
-/// What prevents the flight.
 pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
     let SensorErrorsArgs { grade, seconds, seed, aircraft, .. } = args;
     aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
@@ -134,9 +131,6 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
 }
 
 /// Flies, draws and writes.
-///
-/// # Errors
-/// What prevents flight or files.
 pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
     let folder = Folder::create(&args.out)?;
     let rows = fly(args)?;

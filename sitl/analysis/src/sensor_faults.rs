@@ -86,7 +86,6 @@ const fn size(sensor: SensorKind) -> f64 {
 }
 
 /// Every kind of fault of a sensor, with its size.
-#[must_use]
 pub fn kinds(sensor: SensorKind) -> Vec<FaultKind> {
     let class = TargetClass::Sensor(sensor);
     let si = sensor.unit().to_si(size(sensor));
@@ -125,9 +124,6 @@ pub struct Flown {
 }
 
 /// Flies with a fault of a sensor, or without any.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn fly(
     sides: &Sides,
     grade: GradeName,
@@ -217,9 +213,6 @@ pub struct Lost {
 }
 
 /// Flies straight, or in turns, with a fault of a sensor that stays.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn fly_without(
     sides: &Sides,
     grade: GradeName,
@@ -275,9 +268,6 @@ pub fn fly_without(
 pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 
 /// Flies without a fault and with each fault of each sensor.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown.
 pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
     let sides = flights::sides(&options.study, CompensatorMode::Armed)?;
     let faults = SENSORS
@@ -298,9 +288,6 @@ const LOSS_TURBULENCE_M_S: [f64; 3] = [0.0, 1.5, 3.0];
 pub type LossRow = (Option<SensorKind>, f64, bool, Vec<Lost>);
 
 /// Flies each sensor's loss for 600 s, straight, and that of the pitot tube in turns too.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown.
 pub fn losses(
     options: &Options,
     sensors: &[Option<SensorKind>],
@@ -372,9 +359,6 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
 }
 
 /// Flies everything, writes and prints the tables.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown or a file cannot be written.
 pub fn run(options: &Options) -> Result<(), StudyError> {
     let folder = Folder::create(&options.study.out)?;
     let mut text = table(options, &study(options)?);

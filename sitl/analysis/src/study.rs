@@ -75,24 +75,17 @@ pub struct Sides {
 
 impl StudyOptions {
     /// An aircraft with settings, and nothing written.
-    #[must_use]
     pub fn of(aircraft: AircraftArgs) -> Self {
         let flight = SetupOptions { aircraft, ..SetupOptions::default() };
         Self { flight, ..Self::default() }
     }
 
     /// Aircraft and laws. Without `--ftc` the compensator is in `mode`; without `--airframe` the aircraft is the jet of the paper.
-    ///
-    /// # Errors
-    /// [`StudyError`] names file, key, value and range.
     pub fn sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
         Sides::of(&self.flight, mode)
     }
 
     /// The same for a study of random flights, which has options for some keys.
-    ///
-    /// # Errors
-    /// [`StudyError`] names file, key, value and range.
     pub fn drawn_sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
         self.flight.aircraft.check_beside(&DRAWN)?;
         let mut options = self.flight.clone();
@@ -119,7 +112,6 @@ impl Sides {
     }
 
     /// The aircraft.
-    #[must_use]
     pub fn airframe(&self) -> &Airframe {
         &self.builder.airframe
     }
@@ -134,13 +126,11 @@ impl Sides {
     }
 
     /// Level flight at the design point.
-    #[must_use]
     pub fn nominal(&self) -> &FlightSetup {
         &self.nominal
     }
 
     /// The same with sensors of a grade, and the estimator set to them.
-    #[must_use]
     pub fn with_sensors(&self, grade: GradeName) -> FlightSetup {
         let mut setup = self.nominal.clone();
         setup.plant.sensors = SensorSettings::of_grade(grade);
@@ -151,7 +141,6 @@ impl Sides {
     }
 
     /// Airspeed and altitude of the design point over those of the paper's jet: flight conditions that are stated for it are scaled so.
-    #[must_use]
     pub fn scale(&self) -> Scale {
         let design = &self.airframe().design_point;
         Scale { airspeed: design.airspeed_m_s / 264.0, altitude: design.altitude_m / 5_000.0 }
@@ -180,9 +169,6 @@ pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
 }
 
 /// Writes a figure and the page that has it, and says where.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be drawn or written.
 pub fn write_figure(folder: &Folder, figure: &Figure) -> Result<(), StudyError> {
     for (name, bytes) in figure.files()? {
         folder.write(&name, &bytes)?;
@@ -191,9 +177,6 @@ pub fn write_figure(folder: &Folder, figure: &Figure) -> Result<(), StudyError> 
 }
 
 /// Writes a page.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be written.
 pub fn write_page(folder: &Folder, page: &str) -> Result<(), StudyError> {
     Ok(folder.write_marked("report.html", GENERATOR.as_bytes(), page.as_bytes())?)
 }

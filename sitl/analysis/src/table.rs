@@ -23,13 +23,11 @@ macro_rules! columns {
             pub const COLUMNS: &'static [&'static str] = &[$(stringify!($name)),+];
 
             /// The values in the order of [`Row::COLUMNS`].
-            #[must_use]
             pub fn values(&self) -> [f64; Self::COLUMNS.len()] {
                 [$(self.$name),+]
             }
 
             /// From values in the order of [`Row::COLUMNS`].
-            #[must_use]
             pub fn from_values(values: &[f64; Self::COLUMNS.len()]) -> Self {
                 let [$($name),+] = *values;
                 Self { $($name),+ }
@@ -134,13 +132,11 @@ impl From<&Row> for Attained {
 /// Control ticks from one row to the next: as close to 100 Hz as whole ticks come without exceeding it.
 ///
 /// 10 ms at periods of 1, 2 and 2.5 ms, 12 ms at 3 and 4 ms.
-#[must_use]
 pub fn ticks_per_row(period: ControlPeriod) -> usize {
     ROW_SPACING_US.div_ceil(period.as_micros()) as usize
 }
 
 /// Header and rows as comma-separated text; every value reads back as the same bits.
-#[must_use]
 pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
     let mut text = header();
     rows.into_iter().for_each(|row| push_row(&mut text, row));
@@ -148,7 +144,6 @@ pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
 }
 
 /// The first line of a table.
-#[must_use]
 pub fn header() -> String {
     Row::COLUMNS.join(",") + "\n"
 }
@@ -173,7 +168,6 @@ enum Source {
 
 impl Columns {
     /// For an aircraft with these effectors.
-    #[must_use]
     pub fn of(effectors: &EffectorList) -> Self {
         let mut columns = Self { names: Vec::new(), sources: Vec::new() };
         let is_command = |column: &str| column.starts_with("cmd_");
@@ -207,7 +201,6 @@ impl Columns {
     }
 
     /// The first line of a table.
-    #[must_use]
     pub fn header(&self) -> String {
         self.names.join(",") + "\n"
     }
@@ -263,7 +256,6 @@ fn push_value(text: &mut String, value: f64) {
 
 /// A text as a field of a CSV file (RFC 4180). A text that a spreadsheet would take for a formula, such as the name `=1+1` of a law
 /// in a file of a user, begins with an apostrophe; a number stays a number.
-#[must_use]
 pub fn field(text: &str) -> String {
     let is_formula =
         text.starts_with(['=', '+', '-', '@', '\t', '\r']) && text.parse::<f64>().is_err();

@@ -123,9 +123,6 @@ pub struct Study {
 }
 
 /// Computes and writes.
-///
-/// # Errors
-/// What is wrong with a file, an option or the folder.
 pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe])?;
     let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
@@ -162,9 +159,6 @@ impl TrimmableArgs {
 
 impl Study {
     /// An aircraft over a flat Earth, in still air.
-    ///
-    /// # Errors
-    /// What is wrong with its tables; there is no level flight at the design point.
     pub fn new(airframe: Airframe, sets: Vec<Set>) -> Result<Self, Box<dyn Error>> {
         let earth = Earth::new(EarthModel::Flat, airframe.design_point.geodetic());
         let dynamics = Dynamics::new(airframe, earth)?;
@@ -174,19 +168,16 @@ impl Study {
     }
 
     /// The aircraft.
-    #[must_use]
     pub fn airframe(&self) -> &Airframe {
         self.dynamics.airframe()
     }
 
     /// The sets.
-    #[must_use]
     pub fn sets(&self) -> &[Set] {
         &self.sets
     }
 
     /// The effectors in the order of the list.
-    #[must_use]
     pub fn effectors(&self) -> Vec<Effector> {
         self.airframe().effectors.all().collect()
     }
@@ -203,7 +194,6 @@ impl Study {
     }
 
     /// Every effector alone.
-    #[must_use]
     pub fn singles(&self, step_deg: f64) -> Vec<Sweep> {
         let searches = self.searches();
         let count = self.airframe().effectors.len();
@@ -358,7 +348,6 @@ impl Study {
     }
 
     /// Position in the unit of people.
-    #[must_use]
     pub fn shown(&self, effector: usize, value: f64) -> f64 {
         value * self.unit(effector).0
     }
@@ -399,7 +388,6 @@ impl Study {
     }
 
     /// The limits of every effector in every set, in Markdown.
-    #[must_use]
     pub fn table(&self, sweeps: &[Sweep]) -> String {
         let airframe = self.airframe();
         let list = &airframe.effectors;

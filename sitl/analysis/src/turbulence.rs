@@ -115,7 +115,6 @@ pub struct Band {
 
 impl Flight {
     /// Intensities and lengths at its height.
-    #[must_use]
     pub fn scales(&self) -> Scales {
         self.level.scales(self.height_m)
     }
@@ -125,7 +124,6 @@ impl Flight {
     }
 
     /// Spectra of the six axes.
-    #[must_use]
     pub fn fly(&self) -> [Vec<Band>; 6] {
         let (scales, way_m) = (self.scales(), self.way_m());
         let period_s = way_m / self.airspeed_m_s;

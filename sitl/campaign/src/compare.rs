@@ -30,7 +30,6 @@ pub enum CompareError {
     /// A table cannot be opened.
     #[error("{}: {source}", path.display())]
     Open {
-        /// The table.
         path: PathBuf,
         /// The error of the system.
         source: std::io::Error,
@@ -38,7 +37,6 @@ pub enum CompareError {
     /// A table is not one, or is damaged.
     #[error("{}: {source}", path.display())]
     Read {
-        /// The table.
         path: PathBuf,
         /// What is wrong with it.
         source: ParquetError,
@@ -46,7 +44,6 @@ pub enum CompareError {
     /// A table is damaged in a way that its reader does not expect.
     #[error("{}: damaged: {problem}", path.display())]
     Damaged {
-        /// The table.
         path: PathBuf,
         /// What is wrong with it.
         problem: String,
@@ -54,21 +51,15 @@ pub enum CompareError {
     /// A column is compressed in a way that this program does not read.
     #[error("{}: column {column} is compressed with {found}; this program reads NONE, SNAPPY and GZIP", path.display())]
     Compression {
-        /// The table.
         path: PathBuf,
-        /// The column.
         column: String,
         /// How it is compressed.
         found: String,
     },
-    /// The flights differ.
     #[error("run {run} is another flight in {}: {column} is {found} there and {expected} in the first folder", path.display())]
     Flight {
-        /// The second folder.
         path: PathBuf,
-        /// The run.
         run: i64,
-        /// What differs.
         column: String,
         /// What the second folder has.
         found: String,
@@ -78,9 +69,7 @@ pub enum CompareError {
     /// The numbers of runs differ.
     #[error("{}: {found} runs, and the first folder has {expected}", path.display())]
     Count {
-        /// The second folder.
         path: PathBuf,
-        /// What it has.
         found: i64,
         /// What the first folder has.
         expected: i64,
@@ -108,9 +97,6 @@ struct Change {
 }
 
 /// Compares the tables of two folders; the text says what differs.
-///
-/// # Errors
-/// [`CompareError`]: a table cannot be read, or has other flights.
 pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {

@@ -33,9 +33,7 @@ const SPREAD: f64 = 0.3;
 /// One quantity over the levels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Quantity {
-    /// Its name.
     pub name: String,
-    /// Its unit.
     pub unit: &'static str,
     /// What its intervals are.
     pub interval: &'static str,
@@ -46,7 +44,6 @@ pub struct Quantity {
 /// A quantity of one law at one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Point {
-    /// The level.
     pub level: f64,
     /// Flights that it is of.
     pub flights: u32,
@@ -70,7 +67,6 @@ pub struct Curves {
 }
 
 /// The curves of an aircraft over every joint level.
-#[must_use]
 pub fn of(plan: &Plan, results: &Results, airframe: usize) -> Vec<Curves> {
     let variables = plan.variables().iter().enumerate();
     let levels = variables.filter(|(_, variable)| variable.meaning == Meaning::Level);
@@ -147,8 +143,6 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + (at - at.floor()) * (above - sorted[below])
 }
 
-/// The table.
-#[must_use]
 pub fn csv(plan: &Plan, all: &[Curves]) -> String {
     let mut text = BEGINNING.to_owned();
     for curves in all {
@@ -171,7 +165,6 @@ pub fn csv(plan: &Plan, all: &[Curves]) -> String {
 }
 
 /// The curves as a drawing: a panel for each quantity and level.
-#[must_use]
 pub fn figure(plan: &Plan, all: &[Curves]) -> Figure {
     let laws = plan.laws();
     let ink = |law: usize| {

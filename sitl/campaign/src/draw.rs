@@ -13,7 +13,6 @@ const ROUNDS: u64 = 6;
 /// A stream of random numbers of a campaign, by name.
 ///
 /// ChaCha8 keyed by a hash of the seed and the name; its stream number is `index`.
-#[must_use]
 pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
     let mut hash = Sha256::new();
     hash.update(b"two-step campaign 1");
@@ -32,7 +31,6 @@ pub fn uniform(generator: &mut ChaCha8Rng) -> f64 {
 }
 
 /// Probability in (0, 1) of sample `index` of `count` of the variable `key`, the `dimension`-th one of its campaign.
-#[must_use]
 pub fn probability(
     design: Design,
     seed: u64,
@@ -79,7 +77,6 @@ fn shuffled(seed: u64, key: &str, index: u32, count: u32) -> u32 {
 
 impl Normal {
     /// The value below which the distribution, within its limits, has this probability.
-    #[must_use]
     pub fn quantile(&self, probability: f64) -> f64 {
         let Self { mean, deviation, min, max } = *self;
         let below = |limit: f64| 0.5 * libm::erfc(-(limit - mean) / deviation / 2.0_f64.sqrt());

@@ -19,7 +19,6 @@ use crate::store::{Row, Store, StoreError};
 pub struct Shard {
     /// Which one, from 1.
     pub number: u64,
-    /// Of how many.
     pub of: NonZero<u64>,
 }
 
@@ -57,9 +56,6 @@ fn preset_notes(plan: &Plan) -> BTreeSet<String> {
 }
 
 /// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
-///
-/// # Errors
-/// [`StoreError`] of the first part that cannot be written; the finished ones stay.
 pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, StoreError> {
     let wanted = (0..store.count()).filter(|part| shard.is_none_or(|shard| shard.has(*part)));
     let mut missing = Vec::new();
@@ -101,7 +97,6 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
 }
 
 /// Flies a run; what keeps it from being flown stands in its row.
-#[must_use]
 pub fn run(plan: &Plan, number: u64) -> Row {
     let flown = plan.run(number).and_then(|run| plan.fly(&run));
     match flown {

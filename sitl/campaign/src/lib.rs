@@ -170,9 +170,6 @@ pub struct CompareArgs {
 }
 
 /// Carries out a command, with the law that the program brings.
-///
-/// # Errors
-/// What is wrong with the specification, the folder or an option, as a text for the operator.
 pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>> {
     let plan =
         |spec: &str, settings: &[Setting]| Plan::new(SpecFile::read_with(spec, own, settings)?);

@@ -42,7 +42,6 @@ pub struct Jams {
 
 impl Jams {
     /// `None` if the campaign is of another kind, or draws the angles: then it has no cells.
-    #[must_use]
     pub fn of(plan: &Plan) -> Option<Self> {
         let place = |key| plan.variables().iter().position(|variable| variable.key == key);
         let has = |key, value: Option<&str>| {
@@ -63,7 +62,6 @@ impl Jams {
     }
 
     /// Key of the jammed effector of a flight, and its angle, deg.
-    #[must_use]
     pub fn jam(self, plan: &Plan, flight: usize) -> Option<(String, f64)> {
         let run = plan.run(flight as u64 * plan.laws().len() as u64).ok()?;
         let effector = match self.effector.map(|place| run.values.get(place)) {
@@ -75,7 +73,6 @@ impl Jams {
     }
 
     /// Whether a variable is neither the effector nor the angle.
-    #[must_use]
     pub fn is_other(self, place: usize) -> bool {
         Some(place) != self.effector && place != self.angle
     }
@@ -146,9 +143,6 @@ impl Kept {
 
 impl Limits {
     /// The limits of the aircraft of a campaign, without what is varied; what was found before is in `folder`.
-    ///
-    /// # Errors
-    /// Why there are none.
     pub fn of(plan: &Plan, airframe: usize, folder: &Path) -> Result<Self, Box<dyn Error>> {
         let path = folder.join(format!("limits-{airframe}.json"));
         let airframe = plan.aircraft[airframe].airframe.clone();
@@ -171,7 +165,6 @@ impl Limits {
     }
 
     /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
-    #[must_use]
     pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
         let effector = self.keys.iter().position(|key| key == effector)?;
         let is_it = |s: &&Limit| s.set == set && s.margin == margin && s.effector == effector;
@@ -198,7 +191,6 @@ pub struct Score {
 
 impl Score {
     /// The share, percent; `None` of no flight.
-    #[must_use]
     pub fn percent(&self) -> Option<f64> {
         (self.flights > 0).then(|| 100.0 * f64::from(self.kept) / f64::from(self.flights))
     }
@@ -214,7 +206,6 @@ pub struct Studied {
 }
 
 /// The scores of every law of an aircraft.
-#[must_use]
 pub fn scores(
     plan: &Plan,
     results: &Results,
@@ -248,7 +239,6 @@ pub fn scores(
 }
 
 /// The file of scores.
-#[must_use]
 pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
     let mut text = format!("{BEGINNING},kept_percent_low,kept_percent_high\n");
     for (score, sets) in studied.iter().flat_map(|Studied { limits, scores }| {

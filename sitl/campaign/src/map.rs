@@ -31,7 +31,6 @@ const DRAWN: [(&str, Pattern); 2] = [("any", Pattern::Solid), ("straight_level",
 pub(crate) type Angles = Vec<(f64, Vec<usize>)>;
 
 /// Draws the map of an aircraft.
-#[must_use]
 pub fn figure(
     plan: &Plan,
     results: &Results,

@@ -31,7 +31,6 @@ use inputs::{InputText, inputs};
 /// What keeps a campaign, or one of its runs, from being flown.
 #[derive(Debug, thiserror::Error)]
 pub enum PlanError {
-    /// The specification.
     #[error(transparent)]
     Spec(#[from] SpecError),
     /// A file, a key or a value that it leads to.
@@ -40,7 +39,6 @@ pub enum PlanError {
     /// A law's file of gains, or its choice of laws.
     #[error("law {law}: {source}")]
     Law {
-        /// The law.
         law: String,
         /// What is wrong with it.
         source: Box<ConfigurationError>,
@@ -48,39 +46,23 @@ pub enum PlanError {
     /// A variable that this campaign cannot have.
     #[error("{file}: {key}: {problem}")]
     Variable {
-        /// The file.
         file: String,
-        /// The key.
         key: String,
         /// What is wrong with it.
         problem: String,
     },
     /// More runs than there can be.
     #[error("{file}: more than {RUNS_MAX} runs")]
-    TooMany {
-        /// The file.
-        file: String,
-    },
+    TooMany { file: String },
     /// There is no such run.
     #[error("--run {run}: {file} has the runs 0 to {last}")]
-    NoRun {
-        /// The file.
-        file: String,
-        /// The requested one.
-        run: i128,
-        /// The last one.
-        last: u64,
-    },
+    NoRun { file: String, run: i128, last: u64 },
     /// A file has changed since the campaign began.
     #[error("{file}: it has changed since the campaign began, so no more runs are kept")]
-    Changed {
-        /// The file.
-        file: String,
-    },
+    Changed { file: String },
     /// The parameters of a law do not fit.
     #[error("law {law}: {problem}")]
     Parameters {
-        /// The law.
         law: String,
         /// What is wrong with them.
         problem: String,
@@ -112,15 +94,12 @@ impl PlanError {
 /// A value of a variable.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Value {
-    /// A number.
     Number(f64),
-    /// A text.
     Text(String),
 }
 
 impl Value {
     /// As it would stand in a file.
-    #[must_use]
     pub fn of_file(&self) -> toml::Value {
         match self {
             Self::Number(number) => toml::Value::Float(*number),
@@ -129,7 +108,6 @@ impl Value {
     }
 
     /// As `--set` takes it.
-    #[must_use]
     pub fn setting(&self) -> String {
         match self {
             Self::Number(number) => format!("{number:?}"),
@@ -138,7 +116,6 @@ impl Value {
     }
 
     /// The number; `None` of a text.
-    #[must_use]
     pub fn number(&self) -> Option<f64> {
         match self {
             Self::Number(number) => Some(*number),
@@ -147,10 +124,8 @@ impl Value {
     }
 }
 
-/// A run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Run {
-    /// Its number.
     pub number: u64,
     /// Number of its flight: every law flies it.
     pub flight: u64,
@@ -167,9 +142,7 @@ pub struct Run {
 /// A specification with everything that it leads to.
 #[derive(Debug)]
 pub struct Plan {
-    /// The specification.
     pub file: SpecFile,
-    /// Its aircraft.
     pub aircraft: Vec<Aircraft>,
     /// SHA-256 of everything that decides the results but the program, as hexadecimal digits.
     pub fingerprint: String,
@@ -192,9 +165,6 @@ struct Law {
 
 impl Plan {
     /// Reads everything that a specification leads to.
-    ///
-    /// # Errors
-    /// [`PlanError`] names file, key, value and range.
     pub fn new(file: SpecFile) -> Result<Self, PlanError> {
         let spec = &file.spec;
         let scenario = file.scenario()?;
@@ -247,9 +217,6 @@ impl Plan {
     }
 
     /// Checks that the files, which many runs read again, are still those of the fingerprint.
-    ///
-    /// # Errors
-    /// [`PlanError::Changed`] names the one that is not.
     pub fn check_inputs(&self) -> Result<(), PlanError> {
         let now = inputs(&self.file, &self.scenario, &self.aircraft, &self.laws)?;
         match self.inputs.iter().zip(&now).find(|(then, now)| then.sha256 != now.sha256) {
@@ -258,57 +225,43 @@ impl Plan {
         }
     }
 
-    /// Number of runs.
-    #[must_use]
     pub fn runs(&self) -> u64 {
         self.flights * self.laws.len() as u64
     }
 
     /// Number of flights that every law flies.
-    #[must_use]
     pub fn flights(&self) -> u64 {
         self.flights
     }
 
     /// Names of the laws.
-    #[must_use]
     pub fn laws(&self) -> Vec<&str> {
         self.laws.iter().map(|law| law.name.as_str()).collect()
     }
 
-    /// The variables.
-    #[must_use]
     pub fn variables(&self) -> &[Variable] {
         &self.file.spec.vary
     }
 
     /// Flights of an aircraft.
-    #[must_use]
     pub fn flights_of(&self, airframe: usize) -> std::ops::Range<usize> {
         let end = self.aircraft.get(airframe + 1).map_or(self.flights, |next| next.first);
         place(self.aircraft[airframe].first)..place(end)
     }
 
     /// Unit of a measure; empty if no aircraft has it.
-    #[must_use]
     pub fn unit_of(&self, measure: &str) -> &'static str {
         let all = self.aircraft.iter().flat_map(|aircraft| &aircraft.measures);
         all.clone().find(|(name, _)| name == measure).map_or("", |(_, unit)| unit)
     }
 
     /// Run `number`.
-    ///
-    /// # Errors
-    /// [`PlanError::NoRun`] names the last one; a value for which the file has no place.
     pub fn run(&self, number: u64) -> Result<Run, PlanError> {
         let run = self.drawn(number)?;
         self.translated(run)
     }
 
     /// A run whose values are as the specification has them, with its factors and parts of a travel.
-    ///
-    /// # Errors
-    /// As [`Plan::run`].
     pub(crate) fn drawn(&self, number: u64) -> Result<Run, PlanError> {
         if number >= self.runs() {
             let (file, last) = (self.file.name.clone(), self.runs() - 1);
@@ -347,9 +300,6 @@ impl Plan {
     }
 
     /// The same run with values as `--set` takes them.
-    ///
-    /// # Errors
-    /// A value for which the file has no place.
     pub(crate) fn translated(&self, run: Run) -> Result<Run, PlanError> {
         let values = self.aircraft[run.airframe].translate(self, &run.values)?;
         Ok(Run { values, ..run })
@@ -357,9 +307,6 @@ impl Plan {
 
     /// The scenario of a run as a file that `sitl fly` flies, and the options that belong to it: files and settings that a
     /// scenario does not have.
-    ///
-    /// # Errors
-    /// A place that the file does not have.
     pub fn scenario_of(&self, run: &Run) -> Result<(toml::Table, Vec<String>), PlanError> {
         let args = self.args(run);
         let mut table = args.scenario_table(&self.scenario)?;
@@ -387,7 +334,6 @@ impl Plan {
     }
 
     /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.
-    #[must_use]
     pub fn settings(&self, run: &Run) -> Vec<Setting> {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
         settings.extend(self.laws[run.law].settings.iter().cloned());
@@ -401,16 +347,12 @@ impl Plan {
     }
 
     /// Files and settings of a run.
-    #[must_use]
     pub fn args(&self, run: &Run) -> AircraftArgs {
         let args = &self.aircraft[run.airframe].args;
         AircraftArgs { settings: self.settings(run), ..args.clone() }
     }
 
     /// The flight of a run.
-    ///
-    /// # Errors
-    /// [`PlanError`] names file, key, value and range.
     pub fn setup(&self, run: &Run) -> Result<FlightSetup, PlanError> {
         let law = &self.laws[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
@@ -431,15 +373,11 @@ impl Plan {
     }
 
     /// Whether a run has the reference that knows the fault.
-    #[must_use]
     pub fn knows_fault(&self, run: &Run) -> bool {
         self.laws[run.law].knows_fault
     }
 
     /// Flies a run to its end, or to the loss of the aircraft.
-    ///
-    /// # Errors
-    /// As [`Plan::setup`], and what keeps the plant from starting.
     pub fn fly(&self, run: &Run) -> Result<Outcome, PlanError> {
         Ok(fly::outcome(&self.setup(run)?, &self.file.spec.judges)?)
     }

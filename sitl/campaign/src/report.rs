@@ -31,17 +31,14 @@ const LISTED: usize = 200;
 /// What a report is made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Sources<'a> {
-    /// The campaign.
     pub plan: &'a Plan,
     /// What became of its runs.
     pub results: &'a Results,
-    /// Losses and differences.
     pub groups: &'a [Group],
     /// Where a campaign of jams has effector and angle.
     pub jams: Option<Jams>,
     /// Curves over joint levels.
     pub curves: &'a [Curves],
-    /// Each aircraft.
     pub studied: &'a [Studied],
 }
 
@@ -64,8 +61,6 @@ impl Sources<'_> {
     }
 }
 
-/// The page.
-#[must_use]
 pub fn page(sources: &Sources<'_>) -> String {
     let Sources { plan, .. } = sources;
     let spec = &plan.file.spec;

@@ -41,7 +41,6 @@ enum Source {
 /// A column of the scorecard.
 #[derive(Debug, Clone, Copy)]
 pub struct Column {
-    /// Its name.
     pub name: &'static str,
     /// Unit of its numbers.
     pub unit: &'static str,
@@ -89,7 +88,6 @@ pub struct Results {
 
 impl Results {
     /// Nothing is there yet.
-    #[must_use]
     pub fn new(plan: &Plan) -> Self {
         let named = &plan.file.spec.measures;
         let place = |measures: &[(String, &str)], name: &String| {
@@ -135,7 +133,6 @@ impl Results {
     }
 
     /// A column of the scorecard for one law over flights; `None` where no flight has a value.
-    #[must_use]
     pub fn score(&self, place: usize, flights: Range<usize>, law: usize) -> Option<f64> {
         let is_mean = matches!(SCORECARD[place].source, Source::Mean(_));
         let value = |flight| self.scores[place][flight * self.laws + law];
@@ -151,19 +148,15 @@ impl Results {
     }
 
     /// How a law ended a flight.
-    #[must_use]
     pub fn end(&self, flight: usize, law: usize) -> RunEnd {
         self.ends[flight * self.laws + law]
     }
 
     /// A named measure, by its place in the specification, of a law on a flight; NaN where there is none.
-    #[must_use]
     pub fn measure(&self, place: usize, flight: usize, law: usize) -> f64 {
         self.measures[place][flight * self.laws + law]
     }
 
-    /// Number of flights.
-    #[must_use]
     pub fn flights(&self) -> usize {
         self.ends.len() / self.laws
     }

@@ -226,9 +226,6 @@ pub struct SpecFile {
 
 impl SpecFile {
     /// Reads a campaign that comes with the program, or a file.
-    ///
-    /// # Errors
-    /// [`SpecError`] names the file, the key, the value and what is allowed.
     pub fn read(name: &str) -> Result<Self, SpecError> {
         if let Some((_, text)) = SHIPPED.iter().chain(&SUITE).find(|(known, _)| *known == name) {
             return Self::parse(name, (*text).to_owned(), PathBuf::new());
@@ -240,9 +237,6 @@ impl SpecFile {
     }
 
     /// Reads a campaign, with the law that the program brings and with more settings that every flight has.
-    ///
-    /// # Errors
-    /// As [`SpecFile::read`], [`SpecFile::bring`] and [`SpecFile::with`].
     pub fn read_with(
         name: &str,
         own: Option<&OwnLaw>,
@@ -257,9 +251,6 @@ impl SpecFile {
     }
 
     /// Parses a text.
-    ///
-    /// # Errors
-    /// As [`SpecFile::read`].
     pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, SpecError> {
         let mut spec: Spec = toml::from_str(&text).map_err(|source| SpecError::Syntax {
             file: name.to_owned(),
@@ -273,9 +264,6 @@ impl SpecFile {
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
     /// are those of another one.
-    ///
-    /// # Errors
-    /// [`SpecError`] for a key that does not exist, a value that no file of a campaign can have, or a key that is set anew in every flight.
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
         for setting in settings {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
@@ -294,9 +282,6 @@ impl SpecFile {
 
     /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW` to 9, and where none does, it is one
     /// law more. Its name belongs to the text of the specification.
-    ///
-    /// # Errors
-    /// [`SpecError`] if another law has its name.
     pub fn bring(self, own: &OwnLaw) -> Result<Self, SpecError> {
         let Self { name, mut text, folder, spec, .. } = self;
         let is_own = |set: &toml::Table| set.get("CTL_LAW").and_then(number) == Some(9.0);
@@ -310,15 +295,11 @@ impl SpecFile {
     }
 
     /// A file that the specification names.
-    #[must_use]
     pub fn beside(&self, path: &Path) -> PathBuf {
         self.folder.join(path)
     }
 
     /// The scenario: one that comes with the program, or else a file beside the specification.
-    ///
-    /// # Errors
-    /// As [`Named::scenario`].
     pub fn scenario(&self) -> Result<Named, flight_analysis::configuration::ConfigurationError> {
         let name = &self.spec.scenario;
         let beside = self.beside(Path::new(name));
@@ -332,7 +313,6 @@ impl SpecFile {
 
 impl Spec {
     /// The control period.
-    #[must_use]
     pub fn period(&self) -> Option<ControlPeriod> {
         ControlPeriod::from_micros(self.period_ms.checked_mul(1_000)?).ok()
     }
@@ -450,7 +430,6 @@ fn check_key(key: &str, file: &str) -> Result<(), SpecError> {
 }
 
 /// A value as `--set` takes it; `None` of a list or table.
-#[must_use]
 pub fn text_of(value: &Toml) -> Option<String> {
     match value {
         Toml::String(text) => Some(text.clone()),
@@ -460,9 +439,6 @@ pub fn text_of(value: &Toml) -> Option<String> {
 }
 
 /// Settings of a table of keys and values.
-///
-/// # Errors
-/// [`SpecError`] for an unknown key, or a value that is no finite number, a list or a table.
 pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, SpecError> {
     table.iter().map(|(key, value)| checked(key, value, file)).collect()
 }

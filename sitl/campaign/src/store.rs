@@ -32,7 +32,6 @@ const PART_BYTES_MAX: u64 = 1 << 30;
 /// What became of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Row {
-    /// Its number.
     pub run: u64,
     /// What became of it.
     pub end: RunEnd,
@@ -51,15 +50,12 @@ pub struct Row {
 pub enum RunEnd {
     /// The aircraft was kept.
     Kept,
-    /// It was lost.
     Lost,
     /// It could not be flown.
     Failed,
 }
 
 impl RunEnd {
-    /// As in tables.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Kept => "kept",
@@ -71,7 +67,6 @@ impl RunEnd {
 
 impl Row {
     /// The row of a flight.
-    #[must_use]
     pub fn of(run: u64, outcome: &Outcome) -> Self {
         let (end, lost_at_s, reason) = match &outcome.fate {
             Fate::Kept => (RunEnd::Kept, None, String::new()),
@@ -102,7 +97,6 @@ impl Row {
     }
 
     /// The row of a run that could not be flown.
-    #[must_use]
     pub fn failed(run: u64, reason: String) -> Self {
         Self { run, end: RunEnd::Failed, lost_at_s: None, reason, end_s: 0.0, measures: Vec::new() }
     }
@@ -114,7 +108,6 @@ pub enum StoreError {
     /// A file cannot be read or written.
     #[error("{}: {source}", path.display())]
     File {
-        /// Which one.
         path: PathBuf,
         /// What is wrong with it.
         source: FileProblem,
@@ -127,7 +120,6 @@ pub enum StoreError {
     Other {
         /// The folder, or the part.
         path: PathBuf,
-        /// What differs.
         key: &'static str,
         /// What the folder has.
         found: String,
@@ -137,7 +129,6 @@ pub enum StoreError {
     /// The file that names the campaign, or a part, has what no campaign writes.
     #[error("{}: {problem}", path.display())]
     Damaged {
-        /// The file.
         path: PathBuf,
         /// What is wrong with it.
         problem: String,
@@ -145,18 +136,8 @@ pub enum StoreError {
     /// An input has changed meanwhile.
     #[error(transparent)]
     Input(#[from] Box<PlanError>),
-    /// Parts are missing.
     #[error("{}: {missing} of {count} parts are missing, the first one is part {first}", path.display())]
-    Missing {
-        /// The folder.
-        path: PathBuf,
-        /// How many.
-        missing: u64,
-        /// Of how many.
-        count: u64,
-        /// The first one.
-        first: u64,
-    },
+    Missing { path: PathBuf, missing: u64, count: u64, first: u64 },
 }
 
 /// What a folder is of.
@@ -188,9 +169,6 @@ struct Part<'a> {
 
 impl Store {
     /// Opens the folder of a campaign, or makes it.
-    ///
-    /// # Errors
-    /// [`StoreError`]: it cannot be written, or belongs to another campaign or version.
     pub fn open(plan: &Plan, folder: &Path) -> Result<Self, StoreError> {
         let laws = plan.laws().len() as u64;
         let of = |aircraft: &Aircraft| {
@@ -215,29 +193,21 @@ impl Store {
         Ok(store)
     }
 
-    /// The folder.
-    #[must_use]
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// Number of parts.
-    #[must_use]
     pub fn count(&self) -> u64 {
         self.head.runs.div_ceil(self.head.runs_of_a_part)
     }
 
     /// Runs of a part.
-    #[must_use]
     pub fn range(&self, part: u64) -> std::ops::Range<u64> {
         let from = part * self.head.runs_of_a_part;
         from..(from + self.head.runs_of_a_part).min(self.head.runs)
     }
 
     /// The runs of a part; `None` if it is not there, or not whole: then it is flown again.
-    ///
-    /// # Errors
-    /// [`StoreError`] if it cannot be read, is of another campaign, or has what no campaign writes.
     pub fn read(&self, part: u64) -> Result<Option<Vec<Row>>, StoreError> {
         let path = self.path(part);
         match file::read(&path, PART_BYTES_MAX) {
@@ -248,9 +218,6 @@ impl Store {
     }
 
     /// The runs of a part of a finished campaign.
-    ///
-    /// # Errors
-    /// [`StoreError::Missing`] if it is not there or damaged, else as [`Store::read`].
     pub fn runs(&self, part: u64) -> Result<Vec<Row>, StoreError> {
         let (path, count) = (self.folder.clone(), self.count());
         let missing = StoreError::Missing { path, missing: 1, count, first: part };
@@ -258,17 +225,11 @@ impl Store {
     }
 
     /// Whether a part is there and whole.
-    ///
-    /// # Errors
-    /// As [`Store::read`].
     pub fn has(&self, part: u64) -> Result<bool, StoreError> {
         Ok(self.read(part)?.is_some())
     }
 
     /// Writes a part: it is there whole, or not at all.
-    ///
-    /// # Errors
-    /// [`StoreError::File`], such as a full disk.
     pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), StoreError> {
         let path = self.path(part);
         let failed = |problem: String| StoreError::Damaged { path: path.clone(), problem };
@@ -282,9 +243,6 @@ impl Store {
     }
 
     /// Takes every whole part of another folder of the same campaign that is not here yet; gives how many.
-    ///
-    /// # Errors
-    /// [`StoreError`]: the other folder is of another campaign or cannot be read, or this one not be written.
     pub fn take(&self, other: &Path) -> Result<u64, StoreError> {
         let (head, aircraft) = (self.head.clone(), self.aircraft.clone());
         let from = Self { folder: other.to_path_buf(), head, aircraft };
@@ -302,9 +260,6 @@ impl Store {
     }
 
     /// Checks that every part is there.
-    ///
-    /// # Errors
-    /// [`StoreError::Missing`] names the first one that is not.
     pub fn check_complete(&self) -> Result<(), StoreError> {
         let mut missing = Vec::new();
         for part in 0..self.count() {

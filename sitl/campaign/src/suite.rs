@@ -20,9 +20,6 @@ const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
 /// Flies the suite with these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
-///
-/// # Errors
-/// As for each campaign.
 pub fn run(
     folder: &Path,
     settings: &[Setting],

@@ -45,7 +45,6 @@ pub struct Group {
 
 impl Group {
     /// Lost flights among those that could be flown; NaN if there are none.
-    #[must_use]
     pub fn fraction_lost(&self) -> f64 {
         f64::from(self.lost) / f64::from(self.flown)
     }
@@ -54,14 +53,12 @@ impl Group {
 /// A mean difference on the same flights.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
-    /// Mean.
     pub mean: f64,
     /// 95 % interval by paired bootstrap.
     pub interval: (f64, f64),
 }
 
 /// All groups, aircraft by aircraft.
-#[must_use]
 pub fn groups(plan: &Plan, results: &Results) -> Vec<Group> {
     let mut groups = Vec::new();
     for airframe in 0..plan.aircraft.len() {
@@ -146,8 +143,6 @@ impl Difference {
     }
 }
 
-/// The file.
-#[must_use]
 pub fn csv(plan: &Plan, groups: &[Group]) -> String {
     let names = &plan.file.spec.measures;
     let mut text = format!(
@@ -201,7 +196,6 @@ fn push_difference(text: &mut String, difference: Option<Difference>, scale: f64
 }
 
 /// A table for the terminal.
-#[must_use]
 pub fn shown(plan: &Plan, groups: &[Group]) -> String {
     let laws = plan.laws();
     let width = laws.iter().map(|law| law.chars().count()).max().unwrap_or(0).max(3);

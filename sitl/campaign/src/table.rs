@@ -37,13 +37,10 @@ const HEADING: &str = "column,unit,meaning\n";
 /// Why the table cannot be written.
 #[derive(Debug, thiserror::Error)]
 pub enum TableError {
-    /// The folder.
     #[error(transparent)]
     Store(#[from] StoreError),
-    /// A run.
     #[error(transparent)]
     Plan(#[from] Box<PlanError>),
-    /// The table.
     #[error("{RUNS}: {0}")]
     Parquet(#[from] ParquetError),
 }
@@ -73,9 +70,6 @@ enum Cells {
 }
 
 /// Writes the table and the list of its columns from the parts of a store; `each` sees every row, in the order of the runs.
-///
-/// # Errors
-/// [`TableError`]; then there is no table.
 pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(), TableError> {
     store.check_complete()?;
     let columns = columns(plan);
@@ -278,7 +272,6 @@ fn write_columns(columns: &[Column], folder: &Path) -> Result<(), StoreError> {
 
 impl Value {
     /// For tables of people: numbers with at most six digits.
-    #[must_use]
     pub fn shown(&self) -> String {
         match self {
             Self::Number(number) => format!("{}", (number * 1.0e6).round() / 1.0e6),

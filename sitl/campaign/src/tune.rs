@@ -80,9 +80,6 @@ struct Tuned<'a> {
 
 /// Tunes every law that names parameters, and writes a file of gains for each and a table. A law whose file is there is not
 /// tuned again.
-///
-/// # Errors
-/// What is wrong with the specification, or a file that cannot be written.
 pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(folder)
         .map_err(|error| format!("--out {}: {error}", folder.display()))?;

@@ -56,9 +56,6 @@ struct Found {
 }
 
 /// Searches and writes the table and, for each case with a loss, the scenario.
-///
-/// # Errors
-/// What is wrong with the variable or the folder.
 pub fn run(
     plan: &Plan,
     over: Option<&str>,

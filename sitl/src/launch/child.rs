@@ -31,12 +31,7 @@ const LAST_LINES: Duration = Duration::from_millis(200);
 #[derive(Debug)]
 pub(super) enum Report {
     /// The autopilot waits for plants and ground stations.
-    Listening {
-        /// For plants.
-        plant_link: SocketAddr,
-        /// For ground stations.
-        ground_stations: Listening,
-    },
+    Listening { plant_link: SocketAddr, ground_stations: Listening },
     /// The flight goes on.
     Status(StatusLine),
     /// Simulation time passes like this from here on.
@@ -46,12 +41,7 @@ pub(super) enum Report {
     /// The operator has pressed a key.
     Pressed(Key),
     /// A line for the operator.
-    Line {
-        /// Of which process.
-        process: &'static str,
-        /// What.
-        line: String,
-    },
+    Line { process: &'static str, line: String },
 }
 
 /// Where the reports of both children arrive.
@@ -77,7 +67,6 @@ impl Reports {
     }
 }
 
-/// Where reports go.
 pub(super) struct ReportSender(SyncSender<Report>);
 
 impl ReportSender {

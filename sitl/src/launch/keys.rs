@@ -22,7 +22,6 @@ const LONG_STEP: u32 = 100;
 const AGAIN: Duration = Duration::from_millis(200);
 /// First byte of what cursor and function keys send.
 const ESCAPE: u8 = 0x1b;
-/// What Ctrl-Z sends.
 const SUSPEND: u8 = 0x1a;
 
 /// What the operator wants.
@@ -32,13 +31,10 @@ pub(super) enum Key {
     PauseOrRun,
     /// Let this many control periods pass.
     Step(u32),
-    /// Half as fast.
     Slower,
-    /// Twice as fast.
     Faster,
     /// As fast as the wall clock.
     RealTime,
-    /// End the flight.
     Quit,
     /// Stop the flight until the shell lets it go on.
     Suspend,
@@ -71,9 +67,6 @@ impl Keys {
     /// Switches the terminal and sends each key to `take`, which says false when nobody reads any more. `None` where there is no terminal to read from.
     ///
     /// Ctrl-C and Ctrl-\ remain signals. Ctrl-Z becomes a key, since the screen is given back before the process stops.
-    ///
-    /// # Errors
-    /// The error of the system, if it refuses a thread or to switch.
     pub(super) fn listen(take: impl Fn(Key) -> bool + Send + 'static) -> io::Result<Option<Self>> {
         let terminal = io::stdin();
         if !terminal.is_terminal() || is_in_background(&terminal) {
@@ -163,7 +156,6 @@ const KEEPS_UP: f64 = 0.9;
 /// Standing still, and speed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PaceState {
-    /// Time stands still.
     pub(super) paused: bool,
     /// Where it runs, so many times as fast as wall time; `None`: as fast as possible.
     pub(super) speed: Option<f64>,

@@ -190,7 +190,6 @@ fn print(line: &str) -> io::Result<()> {
     out.flush()
 }
 
-/// The flight now.
 fn plain_line(flight: &FlightStatus, pace: PaceState, achieved: Option<f64>) -> String {
     let FlightStatus { plant, t_s, altitude_m, airspeed_m_s, roll_deg, mode, .. } = flight;
     let speed = pace.text(achieved);

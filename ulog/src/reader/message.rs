@@ -12,7 +12,6 @@ pub struct Damage {
     pub offset: usize,
     /// Where reading continued; `None` if no sync message followed, so that the rest of the file is lost.
     pub resumed: Option<usize>,
-    /// The error.
     pub wrong: Wrong,
 }
 
@@ -31,7 +30,6 @@ impl fmt::Display for Damage {
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    /// The system's error.
     #[error("{0}")]
     Io(#[from] std::io::Error),
     /// The first bytes are those of another kind of file.
@@ -47,7 +45,6 @@ pub enum ReadError {
     Flags {
         /// Index of the byte, of eight.
         index: usize,
-        /// Its unknown bits.
         flags: u8,
     },
 }
@@ -58,7 +55,6 @@ pub enum Wrong {
     /// No writer produces such a message.
     #[error("a message of type {kind:#04x} with {size} bytes")]
     Message {
-        /// Its type.
         kind: u8,
         /// Its size without the header.
         size: usize,
@@ -84,9 +80,7 @@ pub enum Wrong {
     /// A row that does not fit its format.
     #[error("a row of {size} bytes; {topic:?} has {expected}")]
     RowSize {
-        /// The topic.
         topic: String,
-        /// Bytes.
         size: usize,
         /// Bytes of its format.
         expected: usize,
@@ -135,7 +129,6 @@ impl<'a> Body<'a> {
         str::from_utf8(text).map_err(|_| Wrong::Text(char::from(self.kind)))
     }
 
-    /// The remaining bytes.
     pub fn rest(self) -> &'a [u8] {
         self.bytes
     }

@@ -11,9 +11,6 @@ use crate::format::{FILE_HEADER, Format, MAGIC, MESSAGE_HEADER, SYNC, VERSION};
 const DATA_APPENDED: u8 = 1;
 
 /// Reads a file from its first byte to its last.
-///
-/// # Errors
-/// [`ReadError`] with the offset of the error.
 pub fn parse(bytes: Vec<u8>) -> Result<Log, ReadError> {
     let Some((header, _)) = bytes.split_first_chunk::<FILE_HEADER>() else {
         return Err(ReadError::NoLog);

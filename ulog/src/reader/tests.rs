@@ -296,7 +296,6 @@ fn a_written_log_reads_back() {
     assert_eq!((log.info_u64("control_steps"), log.dropouts_ms()), (Some(5), &[12][..]));
 }
 
-/// Calls every accessor.
 fn look(log: &Log) -> usize {
     let columns = |topic: Topic<'_>| {
         let names = topic.fields().iter().take(4).map(|field| field.name.clone());

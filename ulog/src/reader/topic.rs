@@ -74,7 +74,6 @@ pub struct Topic<'a> {
     pub(super) rows: &'a [usize],
 }
 
-/// One row.
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
     layout: &'a Layout,
@@ -82,38 +81,30 @@ pub struct Row<'a> {
 }
 
 impl<'a> Topic<'a> {
-    /// Name.
-    #[must_use]
     pub fn name(&self) -> &'a str {
         &self.layout.format.name
     }
 
     /// Multi id of several topics with the same name, from 0.
-    #[must_use]
     pub fn multi_id(&self) -> u8 {
         self.multi_id
     }
 
     /// Fields in the order of the bytes.
-    #[must_use]
     pub fn fields(&self) -> &'a [Field] {
         &self.layout.format.fields
     }
 
-    /// Number of rows.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.rows.len()
     }
 
     /// Whether it has no rows.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
     /// A row by its number, from 0.
-    #[must_use]
     pub fn row(&self, index: usize) -> Option<Row<'a>> {
         self.rows.get(index).map(|start| self.row_at(*start))
     }
@@ -125,26 +116,22 @@ impl<'a> Topic<'a> {
     }
 
     /// Rows that begin before this byte of the file.
-    #[must_use]
     pub fn rows_before(&self, offset: usize) -> usize {
         self.rows.partition_point(|start| *start < offset)
     }
 
     /// Timestamps of the rows, us.
-    #[must_use]
     pub fn times_us(&self) -> Vec<u64> {
         self.rows().map(|row| row.timestamp_us()).collect()
     }
 
     /// A column as `f64`: `name`, or `name[2]` for an element of an array. `None` if there is no such column.
-    #[must_use]
     pub fn column(&self, name: &str) -> Option<Vec<f64>> {
         let (kind, place) = self.layout.find(name)?;
         Some(self.rows().map(|row| number(kind, row.at(place.clone()))).collect())
     }
 
     /// The type of a column, if there is one with that name.
-    #[must_use]
     pub fn kind(&self, name: &str) -> Option<FieldType> {
         self.layout.find(name).map(|(kind, _)| kind)
     }
@@ -157,21 +144,17 @@ impl<'a> Topic<'a> {
 }
 
 impl<'a> Row<'a> {
-    /// us.
-    #[must_use]
     pub fn timestamp_us(&self) -> u64 {
         self.layout.timestamp.map_or(0, |start| wide(self.at(start..start.saturating_add(8))))
     }
 
     /// A value as `f64`. `None` if there is no such column.
-    #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
         let (kind, place) = self.layout.find(name)?;
         Some(number(kind, self.at(place)))
     }
 
     /// An unsigned whole number. `None` if there is no such column, or it is of another type.
-    #[must_use]
     pub fn unsigned(&self, name: &str) -> Option<u64> {
         use FieldType::{Bool, U8, U16, U32, U64};
         let (kind, place) = self.layout.find(name)?;
@@ -179,7 +162,6 @@ impl<'a> Row<'a> {
     }
 
     /// Bytes of a field, of all elements if it is an array. `None` if there is no such field.
-    #[must_use]
     pub fn bytes(&self, name: &str) -> Option<&'a [u8]> {
         let (field, start) = self.layout.field(name)?;
         self.bytes.get(start..start.checked_add(field.size())?)

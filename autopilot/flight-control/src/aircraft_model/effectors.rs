@@ -195,7 +195,6 @@ impl From<EffectorModel> for Tables {
 
 impl EffectorModel {
     /// Smallest and largest thrust, N; zeros without an engine.
-    #[must_use]
     pub fn thrust_range_n(&self) -> [f64; 2] {
         self.list.only(EffectorKind::Engine).map_or([0.0; 2], |engine| {
             let ServoModel { min, max, .. } = self.servos[engine];
@@ -204,7 +203,6 @@ impl EffectorModel {
     }
 
     /// Coefficient of all effectors together per rad of one part of the main command.
-    #[must_use]
     pub fn per_command(
         &self,
         coefficients: &PerEffector<f64>,
@@ -216,7 +214,6 @@ impl EffectorModel {
 
     /// How far a part of the main command can go before every effector that follows it is at an end of its travel:
     /// from and to, rad or N. Zeros if none follows.
-    #[must_use]
     pub fn command_range(&self, gain: impl Fn(&AxisGains) -> f64) -> [f64; 2] {
         let ranges = self.list.all().filter_map(|effector| {
             let (gain, servo) = (gain(&self.gains[effector]), &self.servos[effector]);

@@ -67,7 +67,6 @@ impl Schedule {
     }
 
     /// Whether the model is the same everywhere.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.points[0].is_none()
     }
@@ -112,7 +111,6 @@ impl Schedule {
 
 impl SchedulePoint {
     /// Dynamic pressure, Pa.
-    #[must_use]
     pub fn pressure_pa(&self) -> f64 {
         0.5 * atmosphere::density(self.altitude_m) * self.airspeed_m_s * self.airspeed_m_s
     }

@@ -45,14 +45,12 @@ pub struct AxisReach {
 ///
 /// `positions` in the order of the columns, cut at the bounds. Total: never negative, zero for a direction that is zero or
 /// not finite; columns are taken as [`super::allocate`] takes them.
-#[must_use]
 pub fn largest_scale(columns: &[Column], positions: &[f64], direction: &Vector3<f64>) -> f64 {
     let [scale] = scales(columns, positions, [*direction]);
     scale
 }
 
 /// How far each axis can be driven from `positions`, both ways.
-#[must_use]
 pub fn axis_reach(columns: &[Column], positions: &[f64]) -> AxisReach {
     let (x, y, z) = (Vector3::x(), Vector3::y(), Vector3::z());
     let [roll, pitch, yaw, left, down, back] = scales(columns, positions, [x, y, z, -x, -y, -z]);
@@ -65,7 +63,6 @@ pub fn axis_reach(columns: &[Column], positions: &[f64]) -> AxisReach {
 
 impl AxisReach {
     /// Roll, pitch and yaw.
-    #[must_use]
     pub fn axes(&self) -> [Reach; 3] {
         [self.roll, self.pitch, self.yaw]
     }
@@ -75,7 +72,6 @@ impl Reach {
     /// What is left of `whole`, the reach from the preferred positions, in the direction that has less, percent.
     ///
     /// Zero on an axis that had no authority to begin with.
-    #[must_use]
     pub fn left_pct(&self, whole: &Self) -> f64 {
         let side = |left: f64, whole: f64| if whole > 0.0 { left / whole } else { 0.0 };
         let left = side(self.negative, whole.negative).min(side(self.positive, whole.positive));

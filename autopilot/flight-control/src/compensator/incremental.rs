@@ -58,7 +58,6 @@ pub struct Incremental {
 
 impl Incremental {
     /// Waits for its first measurement.
-    #[must_use]
     pub fn new(gains: &IncrementalGains, period: ControlPeriod) -> Self {
         let mut new = Self {
             channels: [Channel::default(); 3],

@@ -44,7 +44,6 @@ pub struct LinearEso {
 
 impl LinearEso {
     /// Waits for its first measurement.
-    #[must_use]
     pub fn new(gains: &LinearEsoGains, period: ControlPeriod) -> Self {
         let mut new = Self {
             channels: [Channel::default(); 3],

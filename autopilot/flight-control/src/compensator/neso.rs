@@ -30,7 +30,6 @@ pub const FAL_EXPONENT: f64 = 0.5;
 ///
 /// Implements Eq. (23): g₁(e) = e, and g₂(e) = fal(e, 1/2, δ), which is this function. `width` is the
 /// paper's δ, in the unit of `e`.
-#[must_use]
 pub fn fal(e: f64, width: f64) -> f64 {
     if e.abs() > width {
         libm::copysign(libm::pow(e.abs(), FAL_EXPONENT), e)
@@ -126,7 +125,6 @@ pub struct Neso {
 
 impl Neso {
     /// Waits for its first measurement.
-    #[must_use]
     pub fn new(gains: &NesoGains, period: ControlPeriod) -> Self {
         Self {
             channels: [Channel::default(); 3],
@@ -142,7 +140,6 @@ impl Neso {
     }
 
     /// z: estimated body rates, rad/s.
-    #[must_use]
     pub fn z(&self) -> Vector3<f64> {
         let [p, q, r] = &self.channels;
         Vector3::new(p.z, q.z, r.z)
@@ -151,7 +148,6 @@ impl Neso {
     /// z2: estimated fault acceleration, rad/s².
     ///
     /// Implements Eq. (24): the extended state is the estimate of F.
-    #[must_use]
     pub fn z2(&self) -> Vector3<f64> {
         let [p, q, r] = &self.channels;
         Vector3::new(p.z2, q.z2, r.z2)
@@ -194,13 +190,11 @@ impl NesoGains {
     pub const REFERENCE: Self = Self { bandwidth: 50.0, rate_factor: 2.2, fal_width: 0.02 };
 
     /// β₁, 1/s.
-    #[must_use]
     pub fn beta_1(&self) -> f64 {
         self.rate_factor * self.bandwidth
     }
 
     /// β₂, (rad/s)^(1/2)/s²: the linear zone is s² + k_b ω₀ s + ω₀².
-    #[must_use]
     pub fn beta_2(&self) -> f64 {
         self.bandwidth * self.bandwidth * libm::sqrt(self.fal_width)
     }
@@ -208,7 +202,6 @@ impl NesoGains {
     /// The condition of Lemma 1, β₁² > 4 k β₂ dg₂/de for some k > 1, at the steepest slope 1/√δ of g₂.
     ///
     /// The condition is sufficient, not necessary, so a violation is a warning.
-    #[must_use]
     pub fn lemma_1(&self) -> Option<Lemma1Warning> {
         let beta_1_squared = self.beta_1() * self.beta_1();
         let bound = 4.0 * self.beta_2() / libm::sqrt(self.fal_width);

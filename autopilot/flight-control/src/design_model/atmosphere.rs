@@ -24,7 +24,6 @@ fn inside(altitude_m: f64) -> f64 {
 }
 
 /// Air density at an altitude, kg/m³.
-#[must_use]
 pub fn density(altitude_m: f64) -> f64 {
     let h = inside(altitude_m);
     let troposphere = h.min(TROPOPAUSE_M);
@@ -35,13 +34,11 @@ pub fn density(altitude_m: f64) -> f64 {
 }
 
 /// Air temperature at an altitude, K.
-#[must_use]
 pub fn temperature(altitude_m: f64) -> f64 {
     TEMPERATURE_SEA_LEVEL - LAPSE * inside(altitude_m).min(TROPOPAUSE_M)
 }
 
 /// Static pressure at an altitude, Pa: `p = ρ R T`.
-#[must_use]
 pub fn pressure(altitude_m: f64) -> f64 {
     density(altitude_m) * GAS_CONSTANT * temperature(altitude_m)
 }
@@ -66,19 +63,16 @@ fn same_impact(airspeed_m_s: f64, from_m: f64, to_m: f64) -> f64 {
 }
 
 /// Calibrated airspeed of a true one at an altitude, m/s: the airspeed at sea level with the same impact pressure.
-#[must_use]
 pub fn calibrated_airspeed(true_m_s: f64, altitude_m: f64) -> f64 {
     same_impact(true_m_s, altitude_m, 0.0)
 }
 
 /// True airspeed of a calibrated one at an altitude, m/s.
-#[must_use]
 pub fn true_airspeed(calibrated_m_s: f64, altitude_m: f64) -> f64 {
     same_impact(calibrated_m_s, 0.0, altitude_m)
 }
 
 /// Altitude with this static pressure (Pa), m: the inverse of [`pressure`].
-#[must_use]
 pub fn pressure_altitude(pressure_pa: f64) -> f64 {
     let sea_level = DENSITY_SEA_LEVEL * GAS_CONSTANT * TEMPERATURE_SEA_LEVEL;
     let ratio = libm::exp(libm::log(pressure_pa.max(1.0) / sea_level) / PRESSURE_EXPONENT);

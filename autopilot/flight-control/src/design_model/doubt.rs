@@ -52,7 +52,6 @@ impl DesignModel {
     ///
     /// The coefficients are those of the design point or its schedule. Their errors, and the rolling and turning gusts that no sensor
     /// shows, are parts of the moments, which grow with the dynamic pressure and, as the model does not know, with the Mach number.
-    #[must_use]
     pub fn doubt(&self, state: &NavigationState, at: &FlightCondition) -> ModelDoubt {
         let ratio = compressibility(state) / self.reference.compressibility;
         // An aircraft with smaller coefficients than the model's at low Mach numbers is no reason for lower levels.

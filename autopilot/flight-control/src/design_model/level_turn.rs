@@ -36,7 +36,6 @@ pub struct Elevators {
 
 impl Elevators {
     /// Of these effectors.
-    #[must_use]
     pub fn of(effectors: &EffectorModel) -> Self {
         let per_pitch = |coefficients| effectors.per_command(coefficients, |gains| gains.pitch);
         Self { c_lift: per_pitch(&effectors.c_lift), c_pitch: per_pitch(&effectors.c_pitch) }
@@ -61,7 +60,6 @@ fn load_factor(cos_phi: f64) -> f64 {
 ///
 /// C_Lδ and C_mδ are those of all effectors that follow the elevator command δe. The jet's sin α is written as α. The angle of attack is cut at the stall onset of the model: beyond it more
 /// angle gives no more lift that could be relied on.
-#[must_use]
 pub fn level_turn(
     aircraft: &AircraftModel,
     elevators: &Elevators,

@@ -14,7 +14,6 @@ const HEAT_RATIO: f64 = 1.4;
 const FLOW_MIN_M_S: f64 = 5.0;
 
 /// Geopotential altitude of a geometric one, m.
-#[must_use]
 pub fn geopotential(altitude_m: f64) -> f64 {
     GEOPOTENTIAL_RADIUS_M * altitude_m / (GEOPOTENTIAL_RADIUS_M + altitude_m)
 }
@@ -31,7 +30,6 @@ pub struct Airspeed {
 /// True airspeed of an impact pressure (Pa) at a pressure altitude (m) with the temperature of US-1976.
 ///
 /// M² = 5 ((q_c/p + 1)^(2/7) - 1); `None` for less than 5 m/s.
-#[must_use]
 pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
     let static_pa = atmosphere::pressure(pressure_altitude_m);
     let kelvin = atmosphere::temperature(pressure_altitude_m);
@@ -49,7 +47,6 @@ pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
 }
 
 /// Impact pressure (Pa) of a true airspeed at a pressure altitude (m): the inverse of [`airspeed`].
-#[must_use]
 pub fn impact(airspeed_m_s: f64, pressure_altitude_m: f64) -> f64 {
     let kelvin = atmosphere::temperature(pressure_altitude_m);
     let sound_2 = HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
@@ -67,14 +64,12 @@ pub struct Flow {
 }
 
 /// V of a velocity through the air, m/s.
-#[must_use]
 pub fn speed(v: &Vector3<f64>) -> Option<Flow> {
     let value = v.norm();
     (value > FLOW_MIN_M_S).then(|| Flow { value, gradient: v / value })
 }
 
 /// α = atan2(w, u).
-#[must_use]
 pub fn angle_of_attack(v: &Vector3<f64>) -> Option<Flow> {
     let square = v.x * v.x + v.z * v.z;
     (square > FLOW_MIN_M_S * FLOW_MIN_M_S).then(|| Flow {
@@ -84,7 +79,6 @@ pub fn angle_of_attack(v: &Vector3<f64>) -> Option<Flow> {
 }
 
 /// β = asin(v / V).
-#[must_use]
 pub fn sideslip(v: &Vector3<f64>) -> Option<Flow> {
     let in_plane_2 = v.x * v.x + v.z * v.z;
     if in_plane_2 < FLOW_MIN_M_S * FLOW_MIN_M_S {
@@ -132,7 +126,6 @@ pub struct AirModel {
 
 impl AirModel {
     /// Of an aircraft model.
-    #[must_use]
     pub fn new(aircraft: &AircraftModel) -> Self {
         let data = aircraft.air_data.unwrap_or_default();
         let trim = &aircraft.trim;
@@ -155,7 +148,6 @@ impl AirModel {
 
     /// Lift over mass (m/s²) at a velocity through the air (m/s, body axes), a pitch rate (rad/s) and an altitude (m), with its gradient:
     /// L = q S (C_L0 + C_Lα α + C_Lq q c / 2V). `None` where it is small, or the flow is not attached.
-    #[must_use]
     pub fn lift(&self, v: &Vector3<f64>, pitch_rate_rad_s: f64, altitude_m: f64) -> Option<Wing> {
         let angle = angle_of_attack(v).filter(|flow| flow.value.abs() < self.stall_onset_rad)?;
         let speed_2 = v.norm_squared();
@@ -172,7 +164,6 @@ impl AirModel {
 
     /// Sideslip (rad) that gives a specific force (m/s², body axes) at an airspeed (m/s) and an altitude (m): β = f_y m / (q S C_Yβ).
     /// `None` where the model does not tell.
-    #[must_use]
     pub fn sideslip(
         &self,
         force: &Vector3<f64>,

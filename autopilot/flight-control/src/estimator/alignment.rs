@@ -19,7 +19,6 @@ pub struct Direction {
 /// part of `direction` points where it has to; `None` if a vector is too short for it.
 ///
 /// The method of two vectors (TRIAD, Black 1964), with the specific force as the first one.
-#[must_use]
 pub fn align(force: &Body, expected: &Ned, direction: &Direction) -> Option<UnitQuaternion<f64>> {
     let body = frame(&force.0, &direction.body.0)?;
     let ned = frame(&expected.0, &direction.ned.0)?;

@@ -104,7 +104,6 @@ impl Row {
     const MOST: usize = 12;
 
     /// Without any state.
-    #[must_use]
     pub const fn empty() -> Self {
         Self { parts: [(0, 0.0); Self::MOST], count: 0 }
     }
@@ -141,7 +140,6 @@ pub struct Comparison {
 
 impl Comparison {
     /// Innovation over its standard deviation.
-    #[must_use]
     pub fn deviations(&self) -> f64 {
         libm::fabs(self.innovation) / libm::sqrt(self.variance)
     }
@@ -179,7 +177,6 @@ pub struct Covariance {
 
 impl Covariance {
     /// Independent states with these standard deviations.
-    #[must_use]
     pub fn new(spreads: &States) -> Self {
         let mut p = [[0.0; STATES]; STATES];
         let mut floor = [0.0; STATES];
@@ -196,25 +193,21 @@ impl Covariance {
     }
 
     /// Variance of a state.
-    #[must_use]
     pub fn variance(&self, state: usize) -> f64 {
         self.p[state][state]
     }
 
     /// Standard deviations of all states.
-    #[must_use]
     pub fn spreads(&self) -> States {
         core::array::from_fn(|index| libm::sqrt(self.variance(index)))
     }
 
     /// Sum of three variances.
-    #[must_use]
     pub fn sum_of_three(&self, from: usize) -> f64 {
         (from..from + 3).map(|state| self.variance(state)).sum()
     }
 
     /// Covariance of three states.
-    #[must_use]
     pub fn block(&self, from: usize) -> Matrix3<f64> {
         Matrix3::from_fn(|row, column| self.p[from + row][from + column])
     }
@@ -256,7 +249,6 @@ impl Covariance {
 
     /// Compares a measurement with variance `noise` with the estimate.
     #[inline]
-    #[must_use]
     pub fn compare(&self, row: &Row, innovation: f64, noise: f64) -> Comparison {
         let mut product = [0.0; STATES];
         for (state, factor) in row.parts() {
@@ -269,7 +261,6 @@ impl Covariance {
     }
 
     /// Variance of a sum of states if the errors that last were known.
-    #[must_use]
     pub fn variance_of_changing(&self, row: &Row) -> f64 {
         let Comparison { product, variance, .. } = self.compare(row, 0.0, 0.0);
         // These are independent of each other: nothing corrects them.
@@ -380,7 +371,6 @@ impl Covariance {
     }
 
     /// Whether every number is finite and every variance positive.
-    #[must_use]
     pub fn is_sound(&self) -> bool {
         let finite = self.p.iter().flatten().all(|value| value.is_finite());
         finite && (0..STATES).all(|state| self.variance(state) > 0.0)

@@ -67,7 +67,6 @@ pub struct Place {
 
 impl Earth {
     /// The Earth on which both forms of the position of a fix agree.
-    #[must_use]
     pub fn through(shape: EarthShape, fix: &GnssFix) -> Self {
         let here = Coordinates {
             latitude: fix.latitude_rad,
@@ -102,7 +101,6 @@ impl Earth {
     }
 
     /// The place at a position, m, start axes.
-    #[must_use]
     pub fn place(&self, position: &Vector3<f64>) -> Place {
         if self.shape == EarthShape::Flat {
             let [north_m, east_m] = metres_per_radian(self.start.latitude);
@@ -139,25 +137,21 @@ impl Earth {
 
 impl Place {
     /// A vector from start axes to local ones.
-    #[must_use]
     pub fn ned(&self, v: &Vector3<f64>) -> Ned {
         Ned(self.start_from_ned.tr_mul(v))
     }
 
     /// Attitude relative to the local axes, from that relative to start axes.
-    #[must_use]
     pub fn attitude(&self, start_from_body: &UnitQuaternion<f64>) -> Attitude {
         Attitude { q_ned_from_body: self.ned_from_start * start_from_body }
     }
 
     /// Up, start axes.
-    #[must_use]
     pub fn up(&self) -> Vector3<f64> {
         -self.start_from_ned.column(2)
     }
 
     /// Latitude and longitude, rad, and altitude, m, of a position near this place.
-    #[must_use]
     pub fn coordinates(&self, position: &Vector3<f64>) -> [f64; 3] {
         let away = self.ned(&(position - self.position)).0;
         [
@@ -169,7 +163,6 @@ impl Place {
 }
 
 /// Metres per rad of latitude and of longitude at altitude zero.
-#[must_use]
 pub fn metres_per_radian(latitude: f64) -> [f64; 2] {
     let (sin, cos) = libm::sincos(latitude);
     let w2 = 1.0 - E2 * sin * sin;

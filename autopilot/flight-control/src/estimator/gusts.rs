@@ -67,7 +67,6 @@ impl Contrast {
 
 impl Gusts {
     /// Before the first look.
-    #[must_use]
     pub fn new(size_m_s: f64) -> Self {
         Self {
             square: size_m_s * size_m_s,
@@ -81,7 +80,6 @@ impl Gusts {
     }
 
     /// Mean square along an axis, m²/s².
-    #[must_use]
     pub fn square(&self) -> f64 {
         self.square
     }

@@ -22,7 +22,6 @@ pub struct Integrals {
 
 impl Integrals {
     /// At the start.
-    #[must_use]
     pub fn at(time: SimTime) -> Self {
         Self { time, velocity: Vector3::zeros(), position: Vector3::zeros() }
     }
@@ -53,7 +52,6 @@ impl History {
     pub const EVERY_US: u64 = 10_000;
 
     /// Without entries.
-    #[must_use]
     pub fn empty() -> Self {
         Self { entries: [Integrals::at(SimTime::ZERO); ENTRIES], next: 0, count: 0 }
     }
@@ -78,7 +76,6 @@ impl History {
     }
 
     /// From a moment to the present; `None` if it is older than the oldest entry, or later than the present.
-    #[must_use]
     pub fn since(&self, moment: SimTime, now: &Integrals) -> Option<Since> {
         if moment > now.time {
             return None;

@@ -36,7 +36,6 @@ pub struct Source {
 
 impl Source {
     /// Before the first sample.
-    #[must_use]
     pub const fn new() -> Self {
         Self {
             measured: None,
@@ -76,7 +75,6 @@ impl Source {
     }
 
     /// Whether its samples have repeated one value for too long.
-    #[must_use]
     pub fn is_stuck(&self, now: SimTime) -> bool {
         self.same > STUCK_SAMPLES && micros(self.same_since, now) >= STUCK_US
     }
@@ -105,19 +103,16 @@ impl Source {
     }
 
     /// Whether they are.
-    #[must_use]
     pub fn is_doubted(&self) -> bool {
         self.doubted
     }
 
     /// Seconds since the last new sample; infinite before the first.
-    #[must_use]
     pub fn silence_s(&self, now: SimTime) -> f64 {
         self.measured.map_or(f64::INFINITY, |_| micros(self.came, now) as f64 * 1.0e-6)
     }
 
     /// What is to be said of it.
-    #[must_use]
     pub fn health(&self, now: SimTime) -> SourceHealth {
         if self.measured.is_none() {
             SourceHealth::Unused

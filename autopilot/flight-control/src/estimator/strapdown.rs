@@ -55,7 +55,6 @@ pub struct Field {
 
 impl Estimate {
     /// Everything zero.
-    #[must_use]
     pub fn zero() -> Self {
         Self {
             start_from_body: UnitQuaternion::identity(),
@@ -72,7 +71,6 @@ impl Estimate {
     }
 
     /// Matrix from body to start axes.
-    #[must_use]
     pub fn matrix(&self) -> Matrix3<f64> {
         let q = self.start_from_body.quaternion();
         rotation_matrix([q.w, q.i, q.j, q.k])
@@ -126,7 +124,6 @@ impl Estimate {
     }
 
     /// Whether every number is finite.
-    #[must_use]
     pub fn is_finite(&self) -> bool {
         let vectors = [
             &self.velocity,

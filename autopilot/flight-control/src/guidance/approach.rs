@@ -17,13 +17,11 @@ pub const RESERVE: f64 = 0.75;
 const SHARE_MIN: f64 = 0.1;
 
 /// Radius of a planned turn at a ground speed, m.
-#[must_use]
 pub fn planned_radius_m(ground_speed_m_s: f64, gains: &GuidanceGains) -> f64 {
     gains.turn_radius_m(ground_speed_m_s) / RESERVE
 }
 
 /// Angle of approach to a straight line at `distance_m` from it; a right angle from about one radius on.
-#[must_use]
 pub fn to_line(distance_m: f64, ground_speed_m_s: f64, gains: &GuidanceGains) -> f64 {
     let look_ahead_m = gains.look_ahead_m(ground_speed_m_s);
     turn_onto(distance_m, look_ahead_m, planned_radius_m(ground_speed_m_s, gains))
@@ -33,7 +31,6 @@ pub fn to_line(distance_m: f64, ground_speed_m_s: f64, gains: &GuidanceGains) ->
 ///
 /// Far outside it is that of a straight line, cos δ = d / r, which meets the circle almost as a tangent: d
 /// is chosen so that the bank angle grows from zero to that of the circle where the line comes near.
-#[must_use]
 pub fn outside_circle(r: f64, radius_m: f64, ground_speed_m_s: f64, gains: &GuidanceGains) -> f64 {
     let look_ahead_m = gains.look_ahead_m(ground_speed_m_s);
     let (near_m, cos_near) = near(look_ahead_m, radius_m);
@@ -47,7 +44,6 @@ pub fn outside_circle(r: f64, radius_m: f64, ground_speed_m_s: f64, gains: &Guid
 /// Angle of approach to a circle of `radius_m` from `r` inside.
 ///
 /// As to a line, with the acceleration that the circle itself leaves free.
-#[must_use]
 pub fn inside_circle(r: f64, radius_m: f64, ground_speed_m_s: f64, gains: &GuidanceGains) -> f64 {
     let v2 = ground_speed_m_s * ground_speed_m_s;
     let most = gains.acceleration_max();

@@ -53,7 +53,6 @@ impl Behaviour {
     pub const ALL: [Self; 4] = [Self::Stuck, Self::Reduced, Self::Biased, Self::Irregular];
 
     /// Number in logs and telemetry, from 1.
-    #[must_use]
     pub const fn code(self) -> u8 {
         self as u8 + 1
     }
@@ -89,7 +88,6 @@ pub struct Candidate {
 
 impl Candidate {
     /// The estimate that this hypothesis has for the present positions, rad/s²; `None` where it may be anything.
-    #[must_use]
     pub fn estimate(&self, columns: &[Column]) -> Option<Vector3<f64>> {
         let mut sum = Vector3::zeros();
         for (effector, value) in self.effectors.into_iter().zip(self.values) {
@@ -220,7 +218,6 @@ impl Sums {
 
     /// The sums with a constant acceleration of this deviation on each axis, rad/s², integrated out of `count` columns; those of
     /// healthy flight also with one of `offset`, rad/s².
-    #[must_use]
     pub fn forgiving(&self, deviation: &Vector3<f64>, offset: &Vector3<f64>, count: usize) -> Self {
         let mut sums = *self;
         let part_of = |variance: &Vector3<f64>| {
@@ -262,7 +259,6 @@ impl Sums {
     }
 
     /// Every hypothesis with its evidence.
-    #[must_use]
     pub fn candidates(&self, columns: &[Column]) -> Candidates {
         let mut all = Candidates::new();
         let none = |log_evidence| Candidate {

@@ -18,7 +18,6 @@ impl Integral {
     }
 
     /// One that starts from `value`.
-    #[must_use]
     pub fn starting(value: f64) -> Self {
         Self(value)
     }
@@ -29,7 +28,6 @@ impl Integral {
     }
 
     /// Contribution to the command.
-    #[must_use]
     pub fn value(self) -> f64 {
         self.0
     }

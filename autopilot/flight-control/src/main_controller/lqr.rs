@@ -122,7 +122,6 @@ fn bound(most: f64, gain: f64) -> f64 {
 
 impl Lqr {
     /// With empty integrators.
-    #[must_use]
     pub fn new(gains: &LqrGains) -> Self {
         let empty = Integral::default();
         Self { gains: *gains, altitude: empty, speed: empty, roll: empty }

@@ -91,7 +91,6 @@ pub struct Ndi {
 
 impl Ndi {
     /// With empty integrators.
-    #[must_use]
     pub fn new(gains: &NdiGains, model: &DesignModel) -> Self {
         let empty = Integral::default();
         let mixer = Mixer::new(&model.aircraft().effectors);

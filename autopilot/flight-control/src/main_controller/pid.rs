@@ -110,7 +110,6 @@ pub struct Pid {
 
 impl Pid {
     /// With empty integrators.
-    #[must_use]
     pub fn new(gains: &PidGains) -> Self {
         Self {
             gains: *gains,

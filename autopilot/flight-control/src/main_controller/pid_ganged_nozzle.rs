@@ -17,7 +17,6 @@ pub struct PidGangedNozzle(Pid);
 
 impl PidGangedNozzle {
     /// With empty integrators.
-    #[must_use]
     pub fn new(gains: &PidGains) -> Self {
         Self(Pid::new(gains))
     }

@@ -46,7 +46,6 @@ impl OwnLaw {
     }
 
     /// Name in tables and outcomes.
-    #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -75,20 +74,17 @@ pub struct Brought {
 
 impl Brought {
     /// With a law that has not flown yet.
-    #[must_use]
     pub fn new(own: OwnLaw) -> Self {
         let law = (own.make)();
         Self { own, law }
     }
 
     /// What the program brought.
-    #[must_use]
     pub fn own(&self) -> OwnLaw {
         self.own.clone()
     }
 
     /// The law of this flight.
-    #[must_use]
     pub fn law(&self) -> &dyn FlightLaw {
         &*self.law
     }
@@ -116,7 +112,6 @@ impl fmt::Debug for Brought {
 
 impl Autopilot {
     /// The law that the program brought, as it is in this flight.
-    #[must_use]
     pub fn own_law(&self) -> Option<&dyn FlightLaw> {
         self.own_law.as_ref().map(Brought::law)
     }

@@ -35,7 +35,6 @@ pub(super) struct Scripts {
     requester: u32,
 }
 
-/// An open request.
 #[derive(Debug, Clone, Copy)]
 struct Pending {
     number: u32,

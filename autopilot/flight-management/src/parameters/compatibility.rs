@@ -30,13 +30,11 @@ pub struct CompatibilityParameter {
 
 impl CompatibilityParameter {
     /// The parameter that it is another name of.
-    #[must_use]
     pub fn meant(&self) -> Option<&'static Parameter> {
         table().iter().find(|row| row.name == self.stands_for)
     }
 
     /// Its value in a set of parameters.
-    #[must_use]
     pub fn value_in(&self, parameters: &Parameters) -> f64 {
         self.meant().map_or(self.value, |row| row.value(parameters))
     }
@@ -162,7 +160,6 @@ pub const COMPATIBILITY: &[CompatibilityParameter] = rows! {
 };
 
 /// The one with this name.
-#[must_use]
 pub fn compatibility(name: &str) -> Option<&'static CompatibilityParameter> {
     COMPATIBILITY.iter().find(|row| row.name == name)
 }

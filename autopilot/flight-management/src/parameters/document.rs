@@ -47,8 +47,6 @@ name of a parameter above.
 |---|---|---|---|
 ";
 
-/// The page.
-#[must_use]
 pub fn document(effectors: &EffectorList) -> String {
     let mut page = OPENING.to_owned();
     let mut group = "";

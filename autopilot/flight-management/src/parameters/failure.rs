@@ -100,7 +100,6 @@ const SENSOR_SIZE: &str = "FLT_SENSOR";
 
 impl FailureParameters {
     /// Size of a fault of a sensor, in the operator's unit of the sensor.
-    #[must_use]
     pub fn sensor_size(&self) -> f64 {
         self.number(SENSOR_SIZE)
     }
@@ -122,14 +121,12 @@ impl FailureParameters {
     }
 
     /// A number of a kind by the name of its parameter, in its unit; of a choice the number of the alternative.
-    #[must_use]
     pub fn number(&self, name: &str) -> f64 {
         let mut all = settings().iter().zip(self.settings);
         all.find(|(setting, _)| setting.name == name).map_or(0.0, |(_, number)| number)
     }
 
     /// The selected alternative of a choice.
-    #[must_use]
     pub fn choice(&self, name: &str) -> u8 {
         #[expect(
             clippy::cast_possible_truncation,

@@ -11,7 +11,6 @@ use icd::{Effector, EffectorList};
 
 use super::Choice;
 
-/// One such parameter.
 #[derive(Debug, Clone, Copy)]
 pub struct FaultParameter {
     /// Name, at most 16 characters.
@@ -45,7 +44,6 @@ fn of_part(part: AirframePart) -> ParameterName {
 }
 
 /// The fault parameter of an effector, a sensor or a part of the airframe.
-#[must_use]
 pub fn fault_of(target: Target, effectors: &EffectorList) -> FaultParameter {
     let name = match target {
         Target::Effector(effector) => {
@@ -76,7 +74,6 @@ pub fn targets(effectors: &EffectorList) -> impl Iterator<Item = Target> + '_ {
 }
 
 /// Whether a name is that of a fault parameter, of this aircraft or another.
-#[must_use]
 pub fn is_fault(name: &str) -> bool {
     let number = BEGINNINGS.into_iter().find_map(|(beginning, _)| name.strip_prefix(beginning));
     let number = number.and_then(|number| number.parse::<usize>().ok());

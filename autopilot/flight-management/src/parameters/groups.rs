@@ -26,7 +26,6 @@ pub struct LinkParameters {
 pub enum SticksLossAction {
     /// Circles at its position.
     Hold,
-    /// Flies home.
     Return,
 }
 
@@ -36,7 +35,6 @@ pub const MODE_SLOTS: usize = 6;
 /// A switch of a pilot's transmitter that selects flight modes.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ModeSwitchParameters {
-    /// Channel of RC_CHANNELS_OVERRIDE.
     pub channel: SwitchChannel,
     /// The mode of each slot, from 1000 us to 2000 us.
     pub slots: [SwitchMode; MODE_SLOTS],
@@ -62,32 +60,21 @@ pub enum SwitchChannel {
 pub enum SwitchMode {
     /// None: the mode stays.
     Unassigned,
-    /// Manual.
     Manual,
-    /// Altitude.
     Altitude,
-    /// Position.
     Position,
-    /// Mission.
     Mission,
-    /// Hold.
     Hold,
-    /// Return.
     Return,
-    /// Acro.
     Acro,
-    /// Offboard.
     Offboard,
-    /// Stabilized.
     Stabilized,
 }
 
 /// Default rates of the streams, Hz of wall time.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct StreamParameters {
-    /// Attitude.
     pub attitude_hz: f64,
-    /// Position and speed.
     pub position_hz: f64,
     /// Commands of the effectors.
     pub actuators_hz: f64,

@@ -20,7 +20,6 @@ const LINE_MAX: usize = 60;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{file}: {problem}; mend the file, or start with --parameter-file none")]
 pub struct SavedError {
-    /// The file.
     pub file: String,
     /// The error in it.
     pub problem: SavedProblem,
@@ -32,17 +31,11 @@ pub enum SavedProblem {
     /// The file exists and cannot be read.
     #[error("cannot be read: {0}")]
     Unreadable(String),
-    /// Not TOML.
     #[error("{0}")]
     Syntax(String),
     /// Something other than a number.
     #[error("{name} = {value} is not a number")]
-    NotANumber {
-        /// The name.
-        name: String,
-        /// The value.
-        value: String,
-    },
+    NotANumber { name: String, value: String },
     /// An invalid name or value.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
@@ -50,7 +43,6 @@ pub enum SavedProblem {
 
 /// The text for `parameters`, where `defaults` are those of the aircraft. [`from_text`] gives the same parameters to
 /// the bit.
-#[must_use]
 pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
     let mut text = HEADER.to_owned();
     for row in table() {
@@ -65,9 +57,6 @@ pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
 }
 
 /// The parameters in `text`, which comes from `file`; the others have the values of `defaults`.
-///
-/// # Errors
-/// [`SavedError`] names the file, the parameter, its value and the allowed range.
 pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
     let refuse = |problem| SavedError { file: file.to_owned(), problem };
     let mut parameters = *defaults;
@@ -77,9 +66,6 @@ pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parame
 }
 
 /// Sets the parameters in `text`; the others stay.
-///
-/// # Errors
-/// [`SavedProblem`] names the parameter, its value and the allowed range; nothing changes then.
 pub fn set_from_text(
     parameters: &mut Parameters,
     text: &str,
@@ -91,9 +77,6 @@ pub fn set_from_text(
 }
 
 /// Sets the parameters in a table; the others stay.
-///
-/// # Errors
-/// [`SavedProblem`] names the parameter, its value and the allowed range; nothing changes then.
 pub fn set_from_table(
     parameters: &mut Parameters,
     table: &toml::Table,
@@ -105,7 +88,6 @@ pub fn set_from_table(
 
 /// Whether a text contains numbers under names of parameters and nothing else. Whether they are valid together depends
 /// on the defaults of an aircraft.
-#[must_use]
 pub fn has_only_parameters(text: &str) -> bool {
     let is_one = |(name, value): (&String, &toml::Value)| {
         number(name, value).is_ok() && table().iter().any(|row| row.name == name)
@@ -132,7 +114,6 @@ fn one_line(error: &toml::de::Error, text: &str) -> String {
 
 impl Parameters {
     /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
-    #[must_use]
     pub fn differences(&self, defaults: &Self) -> Vec<String> {
         let bits = |row: &super::Parameter, of: &Self| row.value(of).to_bits();
         let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));

@@ -9,7 +9,6 @@ use flight_control::gains::tunables;
 use std::sync::LazyLock;
 
 /// All parameters, in the order of their index on the wire.
-#[must_use]
 pub fn table() -> &'static [Parameter] {
     static TABLE: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
         let gains = tunables().map(|tunable| Parameter {
@@ -222,14 +221,12 @@ const STREAMS: &[Parameter] = numbers! { Real, "Streams";
 };
 
 /// The parameter whose name takes the fewest changes of letters.
-#[must_use]
 pub fn nearest(name: &str) -> Option<&'static str> {
     let upper = name.to_uppercase();
     table().iter().map(|row| row.name).min_by_key(|known| changes(&upper, known))
 }
 
 /// Letters to put in, take out or change on the way from one word to another (Levenshtein 1966).
-#[must_use]
 pub fn changes(from: &str, to: &str) -> usize {
     let to: Vec<char> = to.chars().collect();
     let mut row: Vec<usize> = (0..=to.len()).collect();

@@ -115,7 +115,6 @@ impl<'a> Cursor<'a> {
         self.whole_from(1, what, max)
     }
 
-    /// A whole number.
     pub(super) fn whole_from(
         &mut self,
         min: u32,
@@ -153,7 +152,6 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Free text.
     pub(super) fn text(&mut self, what: &str) -> Result<(), ScriptError> {
         match self.words.get(self.at).map(|word| &word.kind) {
             Some(Kind::Text(_)) => {
@@ -197,7 +195,6 @@ impl Amount {
         Err(problem.at(self.line, self.column))
     }
 
-    /// In SI units.
     pub(super) fn si(&self) -> f64 {
         self.value * self.scale
     }
@@ -209,7 +206,6 @@ fn round(value: f64) -> f64 {
     if rounded.is_finite() { rounded } else { value }
 }
 
-/// One word.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Word {
     /// Character of the line, from 1.
@@ -217,12 +213,10 @@ pub(super) struct Word {
     pub kind: Kind,
 }
 
-/// Kinds of words.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Kind {
     /// Letters, digits, and the characters of units and names; in small letters.
     Name(String),
-    /// A finite number.
     Number(f64),
     /// `,`, `:` or `%`.
     Sign(char),

@@ -12,19 +12,16 @@ pub struct ScriptError {
     pub line: usize,
     /// Character of the line, from 1.
     pub column: usize,
-    /// The problem there.
     pub problem: Box<Problem>,
 }
 
 /// A problem of a script.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// An unexpected word.
     #[error("{found} found, expected {expected}")]
     Unexpected {
         /// The word, or the end of the line.
         found: String,
-        /// The allowed text.
         expected: String,
     },
     /// A character that no word contains.
@@ -35,11 +32,8 @@ pub enum Problem {
     OutOfRange {
         /// Name of the number.
         what: &'static str,
-        /// As written.
         value: String,
-        /// Smallest allowed.
         min: String,
-        /// Largest allowed.
         max: String,
         /// Unit of all three.
         unit: &'static str,
@@ -56,10 +50,8 @@ pub enum Problem {
     /// The text is too long.
     #[error("the text has {0} bytes or more, at most {TEXT_MAX} are allowed")]
     TextTooLong(usize),
-    /// Too many lines.
     #[error("more than {LINES_MAX} lines with an action")]
     TooManyLines,
-    /// Too many sequences.
     #[error("more than {SEQUENCES_MAX} sequences")]
     TooManySequences,
     /// No line has an action.

@@ -53,9 +53,7 @@ pub enum Crossing {
 /// A quantity that crosses a value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
-    /// The quantity.
     pub quantity: Quantity,
-    /// The direction.
     pub crossing: Crossing,
     /// The value in the quantity's unit.
     pub value: f64,
@@ -99,8 +97,6 @@ pub(super) const ROWS: [Row; 13] = [
 ];
 
 impl Quantity {
-    /// Its value now.
-    #[must_use]
     pub fn value(self, state: &NavigationState) -> f64 {
         match self {
             Self::Roll => state.attitude.phi,
@@ -127,21 +123,18 @@ impl Quantity {
 
 impl Condition {
     /// How far the quantity exceeds the value now; for an angle the shorter way round.
-    #[must_use]
     pub fn excess(&self, state: &NavigationState) -> f64 {
         let difference = self.quantity.value(state) - self.value;
         if self.quantity.is_circular() { libm::remainder(difference, 2.0 * PI) } else { difference }
     }
 
     /// The excess to compare with at the next tick. A quantity exactly at the value has not passed it yet.
-    #[must_use]
     pub fn remembered(&self, before: f64, now: f64) -> f64 {
         if self.crossing == Crossing::Passes && now == 0.0 { before } else { now }
     }
 
     /// Whether the value was crossed between two ticks, by the earlier and the present [`Condition::excess`]. An angle
     /// that wraps around, opposite to the value, has not crossed it.
-    #[must_use]
     pub fn is_crossed(&self, before: f64, now: f64) -> bool {
         if self.quantity.is_circular() && (now - before).abs() > PI {
             return false;

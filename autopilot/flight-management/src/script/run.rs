@@ -34,20 +34,15 @@ struct Place {
 pub struct Due {
     /// Its number in the text.
     pub line: u16,
-    /// Its action.
     pub action: Action,
 }
 
 impl Run {
-    /// At its start.
-    #[must_use]
     pub fn new(script: Arc<Script>) -> Self {
         let places = vec![Place::default(); script.sequences().len()];
         Self { script, began: None, places }
     }
 
-    /// The script.
-    #[must_use]
     pub fn script(&self) -> &Arc<Script> {
         &self.script
     }
@@ -105,7 +100,6 @@ impl Run {
     }
 
     /// All lines are done.
-    #[must_use]
     pub fn is_over(&self) -> bool {
         let mut sequences = self.script.sequences().iter().zip(&self.places);
         sequences.all(|(sequence, place)| place.next >= sequence.lines.len())

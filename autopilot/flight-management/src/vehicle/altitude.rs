@@ -16,16 +16,12 @@ pub struct Pilot {
 
 impl Pilot {
     /// Sets the stick positions.
-    ///
-    /// # Errors
-    /// A position beyond its stop, or NaN.
     pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         check(&sticks)?;
         self.sticks = Some(sticks);
         Ok(())
     }
 
-    /// One tick.
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand, rules: &Rules) {
         let Some(sticks) = self.sticks else { return };
         demand.roll_rad = sticks.roll * rules.roll_max_rad();
@@ -37,10 +33,6 @@ impl Pilot {
     }
 }
 
-/// Checks stick positions.
-///
-/// # Errors
-/// A position beyond its stop, or NaN.
 pub fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
     let stick = |what, value| Checked { what, unit: "of 1", value, min: -1.0, max: 1.0 };
     stick("roll stick", sticks.roll).check()?;

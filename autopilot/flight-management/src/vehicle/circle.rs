@@ -28,8 +28,6 @@ impl Default for Hold {
 }
 
 impl Hold {
-    /// Around this circle.
-    #[must_use]
     pub fn around(orbit: Orbit) -> Self {
         Self { centre: Some(orbit.centre), radius_m: orbit.radius_m, clockwise: orbit.clockwise }
     }
@@ -41,7 +39,6 @@ impl Hold {
         self.clockwise = request.clockwise.unwrap_or(self.clockwise);
     }
 
-    /// One tick.
     pub fn fly(&mut self, situation: &Situation, demand: &Demand, rules: &Rules) -> Flown {
         let Self { radius_m, clockwise, .. } = *self;
         let orbit = match self.centre {
@@ -56,7 +53,6 @@ impl Hold {
 /// A circle around a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Orbit {
-    /// Its centre.
     pub centre: Site,
     /// Radius of the request, m; `None`: the parameter `NAV_LOITER_RAD`.
     pub radius_m: Option<f64>,
@@ -75,7 +71,6 @@ pub struct Flown {
 
 impl Orbit {
     /// A circle that the present track touches: the aircraft only has to roll in.
-    #[must_use]
     pub fn here(
         situation: &Situation,
         radius_m: Option<f64>,
@@ -96,14 +91,12 @@ impl Orbit {
     }
 
     /// The radius flown, m: that of the request, or the smallest possible one.
-    #[must_use]
     pub fn flown_radius_m(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> f64 {
         let radius_m = self.radius_m.unwrap_or(rules.navigation.loiter_radius_m);
         radius_m.max(situation.smallest_circle_m(demand.airspeed_m_s, rules))
     }
 
     /// One tick on the way to the circle or on it.
-    #[must_use]
     pub fn fly(&self, situation: &Situation, demand: &Demand, rules: &Rules) -> Flown {
         let radius_m = self.flown_radius_m(situation, demand, rules);
         let centre = situation.horizon().offset(&self.centre);
@@ -120,7 +113,6 @@ impl Orbit {
 }
 
 /// The target for telemetry.
-#[must_use]
 pub fn target(site: &Site, offset: &Horizontal, altitude_m: f64, radius_m: Option<f64>) -> Target {
     Target {
         place: site.place(),

@@ -41,9 +41,6 @@ impl Vehicle {
     }
 
     /// Continues a paused plan; no effect on a plan in progress.
-    ///
-    /// # Errors
-    /// The flight was terminated, or no plan is paused.
     pub fn continue_plan(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         match self.mission.progress() {
@@ -98,9 +95,6 @@ impl Vehicle {
     }
 
     /// Changes a reference. An altitude or airspeed in Mission holds until the next item that sets one.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
@@ -130,9 +124,6 @@ impl Vehicle {
     }
 
     /// Circles around a place.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn reposition(
         &mut self,
         request: &Reposition,
@@ -163,9 +154,6 @@ impl Vehicle {
     }
 
     /// Sets a setpoint of an offboard stream.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn take_setpoint(
         &mut self,
         setpoint: Setpoint,
@@ -179,10 +167,6 @@ impl Vehicle {
         self.offboard.take(setpoint, self.axes.as_ref(), demand, rules)
     }
 
-    /// Sets stick positions.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] gives the reason; nothing changes then.
     pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         match self.mode {
@@ -194,9 +178,6 @@ impl Vehicle {
 
     /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first
     /// item at once, and without a plan the aircraft holds.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] names the item; the earlier plan stays then.
     pub fn replace_plan(
         &mut self,
         plan: &Arc<Plan>,
@@ -230,10 +211,6 @@ impl Vehicle {
         Ok(())
     }
 
-    /// Moves home.
-    ///
-    /// # Errors
-    /// The place is invalid.
     pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {
         check_place(place)?;
         self.home = Some(Site::at(place));

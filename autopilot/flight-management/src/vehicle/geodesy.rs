@@ -19,7 +19,6 @@ use super::request::Place;
 const SEMI_MAJOR_M: f64 = 6_378_137.0;
 /// Flattening of WGS-84 (NIMA TR8350.2).
 const FLATTENING: f64 = 1.0 / 298.257_223_563;
-/// First eccentricity squared.
 const E2: f64 = FLATTENING * (2.0 - FLATTENING);
 /// Mean radius of the Earth, m: turns a chord into an arc.
 const MEAN_RADIUS_M: f64 = 6_371_008.8;
@@ -46,13 +45,10 @@ pub struct Horizon {
 
 impl Site {
     /// The point with these coordinates.
-    #[must_use]
     pub fn at(place: Place) -> Self {
         Self { place, ecef: ecef(place, 0.0) }
     }
 
-    /// Its coordinates.
-    #[must_use]
     pub fn place(&self) -> Place {
         self.place
     }
@@ -60,7 +56,6 @@ impl Site {
 
 impl Horizon {
     /// The axes at these coordinates.
-    #[must_use]
     pub fn at(place: Place) -> Self {
         let (sin_phi, cos_phi) = libm::sincos(place.latitude_rad);
         let (sin_lambda, cos_lambda) = libm::sincos(place.longitude_rad);
@@ -72,13 +67,11 @@ impl Horizon {
     }
 
     /// Location of the axes.
-    #[must_use]
     pub fn site(&self) -> &Site {
         &self.site
     }
 
     /// Offset of a point, m.
-    #[must_use]
     pub fn offset(&self, to: &Site) -> Horizontal {
         let chord = to.ecef - self.site.ecef;
         let flat = Horizontal::new(self.north.dot(&chord), self.east.dot(&chord));
@@ -92,7 +85,6 @@ impl Horizon {
     }
 
     /// The place at an offset, m. The inverse of [`Horizon::offset`], to 0.3 % of the length up to 500 km.
-    #[must_use]
     pub fn place_at(&self, offset: &Horizontal) -> Place {
         let length = offset.norm();
         if length < f64::MIN_POSITIVE || !length.is_finite() {
@@ -117,7 +109,6 @@ pub struct LocalAxes {
 
 impl LocalAxes {
     /// From the location of the aircraft and its local position.
-    #[must_use]
     pub fn of(place: Place, altitude_m: f64, position: Ned) -> Self {
         let aircraft = ecef(place, altitude_m);
         let mut guess = place;
@@ -140,7 +131,6 @@ impl LocalAxes {
     }
 
     /// Place and altitude (m) of a local position.
-    #[must_use]
     pub fn place(&self, position: Ned) -> (Place, f64) {
         geodetic(&(self.origin + self.turned(position)))
     }

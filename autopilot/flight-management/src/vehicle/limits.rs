@@ -35,7 +35,6 @@ pub(crate) fn roll_slew_deg_s() -> f64 {
     20.0
 }
 
-/// Limits of references.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// Lowest altitude, m.
@@ -52,16 +51,12 @@ pub struct ReferenceLimits {
 
 impl ReferenceLimits {
     /// Lowest and highest true airspeed at an altitude, m/s.
-    #[must_use]
     pub fn airspeeds_m_s(&self, altitude_m: f64) -> [f64; 2] {
         [self.airspeed_min_m_s, self.airspeed_max_m_s]
             .map(|calibrated_m_s| atmosphere::true_airspeed(calibrated_m_s, altitude_m))
     }
 
     /// Checks an airspeed of a plan, whose altitude is not known yet.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal::OutOfRange`].
     pub fn check_airspeed(&self, airspeed: Airspeed) -> Result<(), VehicleRefusal> {
         let (what, value, [min, max]) = match airspeed {
             Airspeed::Calibrated(value) => {
@@ -77,9 +72,6 @@ impl ReferenceLimits {
     }
 
     /// Checks a reference at an altitude; NaN is outside every range.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal::OutOfRange`].
     pub fn check(&self, reference: Reference, altitude_m: f64) -> Result<(), VehicleRefusal> {
         let (what, unit, value, min, max) = match reference {
             Reference::Altitude(value) => {

@@ -60,7 +60,6 @@ enum Task {
 /// Result of one tick of Mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flight {
-    /// Fly this.
     Fly(Flown),
     /// The plan is complete: circle here.
     Complete(Orbit),
@@ -72,11 +71,8 @@ pub enum Flight {
 pub struct Tick<'a> {
     /// Position and motion of the aircraft.
     pub situation: &'a Situation,
-    /// Limits and parameters.
     pub rules: &'a Rules,
-    /// Location of home.
     pub home: Option<Site>,
-    /// Receives the events.
     pub publish: &'a mut dyn FnMut(VehicleEvent),
 }
 
@@ -101,13 +97,11 @@ impl Mission {
     }
 
     /// The plan; empty if there is none.
-    #[must_use]
     pub fn plan(&self) -> &Arc<Plan> {
         &self.plan
     }
 
     /// There is no plan.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.plan.items.is_empty()
     }
@@ -136,9 +130,6 @@ impl Mission {
     }
 
     /// Makes an item the current one; jumps count from zero again.
-    ///
-    /// # Errors
-    /// There is no such item.
     pub fn select(&mut self, item: u16) -> Result<(), VehicleRefusal> {
         let items = self.plan.count();
         if item >= items {
@@ -172,7 +163,6 @@ impl Mission {
     }
 
     /// Progress of the plan.
-    #[must_use]
     pub fn progress(&self) -> Progress {
         self.progress
     }

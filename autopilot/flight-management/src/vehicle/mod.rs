@@ -46,7 +46,6 @@ use situation::{Situation, WindEstimate};
 /// Longest time between two ticks that counts, s.
 const DT_MAX_S: f64 = 0.1;
 
-/// Mode and references.
 #[derive(Debug, Clone)]
 pub struct Vehicle {
     mode: Mode,
@@ -71,7 +70,6 @@ pub struct Vehicle {
 
 impl Vehicle {
     /// In Position, with references by time and without a plan.
-    #[must_use]
     pub fn new(schedule: ReferenceSchedule) -> Self {
         Self {
             mode: Mode::Position,
@@ -103,32 +101,25 @@ impl Vehicle {
         *self = Self { mission, ..Self::new(schedule) };
     }
 
-    /// References by time.
-    #[must_use]
     pub fn references(&self) -> &ReferenceSchedule {
         &self.schedule
     }
 
     /// The loaded plan; empty if there is none.
-    #[must_use]
     pub fn plan(&self) -> Arc<Plan> {
         Arc::clone(self.mission.plan())
     }
 
-    /// Present mode.
-    #[must_use]
     pub fn mode(&self) -> Mode {
         self.mode
     }
 
     /// Present references, once there was a first sample.
-    #[must_use]
     pub fn demand(&self) -> Option<&Demand> {
         self.demand.as_ref()
     }
 
     /// The guidance of the last tick, with plan and home of the present.
-    #[must_use]
     pub fn navigation(&self) -> Navigation {
         let home = self.home.map(|home| home.place());
         let mut navigation = Navigation { home, ..self.navigation };
@@ -137,7 +128,6 @@ impl Vehicle {
     }
 
     /// The flight was terminated.
-    #[must_use]
     pub fn is_terminated(&self) -> bool {
         self.terminated
     }

@@ -32,7 +32,6 @@ enum Guidance {
     Velocity { course_rad: Option<f64>, climb_m_s: f64 },
 }
 
-/// The latest setpoint.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Offboard {
     guidance: Guidance,
@@ -40,10 +39,6 @@ pub struct Offboard {
 }
 
 impl Offboard {
-    /// Sets a setpoint.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`]; nothing changes then.
     pub fn take(
         &mut self,
         setpoint: Setpoint,

@@ -17,7 +17,6 @@ pub struct Plan {
     pub items: Vec<Item>,
 }
 
-/// One item.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Item {
     /// Action of the item.
@@ -38,7 +37,6 @@ pub struct Point {
 /// A circle around a point.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Circle {
-    /// Its centre.
     pub centre: Point,
     /// Radius, m, positive; `None`: the parameter `NAV_LOITER_RAD`.
     pub radius_m: Option<f64>,
@@ -51,7 +49,6 @@ pub struct Circle {
 pub enum Action {
     /// Fly along the leg to this point (NAV_WAYPOINT).
     Waypoint {
-        /// The point.
         point: Point,
         /// Acceptance radius, m; `None`: scales with the speed.
         acceptance_m: Option<f64>,
@@ -59,15 +56,9 @@ pub enum Action {
     /// Circle without end (NAV_LOITER_UNLIM).
     LoiterUnlimited(Circle),
     /// Circle some turns (NAV_LOITER_TURNS).
-    LoiterTurns {
-        /// The circle.
-        circle: Circle,
-        /// Number of turns.
-        turns: f64,
-    },
+    LoiterTurns { circle: Circle, turns: f64 },
     /// Circle for some time after the circle is reached (NAV_LOITER_TIME).
     LoiterTime {
-        /// The circle.
         circle: Circle,
         /// Simulation time, s.
         seconds: f64,
@@ -75,10 +66,7 @@ pub enum Action {
     /// Circle until the altitude of the centre is reached (NAV_LOITER_TO_ALT).
     LoiterToAltitude(Circle),
     /// New airspeed reference (DO_CHANGE_SPEED).
-    ChangeSpeed {
-        /// It.
-        airspeed: Airspeed,
-    },
+    ChangeSpeed { airspeed: Airspeed },
     /// Climb or descend on the present course until the altitude is reached (NAV_CONTINUE_AND_CHANGE_ALT).
     ChangeAltitude {
         /// Altitude above the ellipsoid, m.
@@ -86,7 +74,6 @@ pub enum Action {
     },
     /// Continue with another item (DO_JUMP).
     Jump {
-        /// That item.
         to: u16,
         /// Number of jumps; `None`: always.
         times: Option<u16>,
@@ -103,7 +90,6 @@ pub enum Progress {
     NoPlan,
     /// Loaded, not begun.
     NotStarted,
-    /// Mission flies it.
     Active,
     /// Begun, while another mode is active.
     Paused,
@@ -118,9 +104,6 @@ const SECONDS_MAX: f64 = 86_400.0;
 
 impl Plan {
     /// Checks every item against the limits.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal`] names the first item that cannot be flown, its value and the range.
     pub fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
         let count = self.items.len();
         if count > ITEMS_MAX {
@@ -158,7 +141,6 @@ impl Plan {
     }
 
     /// How many items there are.
-    #[must_use]
     pub fn count(&self) -> u16 {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
     }

@@ -71,15 +71,10 @@ impl Position {
     }
 
     /// Whether the laws get given references only.
-    #[must_use]
     pub fn is_as_given(&self) -> bool {
         self.lateral == Lateral::Roll && self.sticks.is_none()
     }
 
-    /// Sets stick positions.
-    ///
-    /// # Errors
-    /// A position beyond its stop, or NaN.
     pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         check(&sticks)?;
         self.sticks = Some(sticks);

@@ -28,8 +28,6 @@ impl Mode {
     pub const ALL: [Self; 6] =
         [Self::Position, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
 
-    /// Display name.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Position => "Position",
@@ -72,7 +70,6 @@ pub struct Navigation {
 /// A point that the guidance flies to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Target {
-    /// Location.
     pub place: Place,
     /// Altitude above the ellipsoid, m.
     pub altitude_m: f64,
@@ -87,7 +84,6 @@ pub struct Target {
 /// A change in the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VehicleEvent {
-    /// The mode changed.
     Mode(Mode),
     /// This item of the plan is now the current one.
     PlanItem(u16),

@@ -17,7 +17,6 @@ pub struct Place {
 
 impl Place {
     /// Position of the aircraft.
-    #[must_use]
     pub const fn of(state: &NavigationState) -> Self {
         Self { latitude_rad: state.latitude_rad, longitude_rad: state.longitude_rad }
     }
@@ -26,7 +25,6 @@ impl Place {
 /// An airspeed as an operator gives it, m/s. The laws fly true airspeed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum Airspeed {
-    /// Through the air.
     True(f64),
     /// That with the same impact pressure at sea level.
     Calibrated(f64),
@@ -34,7 +32,6 @@ pub enum Airspeed {
 
 impl Airspeed {
     /// True airspeed at an altitude, m/s.
-    #[must_use]
     pub fn true_m_s(self, altitude_m: f64) -> f64 {
         match self {
             Self::True(airspeed_m_s) => airspeed_m_s,
@@ -80,7 +77,6 @@ pub enum Setpoint {
     Roll(f64),
     /// Fly to a place and circle there.
     Position {
-        /// Location.
         place: Place,
         /// Altitude above the ellipsoid, m; `None`: unchanged.
         altitude_m: Option<f64>,
@@ -117,11 +113,9 @@ impl Sticks {
 /// Reaction to the silence of the controlling ground station (parameter `NAV_DLL_ACT`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub enum LinkLossAction {
-    /// The flight continues.
     Continue,
     /// Circle at the present position.
     Hold,
-    /// Fly home.
     Return,
 }
 
@@ -134,15 +128,11 @@ pub enum VehicleRefusal {
         digits(*value), digits(*min), digits(*max)
     )]
     OutOfRange {
-        /// The reference.
         what: &'static str,
         /// Unit of the numbers.
         unit: &'static str,
-        /// Requested value.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
     },
     /// A number in a plan that cannot be flown.
@@ -154,11 +144,8 @@ pub enum VehicleRefusal {
         what: &'static str,
         /// Unit of the numbers.
         unit: &'static str,
-        /// Requested value.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
     },
     /// A jump to an item that does not exist, or a command to select one.
@@ -166,7 +153,6 @@ pub enum VehicleRefusal {
     NoSuchItem {
         /// The item of the command, from 0.
         item: u16,
-        /// Number of items.
         items: u16,
     },
     /// Jumps that lead to each other without an item to fly between them.
@@ -177,19 +163,13 @@ pub enum VehicleRefusal {
     },
     /// More items than a plan may have.
     #[error("{items} items are too many: at most {max}")]
-    PlanTooLong {
-        /// Their number.
-        items: usize,
-        /// The limit.
-        max: usize,
-    },
+    PlanTooLong { items: usize, max: usize },
     /// Mission needs a plan.
     #[error("there is no plan: upload one first")]
     NoPlan,
     /// Only a plan that was begun and is not complete can continue.
     #[error("no plan is paused")]
     NoPausedPlan,
-    /// Only in Offboard.
     #[error("setpoints need Offboard")]
     NotOffboard,
     /// Only in Position and Altitude.
@@ -198,7 +178,6 @@ pub enum VehicleRefusal {
     /// Only in Position and Offboard.
     #[error("a roll reference needs Position or Offboard")]
     NoRollHere,
-    /// Only in Position.
     #[error("a course reference needs Position")]
     NoCourseHere,
     /// Only in Hold, or with the flag that changes to it.
@@ -233,7 +212,6 @@ fn digits(value: f64) -> String {
 
 impl VehicleRefusal {
     /// The same request may be accepted later: in another mode, with another plan, in another flight.
-    #[must_use]
     pub const fn is_temporary(&self) -> bool {
         match self {
             Self::OutOfRange { .. }

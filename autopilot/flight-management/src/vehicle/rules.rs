@@ -23,9 +23,7 @@ const ROLL_IN_S: f64 = 2.0;
 /// The parameters of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
-    /// Limits of references.
     pub limits: ReferenceLimits,
-    /// Guidance.
     pub navigation: NavigationParameters,
     /// The altitude laws see no larger error (`ALT_ERR_MAX`), m.
     pub altitude_error_max_m: f64,
@@ -34,23 +32,16 @@ pub struct Rules {
 /// A number, its name and unit, and its range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checked {
-    /// Its name.
     pub what: &'static str,
     /// Unit of the numbers.
     pub unit: &'static str,
-    /// The number.
     pub value: f64,
-    /// Smallest allowed.
     pub min: f64,
-    /// Largest allowed.
     pub max: f64,
 }
 
 impl Checked {
     /// NaN is outside every range.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal::OutOfRange`].
     pub fn check(self) -> Result<(), VehicleRefusal> {
         let Self { what, unit, value, min, max } = self;
         if (min..=max).contains(&value) {
@@ -77,29 +68,22 @@ fn coordinates(place: Place) -> [Checked; 2] {
     ]
 }
 
-/// Checks a place.
-///
-/// # Errors
-/// [`VehicleRefusal::OutOfRange`].
 pub fn check_place(place: Place) -> Result<(), VehicleRefusal> {
     coordinates(place).into_iter().try_for_each(Checked::check)
 }
 
 /// Radius of a circle, m.
-#[must_use]
 pub fn radius(value: f64) -> Checked {
     Checked { what: "radius", unit: "m", value, min: 1.0, max: RADIUS_MAX_M }
 }
 
 /// A number between zero and `max`.
-#[must_use]
 pub fn up_to(what: &'static str, unit: &'static str, value: f64, max: f64) -> Checked {
     Checked { what, unit, value, min: 0.0, max }
 }
 
 impl Rules {
     /// The rules of a set of parameters.
-    #[must_use]
     pub fn new(limits: ReferenceLimits, navigation: NavigationParameters, gains: &Gains) -> Self {
         Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
     }
@@ -110,13 +94,11 @@ impl Rules {
     }
 
     /// An altitude counts as reached within this, m: the climb of the aircraft in a second.
-    #[must_use]
     pub fn altitude_reached_m(&self) -> f64 {
         self.navigation.climb_max_m_s
     }
 
     /// Tuning of the guidance: it commands no more bank than a reference may have.
-    #[must_use]
     pub fn guidance(&self) -> GuidanceGains {
         let NavigationParameters { l1_period_s, l1_damping, bank_max_deg, .. } = self.navigation;
         GuidanceGains {
@@ -127,19 +109,16 @@ impl Rules {
     }
 
     /// Radius of the smallest circle that is flown at a ground speed, m.
-    #[must_use]
     pub fn smallest_circle_m(&self, ground_speed_m_s: f64) -> f64 {
         CIRCLE_RESERVE * self.guidance().turn_radius_m(ground_speed_m_s)
     }
 
     /// Fastest change of a roll reference that the guidance commands, rad/s.
-    #[must_use]
     pub fn roll_slew_rad_s(&self) -> f64 {
         ROLL_SLEW_RAD_S * self.slews()
     }
 
     /// Time to roll into a turn of a right angle or more, s.
-    #[must_use]
     pub fn roll_in_s(&self) -> f64 {
         ROLL_IN_S / self.slews()
     }
@@ -150,22 +129,17 @@ impl Rules {
     }
 
     /// Largest roll reference, rad.
-    #[must_use]
     pub fn roll_max_rad(&self) -> f64 {
         self.limits.roll_max_deg.to_radians()
     }
 
     /// Airspeed of a throttle stick at an altitude, m/s: its range, 0 to 1, is that of the limits.
-    #[must_use]
     pub fn airspeed_of_throttle(&self, throttle: f64, altitude_m: f64) -> f64 {
         let [low, high] = self.limits.airspeeds_m_s(altitude_m);
         low + throttle * (high - low)
     }
 
     /// Checks an optional place and altitude.
-    ///
-    /// # Errors
-    /// [`VehicleRefusal::OutOfRange`].
     pub fn check_some(
         &self,
         place: Option<Place>,
@@ -176,13 +150,11 @@ impl Rules {
     }
 
     /// The nearest allowed altitude, m.
-    #[must_use]
     pub fn nearest_altitude_m(&self, altitude_m: f64) -> f64 {
         altitude_m.min(self.limits.altitude_max_m).max(self.limits.altitude_min_m)
     }
 
     /// The nearest true airspeed that is allowed at an altitude, m/s.
-    #[must_use]
     pub fn nearest_airspeed_m_s(&self, airspeed: Airspeed, altitude_m: f64) -> f64 {
         let [low, high] = self.limits.airspeeds_m_s(altitude_m);
         airspeed.true_m_s(altitude_m).min(high).max(low)

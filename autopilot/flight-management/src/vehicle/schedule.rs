@@ -25,7 +25,6 @@ pub struct ReferenceEntry {
 /// New references at a time; those not named stay.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledReference {
-    /// Time.
     pub at: SimTime,
     /// Altitude, m.
     pub altitude_m: Option<f64>,
@@ -35,11 +34,9 @@ pub struct ScheduledReference {
     pub airspeed_m_s: Option<f64>,
 }
 
-/// References by time.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceSchedule(Vec<ScheduledReference>);
 
-/// An invalid schedule.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ScheduleError {
     /// A number outside its range.
@@ -49,11 +46,8 @@ pub enum ScheduleError {
         number: usize,
         /// Key in the entry.
         key: &'static str,
-        /// The refused value.
         value: f64,
-        /// Smallest allowed.
         min: f64,
-        /// Largest allowed.
         max: f64,
     },
     /// The entries are not in the order of their times.
@@ -66,17 +60,11 @@ pub enum ScheduleError {
     },
     /// More entries than a schedule may have.
     #[error("[[autopilot.reference]]: {count} entries, at most {ENTRIES_MAX} are allowed")]
-    TooMany {
-        /// Their number.
-        count: usize,
-    },
+    TooMany { count: usize },
 }
 
 impl ReferenceSchedule {
     /// Checks the entries of a file.
-    ///
-    /// # Errors
-    /// [`ScheduleError`] names the entry, the key, the value and the range.
     pub fn new(entries: Vec<ReferenceEntry>) -> Result<Self, ScheduleError> {
         if entries.len() > ENTRIES_MAX {
             return Err(ScheduleError::TooMany { count: entries.len() });
@@ -94,7 +82,6 @@ impl ReferenceSchedule {
     }
 
     /// The entry at `index`, in the order of time.
-    #[must_use]
     pub fn entry(&self, index: usize) -> Option<&ScheduledReference> {
         self.0.get(index)
     }

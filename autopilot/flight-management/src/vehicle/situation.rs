@@ -45,7 +45,6 @@ impl WindEstimate {
     }
 
     /// The estimate, m/s over the ground; zero before there is one.
-    #[must_use]
     pub fn value(&self) -> Horizontal {
         self.0.unwrap_or_default()
     }
@@ -53,7 +52,6 @@ impl WindEstimate {
 
 impl Situation {
     /// From the navigation state of a tick.
-    #[must_use]
     pub fn new(state: &NavigationState, wind: &WindEstimate, dt_s: f64) -> Self {
         let velocity = state.velocity.0.xy();
         Self {
@@ -69,19 +67,16 @@ impl Situation {
     }
 
     /// The axes at the aircraft; computed on demand.
-    #[must_use]
     pub fn horizon(&self) -> Horizon {
         Horizon::at(self.place)
     }
 
     /// Course over the ground, rad from north.
-    #[must_use]
     pub fn course_rad(&self) -> f64 {
         libm::atan2(self.velocity.y, self.velocity.x)
     }
 
     /// Radius of the smallest circle that can be flown in this wind, m, at an airspeed reference.
-    #[must_use]
     pub fn smallest_circle_m(&self, airspeed_reference_m_s: f64, rules: &Rules) -> f64 {
         let fastest = airspeed_reference_m_s + self.wind_m_s;
         rules.smallest_circle_m(fastest)

@@ -27,27 +27,16 @@ pub use logs::LogRequest;
 pub enum Message {
     /// HEARTBEAT of a ground station or another vehicle: its MAV_TYPE.
     Heartbeat(u8),
-    /// PING.
     Ping(PING_DATA),
-    /// TIMESYNC.
     TimeSync(TIMESYNC_DATA),
-    /// SET_MODE.
     SetMode(SetMode),
-    /// PARAM_REQUEST_READ.
     ParamRequestRead(PARAM_REQUEST_READ_DATA),
-    /// PARAM_REQUEST_LIST.
     ParamRequestList,
-    /// PARAM_SET.
     ParamSet(ParamSet),
-    /// COMMAND_LONG or COMMAND_INT.
     Command(CommandMessage),
-    /// SET_ATTITUDE_TARGET.
     SetAttitudeTarget(SET_ATTITUDE_TARGET_DATA),
-    /// SET_POSITION_TARGET_GLOBAL_INT.
     SetPositionGlobal(PositionTarget<i32>),
-    /// SET_POSITION_TARGET_LOCAL_NED.
     SetPositionLocal(PositionTarget<f32>),
-    /// MANUAL_CONTROL.
     ManualControl(ManualControl),
     /// RC_CHANNELS_OVERRIDE: channels 1 to 8, us; 65535 means ignore, 0 release.
     RcOverride([u16; 8]),
@@ -55,29 +44,22 @@ pub enum Message {
     MissionRequestList(ListKind),
     /// MISSION_COUNT: the number of items to follow.
     MissionCount(ListKind, u16),
-    /// MISSION_ITEM_INT.
     MissionItemInt(MissionItem<i32>),
     /// MISSION_ITEM, the old form with floats.
     MissionItem(MissionItem<f32>),
     /// MISSION_REQUEST_INT (true) or MISSION_REQUEST (false) for one item.
     MissionRequest(ListKind, u16, bool),
-    /// MISSION_CLEAR_ALL.
     MissionClear(ListKind),
-    /// MISSION_SET_CURRENT.
     MissionSetCurrent(u16),
     /// MISSION_ACK: its MAV_MISSION_RESULT.
     MissionAck(ListKind, u8),
-    /// MISSION_WRITE_PARTIAL_LIST or MISSION_REQUEST_PARTIAL_LIST.
     MissionPartial(ListKind),
     /// FILE_TRANSFER_PROTOCOL: the 251 bytes.
     Ftp(Box<[u8; 251]>),
-    /// REQUEST_DATA_STREAM.
     RequestDataStream(StreamRequest),
-    /// SERIAL_CONTROL.
     SerialControl(Box<SerialControl>),
     /// LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END or LOG_ERASE.
     Log(LogRequest),
-    /// SETUP_SIGNING.
     SetupSigning(SetupSigning),
 }
 
@@ -86,13 +68,10 @@ pub enum Message {
 pub struct SetMode {
     /// Main and sub mode count.
     pub is_custom: bool,
-    /// Main mode.
     pub main: u8,
-    /// Sub mode.
     pub sub: u8,
 }
 
-/// SETUP_SIGNING.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SetupSigning {
     /// `None` turns signing off.
@@ -106,9 +85,7 @@ pub struct SetupSigning {
 pub struct ListKind(pub u8);
 
 impl ListKind {
-    /// The plan.
     pub const MISSION: Self = Self(0);
-    /// All lists.
     pub const ALL: Self = Self(255);
 }
 
@@ -117,13 +94,10 @@ impl ListKind {
 pub struct MissionItem<P> {
     /// param1 to param4.
     pub params: [f32; 4],
-    /// Latitude or x.
     pub x: P,
-    /// Longitude or y.
     pub y: P,
     /// Altitude or z, m.
     pub z: f32,
-    /// The integer fields.
     pub words: ItemWords,
 }
 
@@ -132,24 +106,19 @@ pub struct MissionItem<P> {
 pub struct ItemWords {
     /// Index in the list, from 0.
     pub seq: u16,
-    /// MAV_CMD.
     pub command: u16,
-    /// MAV_FRAME.
     pub frame: u8,
     /// 1 for the item to begin with; 2 for a guided target, 3 for an altitude change (older form).
     pub current: u8,
     /// Continue with the next item.
     pub autocontinue: bool,
-    /// Which list.
     pub list: ListKind,
 }
 
 /// SET_POSITION_TARGET_GLOBAL_INT (`i32` places, 1e-7 deg) or _LOCAL_NED (`f32` places, m).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PositionTarget<P> {
-    /// Latitude or x.
     pub x: P,
-    /// Longitude or y.
     pub y: P,
     /// Altitude, m up (global), or z, m down (local).
     pub z: f32,
@@ -159,31 +128,23 @@ pub struct PositionTarget<P> {
     pub yaw: f32,
     /// POSITION_TARGET_TYPEMASK: set bits are ignored fields.
     pub ignored: u16,
-    /// MAV_FRAME.
     pub frame: u8,
 }
 
 /// MANUAL_CONTROL: -1000 to 1000, `i16::MAX` for an absent axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ManualControl {
-    /// Pitch.
     pub x: i16,
-    /// Roll.
     pub y: i16,
-    /// Thrust.
     pub z: i16,
-    /// Yaw.
     pub r: i16,
     /// The system to control.
     pub target: u8,
 }
 
-/// REQUEST_DATA_STREAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct StreamRequest {
-    /// Messages per second.
     pub rate_hz: u16,
-    /// MAV_DATA_STREAM.
     pub stream: u8,
     /// 1 to start, 0 to stop.
     pub start: bool,
@@ -192,19 +153,14 @@ pub struct StreamRequest {
 /// SERIAL_CONTROL with its device as a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SerialControl {
-    /// SERIAL_CONTROL_DEV.
     pub device: u8,
-    /// SERIAL_CONTROL_FLAG.
     pub flags: u8,
     /// Number of valid bytes in `data`; a number beyond its length means all.
     pub count: u8,
-    /// The data.
     pub data: [u8; 70],
 }
 
 impl SerialControl {
-    /// The valid bytes.
-    #[must_use]
     pub fn typed(&self) -> &[u8] {
         &self.data[..usize::from(self.count).min(self.data.len())]
     }
@@ -217,14 +173,12 @@ pub struct ParamSet {
     pub id: [u8; 16],
     /// The four bytes of the value.
     pub value: [u8; 4],
-    /// MAV_PARAM_TYPE.
     pub kind: u8,
 }
 
 /// COMMAND_LONG or COMMAND_INT with the command as a number.
 #[derive(Debug, Clone, Copy)]
 pub struct CommandMessage {
-    /// MAV_CMD.
     pub id: u16,
     /// param1 to param7. In a COMMAND_INT the fifth and sixth are in `xy`, and NaN ("not given") here.
     pub params: [f32; 7],
@@ -293,7 +247,6 @@ impl<const N: usize> Fields<N> {
 }
 
 /// The message in a frame and its target; `None` if the autopilot does not handle it.
-#[must_use]
 pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
     let payload = frame.payload;
     let at = |system, component| Identity { system, component };
@@ -426,7 +379,6 @@ fn position_target<P>(fields: &Fields<53>, x: P, y: P) -> PositionTarget<P> {
     }
 }
 
-/// The mission protocol.
 fn mission(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
     let f = Fields::<38>::new(payload);
     Some(match id {

@@ -139,9 +139,6 @@ pub fn place(command: &CommandMessage) -> Result<Option<Place>, CommandError> {
 }
 
 /// A place by degrees.
-///
-/// # Errors
-/// Outside +-90 and +-180 degrees.
 pub fn on_earth(latitude_deg: f64, longitude_deg: f64) -> Result<Place, CommandError> {
     if !(-90.0..=90.0).contains(&latitude_deg) || !(-180.0..=180.0).contains(&longitude_deg) {
         return Err(CommandError::denied(format!(
@@ -179,9 +176,6 @@ pub fn above_ellipsoid(altitude_m: f64, frame: u8, shared: &Shared) -> Result<f6
 }
 
 /// True airspeed of a calibrated one within the limits, m/s, at the altitude reference.
-///
-/// # Errors
-/// Outside the limits.
 pub fn airspeed(calibrated_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
     let airspeed = Airspeed::Calibrated(calibrated_m_s);
     shared.parameters.limits.check_airspeed(airspeed).map_err(denied)?;
@@ -189,9 +183,6 @@ pub fn airspeed(calibrated_m_s: f64, shared: &Shared) -> Result<f64, CommandErro
 }
 
 /// A speed over the ground, m/s, which is flown as true airspeed, within the limits.
-///
-/// # Errors
-/// Outside the limits.
 pub fn ground_speed(speed_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
     within(Reference::Airspeed(speed_m_s), shared)?;
     Ok(speed_m_s)

@@ -10,7 +10,6 @@ pub fn request(command: &CommandMessage, caller: &mut Caller) -> Result<Decision
     show(caller, id, index)
 }
 
-/// GET_HOME_POSITION.
 pub fn home_position(_: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
     show(caller, 242.0, 0.0)
 }

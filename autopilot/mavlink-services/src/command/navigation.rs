@@ -10,7 +10,6 @@ use crate::{Shared, telemetry};
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::{Mode, Place, Reposition};
 
-/// MAV_DO_REPOSITION_FLAGS_CHANGE_MODE.
 const CHANGE_MODE: u8 = 1;
 
 /// DO_REPOSITION: p1 speed, p2 flags, p3 radius, p4 direction, p5 to p7 location. Parameters not given leave their value
@@ -185,9 +184,7 @@ pub fn set_mission_item(
 
 /// A plan that the aircraft has accepted.
 struct Loaded {
-    /// Items.
     items: u16,
-    /// Current item.
     item: u16,
 }
 

@@ -114,14 +114,12 @@ impl Pending {
     }
 
     /// The first station that has requested this mode and waits for it.
-    #[must_use]
     pub fn requester_of(&self, mode: Mode) -> Option<Identity> {
         let requests = self.open.iter().filter(|open| open.on_acceptance.mode == Some(mode));
         requests.min_by_key(|open| open.since).map(|open| open.from.sender)
     }
 
     /// Another command can be opened.
-    #[must_use]
     pub fn has_room(&self) -> bool {
         self.open.len() < OPEN_MAX
     }
@@ -194,7 +192,6 @@ impl Pending {
     }
 
     /// When the next command needs a progress report or times out.
-    #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let due = |open: &Open| {
             let over = open.since + ANSWER_TIMEOUT;

@@ -9,10 +9,8 @@ use crate::{Shared, convert};
 use flight_management::command::VehicleCommand;
 use flight_management::vehicle::Reference;
 
-/// SPEED_TYPE.
 const AIRSPEED: u8 = 0;
 const GROUND_SPEED: u8 = 1;
-/// HEADING_TYPE.
 const COURSE: u8 = 0;
 const HEADING: u8 = 1;
 const HEADING_DEFAULT: u8 = 2;

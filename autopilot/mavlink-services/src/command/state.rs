@@ -38,7 +38,6 @@ pub fn set_standard_mode(
     Ok(Decision::pass_on(VehicleCommand::Mode(mode)))
 }
 
-/// NAV_RETURN_TO_LAUNCH.
 pub fn return_home(_: &CommandMessage, _: &mut Caller) -> Result<Decision, CommandError> {
     Ok(Decision::pass_on(VehicleCommand::Mode(Mode::Return)))
 }

@@ -31,7 +31,6 @@ pub type Requests = ArrayVec<FaultRequest, { Target::MAX }>;
 /// A fault command. `None` takes a value from its parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FaultCommand {
-    /// The unit.
     pub unit: Unit,
     /// The action: clear, or a type of failure.
     pub failure: Failure,
@@ -56,7 +55,6 @@ pub struct FaultCommand {
 /// Instances of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instances {
-    /// All.
     All,
     /// This one, from 1.
     One(u32),
@@ -66,7 +64,6 @@ pub enum Instances {
 
 impl FaultCommand {
     /// At once, all other values from the parameters.
-    #[must_use]
     pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
         Self {
             unit,
@@ -89,9 +86,6 @@ impl FaultCommand {
 }
 
 /// The requests of a command; `model` has the travel of the effectors.
-///
-/// # Errors
-/// Why the command yields no request.
 pub fn requests(
     command: &FaultCommand,
     parameters: &Parameters,

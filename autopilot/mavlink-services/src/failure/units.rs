@@ -20,7 +20,6 @@ use flight_management::parameters::targets;
 pub struct Unit(i32);
 
 impl Unit {
-    /// The engine.
     pub const MOTOR: Self = Self(101);
     /// The actuators that deflect: surfaces and nozzle.
     pub const SERVO: Self = Self(102);
@@ -43,19 +42,16 @@ impl Unit {
     ];
 
     /// The unit with this number, known or not.
-    #[must_use]
     pub const fn of_code(code: i32) -> Self {
         Self(code)
     }
 
     /// The unit with this name.
-    #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         Self::all().find(|(_, known)| *known == name).map(|(unit, _)| unit)
     }
 
     /// The unit of a target.
-    #[must_use]
     pub fn of(target: Target, effectors: &EffectorList) -> Self {
         match target {
             Target::Effector(effector) if effectors.is_angle(effector) => Self::SERVO,
@@ -66,26 +62,21 @@ impl Unit {
     }
 
     /// The sensor that it is.
-    #[must_use]
     pub fn sensor(self) -> Option<SensorKind> {
         let is_it = |sensor: &SensorKind| i32::from(sensor.failure_unit().0) == self.0;
         SensorKind::ALL.into_iter().find(is_it)
     }
 
     /// The part of the airframe that it is.
-    #[must_use]
     pub fn part(self) -> Option<AirframePart> {
         AirframePart::ALL.into_iter().find(|part| i32::from(part.failure_unit()) == self.0)
     }
 
-    /// Number in MAVLink.
-    #[must_use]
     pub const fn code(self) -> i32 {
         self.0
     }
 
     /// Name, if it has one.
-    #[must_use]
     pub fn name(self) -> Option<&'static str> {
         Self::all().find(|(unit, _)| *unit == self).map(|(_, name)| name)
     }
@@ -106,7 +97,6 @@ impl Unit {
     }
 
     /// Its targets, by instance. Empty if the unit cannot fail here.
-    #[must_use]
     pub fn targets(self, all: &EffectorList) -> Targets {
         match self {
             Self::SERVO | Self::MOTOR => {
@@ -120,10 +110,6 @@ impl Unit {
         }
     }
 
-    /// Its targets.
-    ///
-    /// # Errors
-    /// Why the unit cannot fail here.
     pub fn check(self, all: &EffectorList) -> Result<Targets, CommandError> {
         let targets = self.targets(all);
         if !targets.is_empty() {
@@ -159,11 +145,9 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// Clears the fault.
     pub const OK: Self = Self::Type(FailureType::Ok);
 
     /// The one with this name.
-    #[must_use]
     pub fn parse(name: &str) -> Option<Self> {
         Self::all().find(|failure| failure.name() == name)
     }
@@ -174,8 +158,6 @@ impl Failure {
         FailureType::ALL.into_iter().map(Self::Type).chain(kinds.map(Self::Kind))
     }
 
-    /// Name.
-    #[must_use]
     pub fn name(self) -> &'static str {
         match self {
             Self::Type(failure_type) => failure_type.name(),
@@ -198,9 +180,7 @@ impl Failure {
 /// Size of a fault, and with it the kind of its type.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Value {
-    /// The kind.
     pub kind: &'static KindInfo,
-    /// Size.
     pub size: Size,
 }
 
@@ -211,7 +191,6 @@ pub enum Size {
     None,
     /// In the unit of deflecting effectors; for an engine "deg" is percent of the largest thrust.
     Number(f64),
-    /// In SI units.
     Si(f64),
     /// One of its alternatives, from 0.
     Alternative(u8),
@@ -222,63 +201,35 @@ pub enum Size {
 pub enum ValueError {
     /// The type has no size, or another one.
     #[error("type {failure} takes no value \"{text}\"")]
-    NoValue {
-        /// The type.
-        failure: &'static str,
-        /// The given value.
-        text: String,
-    },
+    NoValue { failure: &'static str, text: String },
     /// The type has no size; signs select its kinds.
     #[error("type {failure} takes {allowed}, not \"{text}\"")]
-    NoSign {
-        /// The type.
-        failure: &'static str,
-        /// The valid alternatives.
-        allowed: String,
-        /// The given value.
-        text: String,
-    },
-    /// Not a number.
+    NoSign { failure: &'static str, allowed: String, text: String },
     #[error(
         "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
     )]
-    NotANumber {
-        /// The given value.
-        text: String,
-    },
+    NotANumber { text: String },
     /// No value kind has this number.
     #[error("no value of kind {code}, p4 is 1 to {last}")]
     NoKind {
-        /// The number.
         code: i32,
         /// The last valid one.
         last: u8,
     },
     /// No alternative has this number.
     #[error("p5 of {kind} is {allowed}")]
-    NoAlternative {
-        /// The kind.
-        kind: &'static str,
-        /// The valid alternatives.
-        allowed: String,
-    },
+    NoAlternative { kind: &'static str, allowed: String },
 }
 
 impl Value {
     /// Reads a value as operators write it: `5deg`, `-3`, `40%`, `10deg/s`, `200ms`, `20kN`, `here`; `+` and `-` are the ends
     /// of the travel. It means the first kind of the type that accepts it: for WRONG, percent are an effect left, degrees a
     /// bias and a sign a hard over.
-    ///
-    /// # Errors
-    /// [`ValueError`].
     pub fn parse(failure: Failure, text: &str) -> Result<Self, ValueError> {
         Self::parse_for(failure, text, None)
     }
 
     /// The same for a sensor, in the unit of its output: `5deg/s`, `50m`, `200Pa`, `3` without a unit.
-    ///
-    /// # Errors
-    /// [`ValueError`].
     pub fn parse_for(
         failure: Failure,
         text: &str,
@@ -332,9 +283,6 @@ impl Value {
     }
 
     /// The value with this number (p4) in USER_1.
-    ///
-    /// # Errors
-    /// [`ValueError`].
     pub fn of_user_1(code: i32, number: f64) -> Result<Self, ValueError> {
         let kinds = CATALOGUE.iter();
         let mut known = kinds.filter_map(|kind| Some((kind, kind.mavlink.user_1?)));
@@ -353,7 +301,6 @@ impl Value {
     }
 
     /// Name of the value kind, for refusals.
-    #[must_use]
     pub fn name(&self) -> &'static str {
         let choice = self.kind.choice.map(|choice| choice.key);
         let size = self.kind.size().map(|(_, number)| number.quantity.name());

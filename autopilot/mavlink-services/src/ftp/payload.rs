@@ -32,7 +32,6 @@ pub(super) enum Operation {
     Unknown,
 }
 
-/// Error codes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Problem {
     /// With an error number of the system: no space left.
@@ -102,12 +101,10 @@ impl<'a> Request<'a> {
         Some(core::str::from_utf8(text).ok()?.trim_matches('/'))
     }
 
-    /// A positive answer.
     pub(super) fn ack(&self, data: &[u8]) -> Reply {
         Reply::new(self, ACK).with_data(data)
     }
 
-    /// A negative answer.
     pub(super) fn nak(&self, problem: Problem) -> Reply {
         let reply = Reply::new(self, NAK);
         match problem {
@@ -117,7 +114,6 @@ impl<'a> Request<'a> {
     }
 }
 
-/// An answer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Reply([u8; LENGTH]);
 

@@ -272,7 +272,6 @@ pub(super) struct Part {
     pub log: Option<LogFile>,
     /// The log is gone, or shorter than it was.
     pub is_gone: bool,
-    /// Next byte.
     pub offset: u32,
     /// First byte beyond the request; may be beyond the end of the log.
     pub end: u64,

@@ -21,7 +21,6 @@ const LAND: u16 = 21;
 const TAKEOFF: u16 = 22;
 const CHANGE_ALTITUDE: u16 = 30;
 const LOITER_TO_ALTITUDE: u16 = 31;
-/// NAV_DELAY.
 pub const DELAY: u16 = 93;
 const JUMP: u16 = 177;
 const CHANGE_SPEED: u16 = 178;
@@ -29,7 +28,6 @@ const DO_CHANGE_ALTITUDE: u16 = 186;
 
 /// The aircraft leaves circles with the nose to the next point, whether the item requests it or not.
 const HEADING: &str = "heading required";
-/// SPEED_TYPE.
 const AIRSPEED: f64 = 0.0;
 const GROUND_SPEED: f64 = 1.0;
 
@@ -195,13 +193,11 @@ fn change_speed(
 
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
 /// yaw (NaN) as its last parameter where nobody has given one.
-#[must_use]
 pub fn may_be_home(item: &MissionItem<i32>) -> bool {
     item.words.command == WAYPOINT && is_absolute(item) && item.params == [0.0; 4]
 }
 
 /// The item is not flown: the next one begins at once.
-#[must_use]
 pub fn is_immediate(item: &MissionItem<i32>) -> bool {
     [JUMP, CHANGE_SPEED].contains(&item.words.command)
 }
@@ -212,7 +208,6 @@ const GO_TO: u8 = 2;
 const GUIDED_ALTITUDE: u8 = 3;
 
 /// The item does not belong to a plan.
-#[must_use]
 pub fn is_guided(item: &MissionItem<i32>) -> bool {
     [GO_TO, GUIDED_ALTITUDE].contains(&item.words.current)
 }

@@ -33,9 +33,7 @@ pub struct Draft {
 /// A plan whose items have all been received.
 #[derive(Debug)]
 pub struct Finished {
-    /// As uploaded.
     pub stored: Stored,
-    /// As flown.
     pub plan: Plan,
     /// Differences between the two.
     pub notes: Notes,
@@ -43,9 +41,6 @@ pub struct Finished {
 
 impl Draft {
     /// Waits for this many items. `place` and `airspeed` are the present ones of the aircraft.
-    ///
-    /// # Errors
-    /// More items than a plan may have.
     pub fn new(
         count: u16,
         place: Option<Place>,
@@ -63,28 +58,22 @@ impl Draft {
     }
 
     /// Number of items to come in all.
-    #[must_use]
     pub fn count(&self) -> u16 {
         self.count
     }
 
     /// The item to request next.
-    #[must_use]
     pub fn next(&self) -> u16 {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
     }
 
     /// All items have been received.
-    #[must_use]
     pub fn is_complete(&self) -> bool {
         self.next() >= self.count
     }
 
     /// Adds the next item. An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the
     /// targets of jumps stay right.
-    ///
-    /// # Errors
-    /// [`Rejected`] names the value that cannot be flown.
     pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
         let seq = self.next();
         let flown = if seq == 0 && self.count > 1 && action::may_be_home(item) {
@@ -188,7 +177,6 @@ impl Draft {
     }
 
     /// The plan, once it is complete.
-    #[must_use]
     pub fn finish(mut self) -> Finished {
         if self.home.is_some() {
             self.notes.add(Note::Home, 0);

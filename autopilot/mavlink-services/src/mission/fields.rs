@@ -27,9 +27,6 @@ pub enum Zeros {
 }
 
 /// A number; `None` for NaN, which means "not given".
-///
-/// # Errors
-/// Infinite.
 pub fn number(param: Param, what: &str, value: f32) -> Result<Option<f64>, Rejected> {
     if value.is_infinite() {
         return Err(Rejected::param(param, format!("{what} is not finite")));
@@ -38,9 +35,6 @@ pub fn number(param: Param, what: &str, value: f32) -> Result<Option<f64>, Rejec
 }
 
 /// A number that is not negative; zero if not given.
-///
-/// # Errors
-/// Infinite or negative.
 pub fn positive(param: Param, what: &str, value: f32) -> Result<f64, Rejected> {
     let number = number(param, what, value)?.unwrap_or(0.0);
     if number < 0.0 {
@@ -50,9 +44,6 @@ pub fn positive(param: Param, what: &str, value: f32) -> Result<f64, Rejected> {
 }
 
 /// A number that must be zero or not given; `reason` explains why.
-///
-/// # Errors
-/// Any other value.
 pub fn none(param: Param, value: f32, reason: &str) -> Result<(), Rejected> {
     if value.is_nan() || value == 0.0 {
         Ok(())
@@ -62,9 +53,6 @@ pub fn none(param: Param, value: f32, reason: &str) -> Result<(), Rejected> {
 }
 
 /// A number that must be 0, 1 or not given.
-///
-/// # Errors
-/// Any other value.
 pub fn flag(param: Param, what: &str, value: f32) -> Result<bool, Rejected> {
     if value.is_nan() || value == 0.0 {
         Ok(false)
@@ -76,9 +64,6 @@ pub fn flag(param: Param, what: &str, value: f32) -> Result<bool, Rejected> {
 }
 
 /// A whole number of up to 16 bits.
-///
-/// # Errors
-/// Any other value.
 pub fn word(param: Param, what: &str, value: f32) -> Result<u16, Rejected> {
     if value.fract() == 0.0 && (0.0..=65_535.0).contains(&value) {
         #[expect(
@@ -105,9 +90,6 @@ pub fn point(
 }
 
 /// The altitude of an item above the ellipsoid, m.
-///
-/// # Errors
-/// A frame without altitudes, an altitude outside the limits.
 pub fn altitude(
     item: &MissionItem<i32>,
     limits: &ReferenceLimits,
@@ -121,9 +103,6 @@ pub fn altitude(
 }
 
 /// The altitude of an item that requires one.
-///
-/// # Errors
-/// As [`altitude`], or the altitude is not given.
 pub fn needed_altitude(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<f64, Rejected> {
     altitude(item, limits)?.ok_or_else(|| Rejected::param(Param::Z, "it needs an altitude"))
 }
@@ -152,7 +131,6 @@ fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejecte
 }
 
 /// Whether the altitude is above mean sea level.
-#[must_use]
 pub fn is_absolute(item: &MissionItem<i32>) -> bool {
     ABSOLUTE.contains(&item.words.frame)
 }
@@ -162,12 +140,9 @@ fn check_frame(item: &MissionItem<i32>) -> Result<(), Rejected> {
     if FRAMES_WITH_ALTITUDE.contains(&frame) { Ok(()) } else { Err(Rejected::frame(frame)) }
 }
 
-/// A refusal.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rejected {
-    /// For MISSION_ACK.
     pub result: R,
-    /// For STATUSTEXT.
     pub reason: String,
 }
 
@@ -182,11 +157,8 @@ pub enum Param {
     P3,
     /// param4.
     P4,
-    /// x.
     X,
-    /// y.
     Y,
-    /// z.
     Z,
 }
 
@@ -207,19 +179,15 @@ impl Param {
 
 impl Rejected {
     /// A parameter with a value that cannot be flown.
-    #[must_use]
     pub fn param(param: Param, reason: impl Into<String>) -> Self {
         Self { result: param.result(), reason: reason.into() }
     }
 
-    /// An unsupported command.
-    #[must_use]
     pub fn unsupported(reason: impl Into<String>) -> Self {
         Self { result: R::MAV_MISSION_UNSUPPORTED, reason: reason.into() }
     }
 
     /// A frame that gives no altitude.
-    #[must_use]
     pub fn frame(frame: u8) -> Self {
         let reason = format!("frame {frame} is not 0, 3, 5 or 6");
         Self { result: R::MAV_MISSION_UNSUPPORTED_FRAME, reason }
@@ -243,7 +211,6 @@ pub enum Note {
     Acceptance,
     /// A speed over the ground.
     GroundSpeed,
-    /// A takeoff.
     Takeoff,
     /// A circle too small for this airspeed, m/s; it needs this radius, m.
     Widened {

@@ -69,7 +69,6 @@ impl MissionService {
         }
     }
 
-    /// MISSION_ITEM_INT or MISSION_ITEM.
     pub(super) fn take_item(&mut self, item: &MissionItem<i32>, reply: &mut Reply) {
         let list = item.words.list;
         if list != ListKind::MISSION {

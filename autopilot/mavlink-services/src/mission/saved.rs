@@ -27,7 +27,6 @@ const HEADER: &str = "\
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {problem}; mend or delete the file, or start with --parameter-file none")]
 pub struct SavedPlanError {
-    /// The file.
     pub file: String,
     /// The error in it.
     pub problem: String,
@@ -59,16 +58,11 @@ struct SavedItem {
 pub struct SavedPlan(pub(super) Vec<MissionItem<i32>>);
 
 impl SavedPlan {
-    /// Number of items.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.0.len()
     }
 
     /// The plan in `text`, which comes from `file`.
-    ///
-    /// # Errors
-    /// [`SavedPlanError`] names the file, the line and the error.
     pub fn from_text(file: &str, text: &str) -> Result<Self, SavedPlanError> {
         let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
         let File { count, item } = toml::from_str(text)

@@ -20,12 +20,9 @@ const TRIES_MAX: u32 = 5;
 /// item would lead to a copy of all that follow.
 const AGAIN: Duration = Duration::from_millis(200);
 
-/// An upload.
 #[derive(Debug)]
 pub struct Upload {
-    /// Station that uploads.
     pub from: From,
-    /// Items received.
     pub draft: Draft,
     requested_at: WallTime,
     tries: u32,
@@ -34,13 +31,11 @@ pub struct Upload {
 
 impl Upload {
     /// No item has arrived, and the first was never requested.
-    #[must_use]
     pub fn new(from: From, draft: Draft) -> Self {
         Self { from, draft, requested_at: WallTime::ZERO, tries: 0, as_int: true }
     }
 
     /// The request for the next item.
-    #[must_use]
     pub fn request(&mut self, now: WallTime) -> Encoded {
         self.requested_at = now;
         self.tries += 1;
@@ -48,14 +43,12 @@ impl Upload {
     }
 
     /// The request for the item after the one just received.
-    #[must_use]
     pub fn request_next(&mut self, now: WallTime) -> Encoded {
         self.tries = 0;
         self.request(now)
     }
 
     /// The request once more, after another item has arrived; `None` if it has just been sent.
-    #[must_use]
     pub fn request_again(&mut self, now: WallTime) -> Option<Encoded> {
         (now.since(self.requested_at) >= AGAIN).then(|| {
             self.requested_at = now;
@@ -64,20 +57,17 @@ impl Upload {
     }
 
     /// The ground station does not know the request: use the other one of the two.
-    #[must_use]
     pub fn request_otherwise(&mut self, now: WallTime) -> Encoded {
         self.as_int = !self.as_int;
         self.request(now)
     }
 
     /// When to repeat the request, or to give up the upload.
-    #[must_use]
     pub fn deadline(&self) -> WallTime {
         self.requested_at + REQUEST_TIMEOUT
     }
 
     /// The next item was requested as often as allowed.
-    #[must_use]
     pub fn is_hopeless(&self) -> bool {
         self.tries >= TRIES_MAX
     }
@@ -135,20 +125,17 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Request of an open command.
 #[derive(Debug)]
 pub enum What {
-    /// Another plan.
     Plan {
         /// The plan as uploaded.
         stored: Arc<Stored>,
         /// What to report when it takes effect.
         notes: Notes,
     },
-    /// Another current item.
     Current(u16),
     /// Another place or altitude, by an item.
     Guided,
 }
 
-/// An open command.
 #[derive(Debug)]
 pub struct Waiting {
     /// Number of the intent.
@@ -157,7 +144,6 @@ pub struct Waiting {
     pub from: From,
     /// List to acknowledge; `None`: no station waits for an acknowledgement.
     pub list: Option<ListKind>,
-    /// Request.
     pub what: What,
     since: WallTime,
     overdue: bool,
@@ -169,7 +155,6 @@ pub struct WaitingList(Vec<Waiting>);
 
 impl WaitingList {
     /// There is room for another command.
-    #[must_use]
     pub fn has_room(&self) -> bool {
         self.0.iter().filter(|waiting| !waiting.overdue).count() < WAITING_MAX
     }
@@ -217,7 +202,6 @@ impl WaitingList {
     }
 
     /// When the next command becomes overdue.
-    #[must_use]
     pub fn next_deadline(&self) -> Option<WallTime> {
         let open = self.0.iter().filter(|waiting| !waiting.overdue);
         open.map(|waiting| waiting.since + ANSWER_TIMEOUT).min()

@@ -24,14 +24,11 @@ pub struct Stored {
 
 impl Stored {
     /// Stores items; the same items have the same id, also after a restart of the autopilot.
-    #[must_use]
     pub fn new(items: Vec<MissionItem<i32>>) -> Self {
         let id = if items.is_empty() { 0 } else { hash(&items).max(1) };
         Self { id, items }
     }
 
-    /// Number of items.
-    #[must_use]
     pub fn count(&self) -> u16 {
         u16::try_from(self.items.len()).unwrap_or(u16::MAX)
     }
@@ -46,7 +43,6 @@ fn hash(items: &[MissionItem<i32>]) -> u32 {
 }
 
 /// The older form with floats as the newer form with integers.
-#[must_use]
 pub fn with_integers(item: &MissionItem<f32>) -> MissionItem<i32> {
     let whole = |value: f32| {
         if value.is_nan() {
@@ -67,7 +63,6 @@ pub fn with_integers(item: &MissionItem<f32>) -> MissionItem<i32> {
 }
 
 /// MISSION_REQUEST_INT, or MISSION_REQUEST.
-#[must_use]
 pub fn request(seq: u16, as_int: bool, to: Identity) -> Encoded {
     let [low, high] = seq.to_le_bytes();
     let payload = vec![low, high, to.system, to.component, ListKind::MISSION.0];
@@ -79,7 +74,6 @@ pub fn request(seq: u16, as_int: bool, to: Identity) -> Encoded {
 }
 
 /// MISSION_ACK; `id` identifies the new plan.
-#[must_use]
 pub fn ack(list: ListKind, result: MavMissionResult, id: u32, to: Identity) -> Encoded {
     let mut payload = vec![to.system, to.component, result as u8, list.0];
     payload.extend_from_slice(&id.to_le_bytes());
@@ -87,7 +81,6 @@ pub fn ack(list: ListKind, result: MavMissionResult, id: u32, to: Identity) -> E
 }
 
 /// MISSION_COUNT of a list with this id.
-#[must_use]
 pub fn count(list: ListKind, count: u16, id: u32, to: Identity) -> Encoded {
     let mut payload = count.to_le_bytes().to_vec();
     payload.extend_from_slice(&[to.system, to.component, list.0]);
@@ -96,7 +89,6 @@ pub fn count(list: ListKind, count: u16, id: u32, to: Identity) -> Encoded {
 }
 
 /// MISSION_ITEM_INT; `is_current`: the aircraft flies to it, or would begin with it.
-#[must_use]
 pub fn item(item: &MissionItem<i32>, is_current: bool, to: Identity) -> Encoded {
     let mut payload = body(item, u8::from(is_current));
     payload[32] = to.system;
@@ -104,8 +96,6 @@ pub fn item(item: &MissionItem<i32>, is_current: bool, to: Identity) -> Encoded 
     Encoded::by_hand::<MISSION_ITEM_INT_DATA>(payload)
 }
 
-/// MISSION_ITEM_REACHED.
-#[must_use]
 pub fn reached(seq: u16) -> Encoded {
     Encoded::new(&MISSION_ITEM_REACHED_DATA { seq })
 }

@@ -76,9 +76,6 @@ fn not_as_set(target: Target, faults: &FaultList, effectors: &EffectorList) -> S
 
 impl FaultParameters {
     /// Requests the fault of a PARAM_SET from the plant; false if the plant has it already.
-    ///
-    /// # Errors
-    /// Why the command yields no request.
     pub(super) fn set(
         &mut self,
         from: From,

@@ -12,7 +12,6 @@ const WAITING_MAX: usize = 16;
 pub struct Save {
     /// Number that [`Saved`] repeats; later contents have larger ones.
     pub number: u64,
-    /// The whole file.
     pub text: String,
     /// A client waits for it.
     pub at_once: bool,

@@ -75,7 +75,6 @@ pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -
     Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(target) })
 }
 
-/// All rows.
 pub(crate) fn rows(shared: &Shared) -> impl Iterator<Item = Row> {
     (0..count(shared.effectors())).filter_map(|index| row(index, shared))
 }
@@ -108,7 +107,6 @@ pub(super) fn row_of(target: Target, shared: &Shared) -> Option<Row> {
     row(table().len() + COMPATIBILITY.len() + place, shared)
 }
 
-/// PARAM_VALUE.
 pub(super) fn value_message(row: &Row, effectors: &EffectorList) -> Encoded {
     let (param_value, param_type) = match row.kind {
         Kind::Int => {

@@ -152,7 +152,6 @@ fn no_details(_: &EffectorList) -> String {
     String::new()
 }
 
-/// Runs one line.
 pub(super) fn run(line: &str, now: WallTime, shared: &mut Shared) -> Answer {
     let words: Vec<&str> = line.split_whitespace().collect();
     let Some((name, arguments)) = words.split_first() else { return Ok(Output::default()) };

@@ -48,7 +48,6 @@ struct Running {
     mode: Option<Mode>,
 }
 
-/// One console.
 #[derive(Debug)]
 pub(super) struct Session {
     pub(super) from: From,
@@ -89,7 +88,6 @@ impl Session {
         }
     }
 
-    /// Handles typed bytes.
     pub(super) fn take(&mut self, typed: &[u8]) {
         for byte in typed {
             match self.buffer.push(*byte) {
@@ -297,11 +295,7 @@ const INTERRUPT: u8 = 0x03;
 pub(super) enum LineError {
     /// Longer than [`LINE_MAX`].
     #[error("the line has {length} bytes, at most {LINE_MAX} are allowed: nothing was done")]
-    TooLong {
-        /// Its length.
-        length: usize,
-    },
-    /// Not ASCII.
+    TooLong { length: usize },
     #[error("the line has bytes that are no text: nothing was done")]
     NotText,
 }

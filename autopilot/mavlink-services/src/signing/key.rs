@@ -29,13 +29,11 @@ impl fmt::Debug for Key {
 
 impl Key {
     /// `None` if it is all zeros.
-    #[must_use]
     pub fn new(bytes: [u8; KEY]) -> Option<Self> {
         (bytes != [0; KEY]).then_some(Self(bytes))
     }
 
     /// From 64 hexadecimal digits; `None` for anything else, and for all zeros.
-    #[must_use]
     pub fn from_hex(text: &str) -> Option<Self> {
         let digits: Vec<u8> =
             text.chars().map(|c| c.to_digit(16)?.try_into().ok()).collect::<Option<_>>()?;
@@ -45,13 +43,11 @@ impl Key {
     }
 
     /// 64 hexadecimal digits, for the key file only.
-    #[must_use]
     pub fn to_hex(self) -> String {
         self.0.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// The trailer of a frame that ends with its checksum: `sha256_48(key + frame + link + timestamp)`.
-    #[must_use]
     pub fn sign(&self, frame: &[u8], link: u8, at: Timestamp) -> [u8; TRAILER] {
         let [t0, t1, t2, t3, t4, t5] = at.to_bytes();
         let mut hash = Sha256::new();
@@ -65,7 +61,6 @@ impl Key {
     }
 
     /// Whether this trailer belongs to this frame. Runs in constant time.
-    #[must_use]
     pub fn is_right(&self, frame: &[u8], trailer: Trailer) -> bool {
         let right = self.sign(frame, trailer.link(), trailer.at());
         let differences = right.iter().zip(trailer.0).fold(0, |sum, (a, b)| sum | (a ^ b));
@@ -79,13 +74,10 @@ pub struct Trailer(pub [u8; TRAILER]);
 
 impl Trailer {
     /// Link id of the sender, which only the sender can interpret.
-    #[must_use]
     pub fn link(self) -> u8 {
         self.0[0]
     }
 
-    /// Time of signing.
-    #[must_use]
     pub fn at(self) -> Timestamp {
         let [_, t0, t1, t2, t3, t4, t5, ..] = self.0;
         Timestamp::from_bytes([t0, t1, t2, t3, t4, t5])
@@ -114,19 +106,16 @@ impl Timestamp {
     pub(super) const END: Self = Self(LAST_UNIT);
 
     /// From units of 10 us; `None` beyond 48 bits.
-    #[must_use]
     pub fn new(units: u64) -> Option<Self> {
         (units <= LAST_UNIT).then_some(Self(units))
     }
 
     /// From the bytes in a frame.
-    #[must_use]
     pub fn from_bytes([a, b, c, d, e, f]: [u8; 6]) -> Self {
         Self(u64::from_le_bytes([a, b, c, d, e, f, 0, 0]))
     }
 
     /// The bytes in a frame.
-    #[must_use]
     pub fn to_bytes(self) -> [u8; 6] {
         let [a, b, c, d, e, f, _, _] = self.0.to_le_bytes();
         [a, b, c, d, e, f]
@@ -134,20 +123,17 @@ impl Timestamp {
 
     /// The computer's calendar at `now`. Zero where it knows no time after 2015: then the received
     /// and saved timestamps count.
-    #[must_use]
     pub fn of_calendar(unix_start_us: Option<u64>, now: WallTime) -> Self {
         let unix = unix_start_us.unwrap_or(0).saturating_add(now.as_micros());
         Self(unix.saturating_sub(EPOCH_UNIX_US) / UNIT_US).min(Self::LATEST)
     }
 
     /// The computer knows a date after 2015.
-    #[must_use]
     pub fn knows_date(unix_start_us: Option<u64>) -> bool {
         unix_start_us.is_some_and(|unix| unix > EPOCH_UNIX_US)
     }
 
     /// Units of 10 us since 2015.
-    #[must_use]
     pub const fn units(self) -> u64 {
         self.0
     }
@@ -184,11 +170,9 @@ const SLACK: Duration = Duration::from_secs(10);
 /// A key and its timestamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct KeyRecord {
-    /// The key.
     pub key: Key,
     /// Local time at the save.
     pub timestamp: Timestamp,
-    /// Newest accepted timestamp.
     pub accepted: Timestamp,
     /// No later timestamp was used or accepted: the autopilot has ended in order.
     pub is_final: bool,
@@ -205,7 +189,6 @@ pub enum RecordError {
     /// Not 64 hexadecimal digits, or all zeros.
     #[error("key is not 64 hexadecimal digits that are not all zero")]
     Key,
-    /// Outside the range.
     #[error("{0} = {1} is outside 0 to 281474976710655 (48 bits, 10 us since 2015)")]
     Timestamp(&'static str, u64),
 }
@@ -223,9 +206,6 @@ struct Table {
 
 impl KeyRecord {
     /// Reads the text of a key file.
-    ///
-    /// # Errors
-    /// [`RecordError`] names the error, without the key.
     pub fn from_text(text: &str) -> Result<Self, RecordError> {
         // The parser's error would quote the line, and with it the key.
         let table: Table = toml::from_str(text).map_err(|_| RecordError::Form)?;
@@ -238,7 +218,6 @@ impl KeyRecord {
     }
 
     /// The text of a key file.
-    #[must_use]
     pub fn to_text(&self) -> String {
         let Self { key, timestamp, accepted, is_final } = self;
         format!(
@@ -251,13 +230,11 @@ impl KeyRecord {
     }
 
     /// First timestamp to use: later than every one used before.
-    #[must_use]
     pub fn resume_at(&self) -> Timestamp {
         self.at_most(self.timestamp)
     }
 
     /// Every timestamp up to here may have been accepted before.
-    #[must_use]
     pub fn floor(&self) -> Timestamp {
         self.at_most(self.accepted)
     }

@@ -16,7 +16,6 @@ const BEHIND_MAX: Duration = Duration::from_secs(60);
 pub struct Stream {
     /// Link of the sender.
     pub link: u8,
-    /// System and component.
     pub sender: Identity,
 }
 
@@ -33,19 +32,16 @@ pub struct Streams {
 impl Streams {
     /// No streams yet; refuses every timestamp up to `floor`. `newest` is the newest timestamp known to
     /// have been accepted before, at most `floor`.
-    #[must_use]
     pub fn above(floor: Timestamp, newest: Timestamp) -> Self {
         Self { known: Vec::new(), floor, newest }
     }
 
     /// The newest accepted timestamp, including those before the start of the process.
-    #[must_use]
     pub fn newest(&self) -> Timestamp {
         self.newest
     }
 
     /// The newest timestamp that may have been accepted, including those before the start of the process.
-    #[must_use]
     pub fn newest_possible(&self) -> Timestamp {
         self.newest.max(self.floor)
     }
@@ -131,7 +127,6 @@ impl Refusal {
     ];
 
     /// Description of the refusal.
-    #[must_use]
     pub const fn described(self) -> &'static str {
         match self {
             Self::Unsigned => "unsigned messages",
@@ -160,13 +155,11 @@ struct Count {
 pub struct Refusals([Count; Refusal::ALL.len()]);
 
 impl Refusals {
-    /// Counts one refusal.
     pub(super) fn add(&mut self, refusal: Refusal) {
         self.0[refusal as usize].refused += 1;
     }
 
     /// Refusals of this kind since start.
-    #[must_use]
     pub fn count(&self, refusal: Refusal) -> u64 {
         self.0[refusal as usize].refused
     }

@@ -23,7 +23,6 @@ const FAST: Duration = Duration::from_millis(200);
 /// Request of a peer for one message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Requested {
-    /// None.
     Never,
     /// One in each interval.
     Every(Duration),
@@ -31,7 +30,6 @@ pub enum Requested {
 
 impl Requested {
     /// Time between two of them.
-    #[must_use]
     pub const fn interval(self) -> Option<Duration> {
         match self {
             Self::Never => None,
@@ -45,7 +43,6 @@ impl Requested {
 struct Stream {
     /// By SET_MESSAGE_INTERVAL; takes precedence over `grouped`.
     requested: Option<Requested>,
-    /// By REQUEST_DATA_STREAM.
     grouped: Option<Requested>,
     due: Option<WallTime>,
 }
@@ -58,8 +55,6 @@ pub struct PeerRates {
 }
 
 impl PeerRates {
-    /// No peers yet.
-    #[must_use]
     pub fn new(defaults: StreamParameters) -> Self {
         Self { defaults, peers: Vec::new() }
     }
@@ -102,7 +97,6 @@ impl PeerRates {
     }
 
     /// When the next message is due for some peer.
-    #[must_use]
     pub fn next_due(&self) -> Option<WallTime> {
         self.peers.iter().filter_map(|rates| rates.next).min()
     }
@@ -136,7 +130,6 @@ pub struct Rates {
 
 impl Rates {
     /// The defaults; everything is due at once.
-    #[must_use]
     pub fn new(peer: Peer, defaults: &StreamParameters) -> Self {
         let mut rates = Self { peer, streams: [Stream::default(); ROWS], next: None };
         rates.everything_is_due(defaults);
@@ -144,13 +137,11 @@ impl Rates {
     }
 
     /// Messages of this peer.
-    #[must_use]
     pub const fn peer(&self) -> Peer {
         self.peer
     }
 
     /// Interval of this row; `None`: not streamed.
-    #[must_use]
     pub fn interval(
         &self,
         index: usize,
@@ -303,9 +294,6 @@ impl PeerRates {
 
     /// GET_MESSAGE_INTERVAL of one peer: the MESSAGE_INTERVAL that answers it. Its interval is -1 for a
     /// stream that is stopped, and 0 for a message that does not exist here.
-    ///
-    /// # Errors
-    /// `message_id` is not a valid message number.
     pub fn interval(&self, peer: Peer, message_id: f32) -> Result<Encoded, CommandError> {
         let id = whole(message_id)?;
         let interval_us = match registry::find(id) {

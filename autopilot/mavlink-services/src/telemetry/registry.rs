@@ -16,13 +16,9 @@ use flight_management::parameters::StreamParameters;
 /// One message, or a group of them with the same id.
 #[derive(Debug)]
 pub struct Row {
-    /// Message id.
     pub id: u32,
-    /// Message name.
     pub name: &'static str,
-    /// Default rate.
     pub rate: Rate,
-    /// Group of REQUEST_DATA_STREAM.
     pub group: Group,
     build: Build,
 }
@@ -46,19 +42,13 @@ pub enum Rate {
     Answer,
 }
 
-/// Groups of MAV_DATA_STREAM.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Group {
-    /// RAW_SENSORS.
     RawSensors = 1,
-    /// EXTENDED_STATUS.
     ExtendedStatus = 2,
-    /// RC_CHANNELS.
     RcChannels = 3,
-    /// RAW_CONTROLLER.
     RawController = 4,
-    /// POSITION.
     Position = 6,
     /// EXTRA1: attitude.
     Extra1 = 10,
@@ -98,7 +88,6 @@ pub enum Nothing {
 
 impl Row {
     /// The messages at this moment; none without a flight where the message needs one.
-    #[must_use]
     pub fn build(&self, view: &View) -> Vec<Encoded> {
         let state = view.shared.aircraft.snapshot();
         match self.build {
@@ -112,9 +101,6 @@ impl Row {
     }
 
     /// The messages that answer a request; `index` selects an item of a list, 0 all of it.
-    ///
-    /// # Errors
-    /// [`Nothing`] to send.
     pub fn answer(&self, view: &View, index: u8) -> Result<Vec<Encoded>, Nothing> {
         if let Build::Listed(build) = self.build
             && index != 0
@@ -126,7 +112,6 @@ impl Row {
     }
 
     /// Default interval; `None`: not streamed.
-    #[must_use]
     pub fn default_interval(&self, streams: &StreamParameters) -> Option<Duration> {
         let hz = match self.rate {
             Rate::EveryMs(ms) => return Some(Duration::from_millis(u64::from(ms))),
@@ -142,7 +127,6 @@ impl Row {
 }
 
 /// The row of a message.
-#[must_use]
 pub fn find(id: u32) -> Option<(usize, &'static Row)> {
     TABLE.iter().enumerate().find(|(_, row)| row.id == id)
 }

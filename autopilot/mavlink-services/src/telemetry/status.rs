@@ -212,8 +212,6 @@ const IN_MISSION_MODE: u8 = 1;
 /// mission_mode: another mode flies.
 const SUSPENDED: u8 = 2;
 
-/// MISSION_CURRENT.
-#[must_use]
 pub fn mission_current(state: &Snapshot) -> Encoded {
     let navigation = &state.navigation;
     Encoded::new(&MISSION_CURRENT_DATA {
@@ -265,7 +263,6 @@ const CAPABILITIES: Capability = Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
     .union(Capability::MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2);
 
-/// AUTOPILOT_VERSION.
 pub fn autopilot_version(_: &View) -> Option<Encoded> {
     Some(Encoded::new(&AUTOPILOT_VERSION_DATA {
         capabilities: CAPABILITIES,

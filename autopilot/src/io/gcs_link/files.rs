@@ -18,7 +18,6 @@ use mavlink_services::signing::LogLine;
 /// Folder in which the autopilot writes logs and offers them to ground stations.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Logs {
-    /// The folder.
     pub folder: PathBuf,
     /// All logs together, bytes.
     pub limit_bytes: u64,

@@ -28,7 +28,6 @@ const SYSTEM_BUFFER: u32 = 32 * 1024;
 /// A TCP connection whose peer accepts nothing for this long is closed, which frees its place.
 const STALL_MAX: Duration = Duration::from_secs(60);
 
-/// The open sockets.
 #[derive(Debug)]
 pub(super) struct Sockets {
     client: Option<Udp>,

@@ -27,7 +27,6 @@ pub fn name(utc_s: u64, session: &str) -> String {
 }
 
 /// `yyyymmdd-hhmmss`, UTC, of a time in seconds since 1970.
-#[must_use]
 pub fn stamp(utc_s: u64) -> String {
     let (days, second) = (utc_s / 86_400, utc_s % 86_400);
     // Days from 1 March 0000, in eras of 400 years (Gregorian calendar).
@@ -45,7 +44,6 @@ pub fn stamp(utc_s: u64) -> String {
 
 /// Time at which a log with this name was begun, seconds since 1970, UTC; `None` if it is not the name of a flight
 /// log: `yyyymmdd-hhmmss-<hash of the session, 8 hex digits>.ulg`.
-#[must_use]
 pub fn flight_log_begun(name: &str) -> Option<u64> {
     let (stamp, rest) = name.split_at_checked(STAMP)?;
     let session = rest.strip_prefix('-')?.strip_suffix(".ulg")?;

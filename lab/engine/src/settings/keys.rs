@@ -15,7 +15,6 @@ use plant_sim::tables::aerodynamics::TableAero;
 use plant_sim::tables::thrust::{Propeller, ThrustTables};
 
 /// Keys of all files; an entry of a list is `N`.
-#[must_use]
 pub fn all() -> &'static BTreeSet<String> {
     static KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
         let mut keys = BTreeSet::new();
@@ -32,7 +31,6 @@ pub fn all() -> &'static BTreeSet<String> {
 }
 
 /// Whether a reader knows this key.
-#[must_use]
 pub fn is_known(key: &str) -> bool {
     let pattern = pattern(key);
     let any = pattern.rsplit_once('.').map(|(table, _)| format!("{table}.{ANY}"));
@@ -40,7 +38,6 @@ pub fn is_known(key: &str) -> bool {
 }
 
 /// A key with its numbers of list entries as `N`.
-#[must_use]
 pub fn pattern(key: &str) -> String {
     let word = |word| if str::parse::<usize>(word).is_ok() { "N" } else { word };
     key.split('.').map(word).collect::<Vec<_>>().join(".")
@@ -52,7 +49,6 @@ const COMPARED_MAX: usize = 128;
 
 /// The key that looks most like this one: the one with the same last word, or else with the fewest changes of letters. `None`
 /// if this one is far longer than any.
-#[must_use]
 pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> {
     if key.len() > COMPARED_MAX {
         return None;

@@ -4,7 +4,6 @@
 const TICKS_MAX: f64 = 7.0;
 
 /// A range around values with room above and below, never narrower than `span_min`.
-#[must_use]
 pub fn range(values: impl Iterator<Item = f64>, span_min: f64) -> (f64, f64) {
     let (low, high) = values
         .filter(|v| v.is_finite())
@@ -18,7 +17,6 @@ pub fn range(values: impl Iterator<Item = f64>, span_min: f64) -> (f64, f64) {
 }
 
 /// Labels on an axis: multiples of 1, 2 or 5 times a power of ten, and the decimals that they need.
-#[must_use]
 pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let span = (high - low).abs().max(f64::MIN_POSITIVE);
     // At least this far apart, so that there are at most TICKS_MAX.
@@ -41,7 +39,6 @@ pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
 }
 
 /// A label; a rounded zero has no sign.
-#[must_use]
 pub fn number(value: f64, decimals: usize) -> String {
     let text = format!("{value:.decimals$}");
     match text.strip_prefix('-') {

@@ -9,7 +9,6 @@ pub type Point = (f64, f64);
 /// Keeps the smallest and the largest value of each pixel column, so that no peak is lost.
 ///
 /// `points` are in the order of time; those outside `from` to `to` are left out.
-#[must_use]
 pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<Point> {
     let width = (to - from) / COLUMNS as f64;
     let mut thinned = Vec::new();
@@ -76,7 +75,6 @@ impl Column {
 }
 
 /// Cuts a curve at `low` and `high` into the pieces between them, which end exactly at the frame.
-#[must_use]
 pub fn clip(points: &[Point], low: f64, high: f64) -> Vec<Vec<Point>> {
     let mut pieces: Vec<Vec<Point>> = Vec::new();
     let mut open = false;
@@ -113,7 +111,6 @@ fn clip_segment(a: Point, b: Point, low: f64, high: f64) -> Option<(Point, Point
 }
 
 /// An angle that runs on where its measure wraps at half a turn; `turn` is a whole turn in its unit.
-#[must_use]
 pub fn unwrap(points: impl IntoIterator<Item = Point>, turn: f64) -> Vec<Point> {
     let mut last: Option<f64> = None;
     let unwrapped = points.into_iter().map(|(t, angle)| {

@@ -75,7 +75,6 @@ impl Drawing {
     }
 
     /// The SVG, of a width and a height.
-    #[must_use]
     pub fn finish(self, (width, height): (f64, f64)) -> String {
         let body = self.body;
         format!(
@@ -85,7 +84,6 @@ impl Drawing {
 }
 
 /// Stroke of an ink, as attributes.
-#[must_use]
 pub fn stroke(Ink { colour, pattern, width }: &Ink) -> String {
     let dashes = match pattern {
         Pattern::Solid => String::new(),

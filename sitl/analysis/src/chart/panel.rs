@@ -28,20 +28,16 @@ const SYMBOL: f64 = 4.5;
 /// Room around a track over the ground, as a factor.
 const MAP_ROOM: f64 = 1.25;
 
-/// A curve.
 #[derive(Debug, Clone)]
 pub struct Curve {
     /// Name for the legend above the panel; empty where the sheet has a legend.
     pub name: &'static str,
-    /// How it looks.
     pub ink: Ink,
-    /// Its points.
     pub points: Vec<Point>,
 }
 
 impl Curve {
     /// A curve that the legend of the sheet names.
-    #[must_use]
     pub const fn unnamed(points: Vec<Point>, ink: Ink) -> Self {
         Self { name: "", ink, points }
     }
@@ -50,9 +46,7 @@ impl Curve {
 /// A horizontal line with a name: a limit or a level.
 #[derive(Debug, Clone)]
 pub struct Rule {
-    /// Where.
     pub value: f64,
-    /// What it is.
     pub label: String,
 }
 
@@ -74,27 +68,21 @@ pub struct Mark {
     pub x: f64,
     /// Number in a table of events, if there is one.
     pub number: Option<usize>,
-    /// How it looks.
     pub ink: Ink,
-    /// What it is.
     pub label: String,
 }
 
 /// What a symbol looks like.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
-    /// A filled circle.
     Dot,
-    /// An empty circle.
     Ring,
-    /// A cross.
     Cross,
 }
 
 /// A symbol at a point.
 #[derive(Debug, Clone)]
 pub struct Symbol {
-    /// Where.
     pub at: Point,
     /// What it looks like.
     pub shape: Shape,
@@ -104,10 +92,8 @@ pub struct Symbol {
     pub label: String,
 }
 
-/// A panel.
 #[derive(Debug, Clone)]
 pub struct Panel<'a> {
-    /// Title.
     pub title: String,
     /// What the x axis is, with unit.
     pub x_label: &'static str,
@@ -121,13 +107,9 @@ pub struct Panel<'a> {
     pub height: f64,
     /// Curves, the last one on top.
     pub curves: Vec<Curve>,
-    /// Limits and levels.
     pub rules: Vec<Rule>,
-    /// Shaded intervals.
     pub bands: Vec<Band>,
-    /// Points of interest.
     pub symbols: Vec<Symbol>,
-    /// Events.
     pub marks: &'a [Mark],
 }
 
@@ -182,7 +164,6 @@ impl Frame {
 impl Panel<'_> {
     /// A panel of the ground around a track of points east and north, km; a kilometre is as long in both directions
     /// where the panel is [`WIDTH`] wide.
-    #[must_use]
     pub fn map(title: &str, height: f64, track: &[Point]) -> Self {
         let bounds = |value: fn(&Point) -> f64| {
             let low = track.iter().map(value).fold(f64::INFINITY, f64::min);
@@ -204,7 +185,6 @@ impl Panel<'_> {
     }
 
     /// Height with title and labels.
-    #[must_use]
     pub fn outer_height(&self) -> f64 {
         self.top() + self.height + BOTTOM
     }
@@ -243,7 +223,6 @@ impl Panel<'_> {
         drawing.close();
     }
 
-    /// Grid and labels.
     fn draw_axes(&self, drawing: &mut Drawing, frame: &Frame) {
         const GRID: &str = r##"stroke="#e2e2e2""##;
         let (x_ticks, decimals) = ticks(frame.x);

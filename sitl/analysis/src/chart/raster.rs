@@ -18,9 +18,6 @@ const FONT_SIZE: f32 = 13.0;
 pub struct RasterError(String);
 
 /// Draws an SVG into a PNG, on white. Its texts are elements as [`super::drawing::Drawing::text`] writes them.
-///
-/// # Errors
-/// [`RasterError`] if the text is not an SVG, or has no size.
 pub fn png(svg: &str) -> Result<Vec<u8>, RasterError> {
     let face = Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0)
         .map_err(|e| RasterError(format!("font: {e}")))?;

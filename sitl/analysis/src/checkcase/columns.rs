@@ -22,7 +22,6 @@ pub struct Columns {
 
 impl Columns {
     /// For a flight at its start.
-    #[must_use]
     pub fn new(plant: &Plant) -> Self {
         let is_flat = plant.dynamics().earth().model() == EarthModel::Flat;
         let position = if is_flat { "n_m,e_m,d_m" } else { "lat_deg,lon_deg,alt_m" };
@@ -36,13 +35,11 @@ impl Columns {
     }
 
     /// Names of the columns.
-    #[must_use]
     pub fn header(&self) -> &str {
         &self.header
     }
 
     /// The values of this instant, each with all its digits.
-    #[must_use]
     pub fn row(&self, plant: &Plant) -> String {
         let truth = plant.truth();
         let earth = plant.dynamics().earth();

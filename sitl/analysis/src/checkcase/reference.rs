@@ -26,29 +26,16 @@ const FINEST: &str = "05";
 pub enum ReferenceError {
     /// A file cannot be read.
     #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: file::FileProblem,
-    },
+    Read { path: PathBuf, source: file::FileProblem },
     /// The manifest is something else.
     #[error("{}: {source}", path.display())]
-    Manifest {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        source: serde_json::Error,
-    },
-    /// A trajectory.
+    Manifest { path: PathBuf, source: serde_json::Error },
     #[error(transparent)]
     Trajectory(#[from] TrajectoryError),
     /// The manifest lacks the case.
     #[error("{}: no case {case}, there are {known}", folder.display())]
     NoCase {
-        /// The folder.
         folder: PathBuf,
-        /// The case.
         case: String,
         /// The cases of the manifest.
         known: String,
@@ -86,14 +73,12 @@ pub struct Reference<'a> {
     sims: BTreeMap<&'a str, Trajectory>,
 }
 
-/// What is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quantity {
     /// Name as in the manifest.
     pub name: &'static str,
     /// Group of the manifest that names the core simulators.
     pub group: &'static str,
-    /// Unit.
     pub unit: &'static str,
     kind: Kind,
 }
@@ -115,7 +100,6 @@ const fn column(
     Quantity { name, group, unit, kind: Kind::Column(column) }
 }
 
-/// All quantities.
 pub const QUANTITIES: [Quantity; 13] = [
     Quantity { name: "pos_n", group: "pos", unit: "m", kind: Kind::North },
     Quantity { name: "pos_e", group: "pos", unit: "m", kind: Kind::East },
@@ -135,7 +119,6 @@ pub const QUANTITIES: [Quantity; 13] = [
 /// Distance of a trajectory from the reference in one quantity.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Deviation {
-    /// The quantity.
     pub quantity: Quantity,
     /// Largest distance from the mean of the core simulators.
     pub error: f64,
@@ -164,13 +147,11 @@ pub struct Comparison {
 
 impl Deviation {
     /// Whether the error is allowed; one that is no number is not.
-    #[must_use]
     pub fn passes(&self) -> bool {
         self.error <= self.tolerance
     }
 
     /// Whether the distance from the simulator with the finest step is allowed.
-    #[must_use]
     pub fn passes_tight(&self) -> bool {
         self.tight.is_none_or(|(error, allowed)| error <= allowed)
     }
@@ -178,9 +159,6 @@ impl Deviation {
 
 impl References {
     /// Reads the manifest of a folder.
-    ///
-    /// # Errors
-    /// [`ReferenceError`] with the file.
     pub fn open(folder: &Path) -> Result<Self, ReferenceError> {
         let path = folder.join("manifest.json");
         let bytes = file::read(&path, file::TEXT_MAX)
@@ -191,9 +169,6 @@ impl References {
     }
 
     /// Reads the trajectories of a case.
-    ///
-    /// # Errors
-    /// [`ReferenceError`] with the file.
     pub fn case(&self, case: &str) -> Result<Reference<'_>, ReferenceError> {
         let Some(about) = self.manifest.cases.get(case) else {
             let known = self.manifest.cases.keys().cloned().collect::<Vec<_>>().join(", ");
@@ -216,15 +191,11 @@ impl References {
 
 impl Reference<'_> {
     /// What the case is.
-    #[must_use]
     pub fn title(&self) -> &str {
         &self.about.title
     }
 
     /// The distance of a trajectory in every quantity that it and the core simulators have.
-    ///
-    /// # Errors
-    /// [`TrajectoryError::NoRow`] if it lacks a time of the reference.
     pub fn deviations(&self, ours: &Trajectory) -> Result<Vec<Deviation>, TrajectoryError> {
         let Some(first) = self.sims.values().next() else { return Ok(Vec::new()) };
         let ours = ours.at(first.times())?;

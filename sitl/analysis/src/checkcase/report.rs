@@ -37,9 +37,6 @@ pub struct CompareArgs {
 }
 
 /// Flies, compares and writes.
-///
-/// # Errors
-/// What is wrong with a file, an option or the folder; the cases that are farther away than allowed.
 pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
     let references = References::open(&args.reference)?;
     let folder = Folder::create(&args.out)?;
@@ -75,9 +72,6 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
 }
 
 /// Flies a case and compares it with its reference.
-///
-/// # Errors
-/// Why the flight or the comparison fails; a scenario without a reference.
 pub fn compare(
     name: &str,
     case: &CheckCase,

@@ -11,7 +11,6 @@ pub enum TrajectoryError {
     /// A trajectory is no table of numbers.
     #[error("{file}: line {line}: {problem}")]
     Table {
-        /// The file.
         file: String,
         /// The line, from 1.
         line: usize,
@@ -23,7 +22,6 @@ pub enum TrajectoryError {
         "{file}: no row at {time_s} s, which the reference has; another output_rate_hz may have it"
     )]
     NoRow {
-        /// The trajectory.
         file: String,
         /// The time, s.
         time_s: f64,
@@ -42,9 +40,6 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// Reads comma-separated values; errors call them `name`.
-    ///
-    /// # Errors
-    /// [`TrajectoryError::Table`] with the line.
     pub fn read(name: &str, text: &str) -> Result<Self, TrajectoryError> {
         let wrong = |line: usize, problem: String| TrajectoryError::Table {
             file: name.to_owned(),

@@ -74,9 +74,6 @@ fn programme(start: &Start, duration_s: f64, seed: u64) -> String {
 }
 
 /// Aircraft and laws of flights of 180 s.
-///
-/// # Errors
-/// [`StudyError`] names file, key, value and range.
 pub fn sides(options: &StudyOptions, mode: CompensatorMode) -> Result<Sides, StudyError> {
     let sides = options.sides(mode)?.lasting(FLIGHT_S);
     let duration_s = sides.nominal().duration.as_seconds();
@@ -90,9 +87,6 @@ pub fn sides(options: &StudyOptions, mode: CompensatorMode) -> Result<Sides, Stu
 }
 
 /// The setup of a flight.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn setup(
     sides: &Sides,
     case: &Case,
@@ -112,10 +106,6 @@ pub fn setup(
     Ok(setup)
 }
 
-/// Flies and judges.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn fly(
     sides: &Sides,
     case: &Case,

@@ -19,7 +19,6 @@ pub const SCALES: usize = 29;
 pub const KINDS: usize = FILTERS_S.len() * DWELLS_S.len();
 
 /// Height of number `index`: from 0.4 to 3.2 by tenths.
-#[must_use]
 pub fn scale(index: usize) -> f64 {
     f64::from(u32::try_from(index).unwrap_or(u32::MAX) + 4) / 10.0
 }
@@ -59,7 +58,6 @@ impl Window {
 
 impl Detectors {
     /// Before the first tick.
-    #[must_use]
     pub fn new(period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let keep = |tau_s: f64| if tau_s > 0.0 { libm::exp(-h / tau_s) } else { 0.0 };
@@ -107,7 +105,6 @@ const RISK: f64 = 0.05;
 ///
 /// It is the mean for which so few events or fewer have a probability of 5 %, which is half the 95 % quantile of the
 /// chi-square distribution with 2 (events + 1) degrees of freedom.
-#[must_use]
 pub fn upper_95(events: u32) -> f64 {
     let n = f64::from(events);
     let (mut low, mut high) = (n, n + 10.0 + 5.0 * n.sqrt());
@@ -135,7 +132,6 @@ fn at_most(events: u32, mean: f64) -> f64 {
 }
 
 /// The middle one of the values, or the upper one of two; infinity for none.
-#[must_use]
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)

@@ -27,7 +27,6 @@ const PART_S: f64 = 30.0;
 /// An alarm that goes on counts again after this time, s: as a detector that is reset would.
 const AGAIN_S: f64 = 5.0;
 
-/// A flight condition.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Condition {
     /// Altitude, m.
@@ -57,9 +56,6 @@ pub fn conditions(own: &[Condition], scale: &Scale) -> Vec<Condition> {
 
 impl Condition {
     /// Parser of `AIRSPEED@ALTITUDE`, m/s and m.
-    ///
-    /// # Errors
-    /// The form and the ranges.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let problem = "expected AIRSPEED@ALTITUDE, such as 264@5000: 10 to 400 m/s, 20 to 15000 m";
         let numbers = text.split_once('@').and_then(|(airspeed, altitude)| {
@@ -82,7 +78,6 @@ impl fmt::Display for Condition {
 /// The air and the sensors of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Air {
-    /// The sensors.
     pub grade: GradeName,
     /// Turbulence, m/s rms.
     pub turbulence_m_s: f64,
@@ -105,7 +100,6 @@ pub struct Watched {
     pub squares: Vector3<f64>,
     /// Largest |z2| over its level, roll, pitch and yaw.
     pub largest: Vector3<f64>,
-    /// Ticks that count.
     pub ticks: f64,
     /// Flights in which the aircraft was lost.
     pub lost: u32,
@@ -146,7 +140,6 @@ impl Watched {
     }
 
     /// rms of z2 over its level, roll, pitch and yaw.
-    #[must_use]
     pub fn rms(&self) -> Vector3<f64> {
         (self.squares / self.ticks).map(f64::sqrt)
     }
@@ -156,9 +149,6 @@ impl Watched {
 ///
 /// It is off so that no false alarm changes the flight on which the next detector is judged. Until the first alarm the
 /// flight is that with the compensator armed, to the bit (claim 3).
-///
-/// # Errors
-/// [`StudyError`] if a shipped file is not what it should be.
 pub fn setup(
     air: &Air,
     sides: &Sides,
@@ -182,7 +172,6 @@ pub fn setup(
 }
 
 /// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long; or none of them.
-#[must_use]
 pub fn programme(condition: &Condition, scale: &Scale, seed: u64, is_straight: bool) -> String {
     let Condition { altitude_m, airspeed_m_s } = *condition;
     let mut between = draws(seed, *b"--------two-step sitl--2");
@@ -210,7 +199,6 @@ pub fn programme(condition: &Condition, scale: &Scale, seed: u64, is_straight: b
 }
 
 /// References from a time on, as a table of a scenario.
-#[must_use]
 pub fn entry(at_s: f64, roll_deg: f64, altitude_m: f64, airspeed_m_s: f64) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
@@ -233,9 +221,6 @@ fn over_level(log: &StepLog) -> Vector3<f64> {
 }
 
 /// Flies one healthy flight and runs all detectors on it.
-///
-/// # Errors
-/// [`StudyError`] if it cannot be flown.
 pub fn watch(setup: &FlightSetup, is_straight: bool) -> Result<Watched, StudyError> {
     let mut detectors = Detectors::new(setup.plant.period);
     let mut watched = Watched::default();
@@ -279,11 +264,8 @@ const ROLL_DEG: f64 = 15.0;
 /// A fault and the flight in which it comes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
-    /// For people.
     pub name: Cow<'static, str>,
-    /// What breaks.
     pub effector: Effector,
-    /// How.
     pub kind: FaultKind,
     /// Altitude reference from the start on, over the altitude of the start, m.
     pub climb_m: f64,
@@ -348,7 +330,6 @@ fn of_the_jet() -> [Fault; 14] {
 /// Delays of the detectors for one fault.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Delays {
-    /// The fault.
     pub fault: Fault,
     /// Median over the flights, s; infinite where it is not noticed.
     pub median_s: Box<PerDetector<f64>>,
@@ -357,9 +338,6 @@ pub struct Delays {
 }
 
 /// Flies every fault in the air of the study, at the design point.
-///
-/// # Errors
-/// [`StudyError`] if a flight cannot be flown.
 pub fn measure_delays(
     options: &Options,
     grade: GradeName,

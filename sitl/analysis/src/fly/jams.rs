@@ -66,9 +66,6 @@ struct Jam {
 }
 
 /// Flies and writes.
-///
-/// # Errors
-/// What is wrong with files, options or the place of the table.
 pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
     let failed = |path: &Path, problem: FileProblem| format!("--out {}: {problem}", path.display());
     if let Some(path) = &args.out {

@@ -26,7 +26,6 @@ use crate::table::{self, Columns};
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
     pub(super) table: Option<&'a mut host_io::folder::Output>,
-    /// The flight log.
     pub(super) log: Option<FlightLog>,
     /// Counts the seconds of simulation time.
     pub(super) progress: Option<&'a Progress>,
@@ -247,7 +246,6 @@ impl FlightLog {
         Ok(self.0.add(Entry::Ground { time, row })?)
     }
 
-    /// Its bytes.
     pub(super) fn end(self) -> Result<Vec<u8>, FlyError> {
         Ok(self.0.end(End::Stopped)?)
     }

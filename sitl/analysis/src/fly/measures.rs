@@ -54,7 +54,6 @@ const AXES: [&str; 3] = ["roll", "pitch", "yaw"];
 /// What a tick is measured by.
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
-    /// The true state.
     pub truth: &'a Truth,
     /// The angles of the true attitude.
     pub attitude: &'a EulerAngles,
@@ -137,7 +136,6 @@ struct Activation {
 
 impl Measures {
     /// For an aircraft that is flown with this control period, s, by a controller with this model and observer.
-    #[must_use]
     pub fn new(
         airframe: &Airframe,
         model: &AircraftModel,
@@ -165,7 +163,6 @@ impl Measures {
         }
     }
 
-    /// Takes a tick.
     pub fn tick(&mut self, measured: &Measured<'_>) {
         let Measured { truth, attitude, log, references: [altitude, roll, airspeed] } = *measured;
         let t_s = truth.time.as_seconds();
@@ -272,7 +269,6 @@ impl Measures {
     }
 
     /// Every measure, with `lost_s`, when the aircraft was lost.
-    #[must_use]
     pub fn metrics(&self, lost_s: Option<f64>) -> Vec<Metric> {
         let mut all = Vec::new();
         self.tracking(&mut all);

@@ -14,7 +14,6 @@ use super::FlyError;
 pub enum Fate {
     /// It flew to the end.
     Kept,
-    /// It was lost.
     Lost(Loss),
 }
 
@@ -23,7 +22,6 @@ pub enum Fate {
 pub struct Loss {
     /// Simulation time, s.
     pub at_s: f64,
-    /// How.
     pub by: LossBy,
 }
 
@@ -54,7 +52,6 @@ impl fmt::Display for LossBy {
 /// One measure of a flight.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Metric {
-    /// Its name.
     pub name: String,
     /// Unit of the value; `1` for a count or a ratio.
     pub unit: &'static str,
@@ -78,36 +75,30 @@ pub struct Outcome {
     pub fate: Fate,
     /// Simulation time at the end, s.
     pub end_s: f64,
-    /// Control steps flown.
     pub steps: u64,
     /// Altitude at the end and its reference, m.
     pub altitude_m: [f64; 2],
     /// Sensors that the estimator gave up, in the order of time.
     pub sensors_lost: Vec<SensorLost>,
-    /// Every measure.
     pub metrics: Vec<Metric>,
 }
 
 /// A sensor that the estimator gave up.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct SensorLost {
-    /// Its name.
     pub sensor: &'static str,
     /// When, s.
     pub at_s: f64,
-    /// Why.
     pub why: &'static str,
 }
 
 impl Outcome {
     /// Whether the aircraft was kept.
-    #[must_use]
     pub fn is_kept(&self) -> bool {
         self.fate == Fate::Kept
     }
 
     /// The value of a measure.
-    #[must_use]
     pub fn metric(&self, name: &str) -> Option<f64> {
         self.metrics.iter().find(|metric| metric.name == name)?.value
     }
@@ -181,9 +172,7 @@ impl Serialize for Metrics<'_> {
 pub(super) const TABLE: &str = "flight.csv";
 /// What became of it.
 pub(super) const OUTCOME: &str = "outcome.json";
-/// Its log.
 pub(super) const LOG: &str = "flight.ulg";
-/// Its figures.
 pub(super) const FIGURES: &str = "flight.html";
 /// One row for each seed.
 pub(super) const SEEDS: &str = "seeds.csv";

@@ -26,13 +26,10 @@ const SHOWN: [(&str, &str); 3] = [
 /// One seed, or all from one to another, both included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seeds {
-    /// One flight.
     One(u64),
     /// A range of them.
     Range {
-        /// The first.
         from: u64,
-        /// The last.
         to: u64,
     },
 }

@@ -34,7 +34,6 @@ pub struct Class {
 /// All that can be broken on an aircraft.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Classes {
-    /// The effectors.
     pub list: EffectorList,
     /// The classes: each angle, then each pair.
     pub all: Vec<Class>,
@@ -42,7 +41,6 @@ pub struct Classes {
 
 impl Classes {
     /// Those of an aircraft.
-    #[must_use]
     pub fn of(airframe: &Airframe) -> Self {
         let list = airframe.effectors;
         let angles = list.all().filter(|effector| list.is_angle(*effector));
@@ -53,14 +51,12 @@ impl Classes {
     }
 
     /// `left elevator`, or `left elevator and right elevator`.
-    #[must_use]
     pub fn name(&self, class: &Class) -> String {
         let names = class.effectors.into_iter().flatten().map(|effector| self.list.name(effector));
         names.collect::<Vec<_>>().join(" and ")
     }
 
     /// Place of the class that a verdict names; `None` for two that are no pair.
-    #[must_use]
     pub fn place(&self, verdict: &Verdict) -> Option<usize> {
         self.all.iter().position(|class| class.effectors == verdict.effectors)
     }
@@ -90,7 +86,6 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    /// Before the flight.
     pub(super) fn of(class: usize, seed: u64, fault: String) -> Self {
         Self {
             class,
@@ -115,7 +110,6 @@ pub struct Healthy {
     pub woken: u32,
     /// How often an effector was named.
     pub named: u32,
-    /// Aircraft lost.
     pub lost: u32,
 }
 
@@ -194,9 +188,6 @@ fn select(mut setup: FlightSetup, variant: &Variant) -> FlightSetup {
 }
 
 /// Flies every class with every law, each flight in air of its own.
-///
-/// # Errors
-/// [`StudyError`] if one cannot be flown.
 pub fn fly_faults(
     options: &Options,
     sides: &Sides,
@@ -284,9 +275,6 @@ pub(super) fn fly_each<const N: usize>(
 }
 
 /// Flies the healthy flights of every law.
-///
-/// # Errors
-/// [`StudyError`] if one cannot be flown.
 pub fn fly_healthy(
     options: &Options,
     sides: &Sides,

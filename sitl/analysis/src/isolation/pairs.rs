@@ -37,9 +37,6 @@ fn of_two(list: &EffectorList) -> Vec<[Effector; 2]> {
 }
 
 /// Flies `options.pairs` pairs, on the aircraft of the study and on that of the paper by turns.
-///
-/// # Errors
-/// [`StudyError`] if one cannot be flown.
 pub fn fly(options: &Options, sides: &Sides) -> Result<Vec<[Outcome; COMPARED.len()]>, StudyError> {
     let paper = options.study.sides(CompensatorMode::Armed)?;
     let is_given = options.study.flight.aircraft.airframe.is_some();

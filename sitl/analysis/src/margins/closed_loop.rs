@@ -34,7 +34,6 @@ pub struct Linear {
     pub a: DMatrix<f64>,
     /// From the commands of the effectors, rad or N.
     pub b: DMatrix<f64>,
-    /// To the commands.
     pub c: DMatrix<f64>,
 }
 

@@ -17,7 +17,6 @@ const HALVINGS: u32 = 40;
 const GAIN_MAX: f64 = 1.0e4;
 /// Of the QR algorithm that finds the eigenvalues.
 const QR_TOLERANCE: f64 = 1.0e-12;
-/// The same.
 const QR_ITERATIONS: usize = 100_000;
 /// What is gone after one period: z = 0 but for rounding.
 const DEAD_BEAT: f64 = 1.0e-6;

@@ -13,7 +13,6 @@ const INACTIVE: Claim = Claim { id: "3", text: "without a fault the compensator 
 const NOISE: Claim = Claim { id: "4", text: "the outcomes survive noise and air" };
 
 /// Without a fault the compensator never wakes, and arming it changes nothing, to the bit.
-#[must_use]
 pub fn claim_3(flown: &Flown) -> Vec<ClaimResult> {
     let (armed, off) = (&flown.no_fault, &flown.no_fault_off);
     let case = flown.case.number;
@@ -79,7 +78,6 @@ pub struct Noisy {
 
 impl Noisy {
     /// Of the runs of one case; `name` stands for them in the list of failures.
-    #[must_use]
     pub fn new(name: String, runs: &Runs) -> Self {
         let (run, fault_s) = (runs.compensated, runs.case.fault_s);
         let is_turn = runs.case.number == 2;
@@ -133,7 +131,6 @@ fn signs_hold(runs: &Runs) -> bool {
 }
 
 /// The outcomes survive gyro noise and turbulence.
-#[must_use]
 pub fn claim_4(flights: &[Noisy]) -> Vec<ClaimResult> {
     let which = |offends: fn(&Noisy) -> bool| -> Vec<String> {
         flights.iter().filter(|f| offends(f)).map(|f| f.name.clone()).collect()

@@ -20,7 +20,6 @@ const FOLLOWED_MAX_S: f64 = 600.0;
 pub struct Conditions {
     /// What is flown over.
     pub earth: EarthModel,
-    /// Control period.
     pub period: ControlPeriod,
     /// Step of the plant's integration, us.
     pub step_us: u32,
@@ -61,7 +60,6 @@ pub enum Run {
 /// The flown runs of one case.
 #[derive(Debug, Clone)]
 pub struct Flown {
-    /// The case.
     pub case: Case,
     /// See [`Run::NoFault`].
     pub no_fault: Trace,
@@ -76,9 +74,7 @@ pub struct Flown {
 /// What the claims of a case compare.
 #[derive(Debug, Clone, Copy)]
 pub struct Runs<'a> {
-    /// The case.
     pub case: &'a Case,
-    /// Flight without fault.
     pub no_fault: &'a Trace,
     /// Flight with the fault and without compensator.
     pub pid_only: &'a Trace,
@@ -87,11 +83,8 @@ pub struct Runs<'a> {
 }
 
 impl Run {
-    /// All of them.
     pub const ALL: [Self; 4] = [Self::NoFault, Self::NoFaultOff, Self::PidOnly, Self::Compensated];
 
-    /// Name for people.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::NoFault => "no fault",
@@ -104,17 +97,11 @@ impl Run {
 
 impl Case {
     /// Case `number`, 1 or 2, as shipped.
-    ///
-    /// # Errors
-    /// [`PaperError`] if a shipped file is not what it should be.
     pub fn new(number: u32, conditions: &Conditions) -> Result<Self, PaperError> {
         Self::with(number, conditions, &AircraftArgs::default())
     }
 
     /// Case `number`, 1 or 2, with another aircraft or changed values.
-    ///
-    /// # Errors
-    /// [`PaperError`] if a file or a value is not what it should be.
     pub fn with(
         number: u32,
         conditions: &Conditions,
@@ -141,7 +128,6 @@ impl Case {
     }
 
     /// The same case with other air, sensors and seed.
-    #[must_use]
     pub fn under(&self, conditions: &Conditions) -> Self {
         let mut case = self.clone();
         conditions.apply(&mut case.setup.plant);
@@ -149,7 +135,6 @@ impl Case {
     }
 
     /// The same case flown with other gains and laws.
-    #[must_use]
     pub fn with_gains(&self, change: impl Fn(&mut Gains)) -> Self {
         let mut case = self.clone();
         change(&mut case.setup.parameters.gains);
@@ -157,7 +142,6 @@ impl Case {
     }
 
     /// The same case flown by another aircraft; the controller does not know.
-    #[must_use]
     pub fn with_airframe(&self, airframe: Airframe) -> Self {
         let mut case = self.clone();
         case.setup.plant.airframe = airframe;
@@ -165,7 +149,6 @@ impl Case {
     }
 
     /// Setup of one run.
-    #[must_use]
     pub fn run(&self, run: Run) -> FlightSetup {
         let mut setup = self.setup.clone();
         if matches!(run, Run::NoFault | Run::NoFaultOff) {
@@ -178,21 +161,15 @@ impl Case {
     }
 
     /// How long the case lasts, s.
-    #[must_use]
     pub fn duration_s(&self) -> f64 {
         self.setup.duration.as_seconds()
     }
 
     /// The controller's model, against which F is measured.
-    #[must_use]
     pub fn model(&self) -> DesignModel {
         DesignModel::new(self.setup.model)
     }
 
-    /// Flies one run.
-    ///
-    /// # Errors
-    /// [`PaperError::Flight`] names case and run.
     pub fn fly(&self, run: Run, fly: &Fly) -> Result<Trace, PaperError> {
         fly_to_the_end(&self.run(run), fly).map_err(|reason| {
             let flight = format!("case {}, {}", self.number, run.name());
@@ -201,9 +178,6 @@ impl Case {
     }
 
     /// Flies all runs, `parallel` on all cores.
-    ///
-    /// # Errors
-    /// As [`Case::fly`].
     pub fn fly_all(&self, fly: &Fly, parallel: bool) -> Result<Flown, PaperError> {
         let one = |run: &Run| self.fly(*run, fly);
         let traces: Result<Vec<Trace>, PaperError> = if parallel {
@@ -228,7 +202,6 @@ impl Conditions {
     }
 
     /// Still air and perfect gyros, for which the strict limits are meant.
-    #[must_use]
     pub fn are_ideal(&self) -> bool {
         self.gyro_noise_rad_s == 0.0 && self.turbulence_m_s == 0.0
     }
@@ -236,7 +209,6 @@ impl Conditions {
 
 impl Flown {
     /// What the claims of the case compare.
-    #[must_use]
     pub fn runs(&self) -> Runs<'_> {
         Runs {
             case: &self.case,
@@ -258,9 +230,6 @@ fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::Flight
 }
 
 /// Flies a setup for its duration.
-///
-/// # Errors
-/// The error of the flight.
 pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightError> {
     let model = DesignModel::new(setup.model);
     let mut samples = Vec::new();

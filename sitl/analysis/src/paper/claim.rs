@@ -16,13 +16,9 @@ pub struct Claim {
 /// What a value must satisfy. A NaN satisfies nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Limit {
-    /// At most this.
     AtMost(f64),
-    /// At least this.
     AtLeast(f64),
-    /// More than this.
     Above(f64),
-    /// Less than this.
     Below(f64),
     /// Exactly this, to the bit but for the sign of zero.
     Exactly(f64),
@@ -30,7 +26,6 @@ pub enum Limit {
 
 impl Limit {
     /// Whether `value` satisfies it.
-    #[must_use]
     pub fn allows(self, value: f64) -> bool {
         match self {
             Self::AtMost(limit) => value <= limit,
@@ -68,7 +63,6 @@ pub struct ClaimResult {
     pub id: &'static str,
     /// What the paper says.
     pub claim: &'static str,
-    /// What was measured.
     pub measure: String,
     /// The measured value; `null` in the file if nothing could be measured.
     pub value: f64,
@@ -76,7 +70,6 @@ pub struct ClaimResult {
     pub limit: Limit,
     /// Unit of value and limit.
     pub unit: &'static str,
-    /// Whether it does.
     pub pass: bool,
     /// Which runs failed, where the value counts runs.
     #[serde(skip_serializing_if = "Vec::is_empty")]
@@ -85,7 +78,6 @@ pub struct ClaimResult {
 
 impl Claim {
     /// Holds a measured value against its limit.
-    #[must_use]
     pub fn check(
         self,
         measure: impl Into<String>,
@@ -106,7 +98,6 @@ impl Claim {
     }
 
     /// Holds measured values against their limits: measure, value, unit, limit.
-    #[must_use]
     pub fn check_all<const N: usize>(
         self,
         rows: [(&str, f64, &'static str, Limit); N],
@@ -115,7 +106,6 @@ impl Claim {
     }
 
     /// Counts the runs that did what they must not; there must be none.
-    #[must_use]
     pub fn check_none(self, measure: impl Into<String>, offenders: Vec<String>) -> ClaimResult {
         let count = u32::try_from(offenders.len()).map_or(f64::INFINITY, f64::from);
         let result = self.check(measure, count, "runs", Limit::Exactly(0.0));
@@ -124,7 +114,6 @@ impl Claim {
 }
 
 /// Whether every value satisfies its limit; not so for no values at all.
-#[must_use]
 pub fn all_hold(results: &[ClaimResult]) -> bool {
     !results.is_empty() && results.iter().all(|result| result.pass)
 }

@@ -70,7 +70,6 @@ const RISE_S: f64 = 0.2;
 pub const JUMP_S: f64 = 0.3;
 
 /// All claims of the case.
-#[must_use]
 pub fn of_case(runs: &Runs) -> Vec<ClaimResult> {
     match runs.case.number {
         1 => [claim_1a(runs), claim_1b(runs), claim_1c(runs), claim_1d(runs), claim_1e(runs)],
@@ -82,7 +81,6 @@ pub fn of_case(runs: &Runs) -> Vec<ClaimResult> {
 /// The claims about how well the aircraft flies, without and with the fault: those that any controller can meet.
 ///
 /// That the nozzle stays still in the climb is left out: it does so by design, or moves by design.
-#[must_use]
 pub fn of_performance(runs: &Runs) -> Vec<ClaimResult> {
     match runs.case.number {
         1 => [smooth_climb(runs), claim_1c(runs)].concat(),
@@ -91,7 +89,6 @@ pub fn of_performance(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// Without fault the climb is smooth, and at first only the elevator moves.
-#[must_use]
 pub fn claim_1a(runs: &Runs) -> Vec<ClaimResult> {
     let first = runs.no_fault.window(0.0, runs.case.fault_s);
     let moved =
@@ -124,7 +121,6 @@ fn smooth_climb(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// With the PID alone the aircraft is lost.
-#[must_use]
 pub fn claim_1b(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.pid_only, runs.case.fault_s);
     let p = max_abs(column(run.window(fault_s + 0.5, fault_s + 4.0), |row| row.p_rad_s)) / DEG;
@@ -151,7 +147,6 @@ fn lost_after_s(runs: &Runs) -> f64 {
 }
 
 /// With the compensator the flight is almost the one without fault.
-#[must_use]
 pub fn claim_1c(runs: &Runs) -> Vec<ClaimResult> {
     let (run, healthy) = (runs.compensated, runs.no_fault);
     let later = runs.case.fault_s + 3.0;
@@ -178,7 +173,6 @@ pub fn claim_1c(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// The estimates find the fault.
-#[must_use]
 pub fn claim_1d(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.compensated, runs.case.fault_s);
     let mut results = quiet_before(ESTIMATES_1, runs);
@@ -188,7 +182,6 @@ pub fn claim_1d(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// The signs are those that the paper states, and each redundant effector does its part.
-#[must_use]
 pub fn claim_1e(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.compensated, runs.case.fault_s);
     let signs = [(Axis::Roll, 1.0), (Axis::Pitch, -1.0), (Axis::Yaw, 1.0)];
@@ -246,7 +239,6 @@ fn nozzle(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// Without fault the aircraft flies a circle.
-#[must_use]
 pub fn claim_2a(runs: &Runs) -> Vec<ClaimResult> {
     let run = runs.no_fault;
     let phi = |samples| column(samples, |row| row.phi_rad);
@@ -283,14 +275,12 @@ fn turn_rate_error(samples: &[Sample]) -> f64 {
 }
 
 /// With the PID alone the aircraft is lost.
-#[must_use]
 pub fn claim_2b(runs: &Runs) -> Vec<ClaimResult> {
     let measure = "time from the fault to the loss";
     UNSTABLE.check_all([(measure, lost_after_s(runs), "s", AtMost(5.0))])
 }
 
 /// With the compensator the roll angle settles below its reference.
-#[must_use]
 pub fn claim_2c(runs: &Runs) -> Vec<ClaimResult> {
     let run = runs.compensated;
     let end = column(run.last(SETTLED_S), |row| row.phi_rad / DEG);
@@ -304,7 +294,6 @@ pub fn claim_2c(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// The estimates find the fault.
-#[must_use]
 pub fn claim_2d(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.compensated, runs.case.fault_s);
     let mut results = quiet_before(ESTIMATES_2, runs);
@@ -320,7 +309,6 @@ pub fn claim_2d(runs: &Runs) -> Vec<ClaimResult> {
 }
 
 /// The signs are those that the paper states; the lateral nozzle does all it can.
-#[must_use]
 pub fn claim_2e(runs: &Runs) -> Vec<ClaimResult> {
     let (run, fault_s) = (runs.compensated, runs.case.fault_s);
     let signs = [(Axis::Roll, 1.0), (Axis::Yaw, -1.0)];
@@ -352,11 +340,8 @@ pub enum Axis {
 }
 
 impl Axis {
-    /// All of them.
     pub const ALL: [Self; 3] = [Self::Roll, Self::Pitch, Self::Yaw];
 
-    /// Name for people.
-    #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
             Self::Roll => "roll",
@@ -366,7 +351,6 @@ impl Axis {
     }
 
     /// z2: the estimate, rad/s².
-    #[must_use]
     pub const fn estimate(self, row: &Row) -> f64 {
         match self {
             Self::Roll => row.z2_p_rad_s2,
@@ -376,7 +360,6 @@ impl Axis {
     }
 
     /// F: the truth, rad/s².
-    #[must_use]
     pub const fn fault(self, row: &Row) -> f64 {
         match self {
             Self::Roll => row.fault_p_rad_s2,
@@ -386,7 +369,6 @@ impl Axis {
     }
 
     /// z2 - F, rad/s².
-    #[must_use]
     pub fn error(self, row: &Row) -> f64 {
         self.estimate(row) - self.fault(row)
     }
@@ -398,7 +380,6 @@ fn jump(run: &Trace, fault_s: f64, axis: Axis) -> f64 {
 }
 
 /// rms of z2 - F from one second after the fault on, as a fraction of the jump.
-#[must_use]
 pub fn error_over_jump(run: &Trace, fault_s: f64, axis: Axis) -> f64 {
     rms(column(run.from(fault_s + 1.0), |row| axis.error(row))) / jump(run, fault_s, axis)
 }

@@ -30,7 +30,6 @@ const GYRO_NOISE_DEG_S: f64 = 0.1;
 /// The end of a run, over which means are taken, s.
 const SETTLED_S: f64 = 10.0;
 
-/// All three.
 #[derive(Debug, Clone)]
 pub struct Comparisons {
     /// The observer of equations 21 to 23, taken literally, case by case.
@@ -74,11 +73,8 @@ pub struct Summary {
 pub struct Turbulence {
     /// Intensity, m/s rms.
     pub turbulence_m_s: f64,
-    /// Compensator armed.
     pub switched: Healthy,
-    /// Compensator always on.
     pub always_on: Healthy,
-    /// Flights averaged.
     pub flights: u64,
 }
 
@@ -109,9 +105,6 @@ pub struct Ganged {
 }
 
 /// Flies and compares; `flown` are the paper's runs.
-///
-/// # Errors
-/// [`PaperError`] names the first run that could not be flown.
 pub fn compare(flown: [&Flown; 2], conditions: &Conditions) -> Result<Comparisons, PaperError> {
     let (literal, (always_on, (ganged, turbulence))) = rayon::join(
         || both_cases(flown, literal),
@@ -255,8 +248,6 @@ fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
 }
 
 impl Summary {
-    /// Of a flight.
-    #[must_use]
     pub fn of(trace: &Trace) -> Self {
         Self {
             lost_s: trace.lost_at(),
@@ -297,7 +288,6 @@ impl Healthy {
 pub struct Doubt {
     /// Letters (docs/parameter-set.md).
     pub name: &'static str,
-    /// What it is.
     pub meaning: &'static str,
     /// The value to try instead, of surfaces that of the left one.
     pub instead: f64,
@@ -333,9 +323,7 @@ const fn ratio(name: &'static str, meaning: &'static str, instead: f64) -> Doubt
 /// What becomes of the claims with another value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sensitivity {
-    /// The parameter.
     pub doubt: Doubt,
-    /// This project's value.
     pub value: f64,
     /// Limits of claims 1 and 2 that are met, and how many there are; `None` if the aircraft cannot be trimmed
     /// or modelled.
@@ -346,9 +334,6 @@ pub struct Sensitivity {
 
 /// How the outcomes depend on the parameters that a reader will doubt: the paper prints none. Each is replaced, the
 /// controller's model derived anew, and both cases flown again.
-///
-/// # Errors
-/// [`PaperError`] if a file or a value is not what it should be.
 pub fn sensitivity(
     conditions: &Conditions,
     aircraft: &AircraftArgs,

@@ -64,9 +64,6 @@ pub struct Flown {
 }
 
 /// Flies both cases.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown.
 pub fn fly(fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Flown, PaperError> {
     let one = |number| -> Result<(Noisy, Vec<ClaimResult>), PaperError> {
         let case = case(number, fit, turbulence_m_s, seed)?;
@@ -101,9 +98,6 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
 }
 
 /// Flies every fit under every seed.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown.
 pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> {
     let seeds = (0..u64::from(options.seeds)).map(|number| options.seed.wrapping_add(number));
     let items: Vec<(usize, u64)> =
@@ -117,9 +111,6 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> 
 }
 
 /// Flies everything, writes and prints the tables.
-///
-/// # Errors
-/// [`PaperError`] if a run could not be flown or a file could not be written.
 pub fn run(options: &Options) -> Result<(), PaperError> {
     let folder = Folder::create(&options.out)?;
     let flown = study(options)?;

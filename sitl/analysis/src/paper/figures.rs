@@ -15,7 +15,6 @@ use crate::chart::{Figure, Ink, Pattern, sheet};
 use crate::metrics::DEG;
 use crate::table::Row;
 
-/// Flight without fault.
 const NO_FAULT: Ink = Ink::new("#0050aa", Pattern::Solid);
 /// Flight with the PID only.
 const PID_ONLY: Ink = Ink::new("#c81e1e", Pattern::Dashed);
@@ -27,7 +26,6 @@ const FAULT: Ink = Ink::new("#464646", Pattern::Fine);
 const LOST: Ink = Ink::new(PID_ONLY.colour, Pattern::Fine);
 
 /// Figures 4 to 9.
-#[must_use]
 pub fn of_the_paper(case1: &Flown, case2: &Flown) -> Vec<Figure> {
     vec![
         figure_4(case1),
@@ -393,7 +391,6 @@ const BAR: f64 = 0.4;
 const APART: f64 = 0.25;
 
 /// Share of aircraft that survive, over the half width of the dispersion of all derivatives together.
-#[must_use]
 pub fn survival(points: &[SurvivalPoint]) -> Figure {
     let draws = points.first().map_or(0, |point| point.draws);
     let title = format!("Survival under model error, {draws} aircraft a point");

@@ -31,7 +31,6 @@ const SETTLED_DEG: (f64, f64) = (7.0, 13.0);
 /// The end of a run, over which the roll angle is averaged, s.
 const SETTLED_S: f64 = 10.0;
 
-/// One changed aircraft.
 #[derive(Debug, Clone)]
 struct Changed {
     name: String,
@@ -42,10 +41,12 @@ struct Changed {
 /// Where a changed aircraft belongs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Kind {
-    /// One derivative.
     Single,
     /// All of them; the flag says whether the draw counts for the claim.
-    Joint { half_width: f64, of_claim: bool },
+    Joint {
+        half_width: f64,
+        of_claim: bool,
+    },
 }
 
 /// One run with one aircraft.
@@ -76,7 +77,6 @@ pub struct SurvivalPoint {
     pub case: u32,
     /// Half width of the uniform factors on every derivative, as a fraction.
     pub half_width: f64,
-    /// Draws.
     pub draws: u32,
     /// Aircraft that survived with the compensator.
     pub compensated: u32,
@@ -86,13 +86,11 @@ pub struct SurvivalPoint {
 
 impl SurvivalPoint {
     /// Share that survived with the compensator, with its 95 % interval.
-    #[must_use]
     pub fn compensated_share(&self) -> (f64, (f64, f64)) {
         share(self.compensated, self.draws)
     }
 
     /// Share that survived with the PID alone, with its 95 % interval.
-    #[must_use]
     pub fn pid_only_share(&self) -> (f64, (f64, f64)) {
         share(self.pid_only, self.draws)
     }
@@ -130,9 +128,6 @@ impl Extent {
 }
 
 /// Flies the campaign on all cores.
-///
-/// # Errors
-/// [`PaperError`] names the first run that could not be flown.
 pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelError, PaperError> {
     let mut jobs = Vec::new();
     for case in cases {
@@ -279,14 +274,10 @@ pub const DERIVATIVES: [&str; 28] = [
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("the airframe has no derivative {name}")]
 pub struct UnknownDerivative {
-    /// The name.
     pub name: String,
 }
 
 /// The aircraft with one derivative multiplied by `factor`.
-///
-/// # Errors
-/// [`UnknownDerivative`] if it has none of that name.
 pub fn single(nominal: &Airframe, name: &str, factor: f64) -> Result<Airframe, UnknownDerivative> {
     let mut airframe = nominal.clone();
     scale(&mut airframe, name, factor)?;
@@ -297,9 +288,6 @@ pub fn single(nominal: &Airframe, name: &str, factor: f64) -> Result<Airframe, U
 ///
 /// Draws of the same number but another width have the same directions, so that curves over the width
 /// compare like with like.
-///
-/// # Errors
-/// [`UnknownDerivative`] if the airframe lacks one of [`DERIVATIVES`].
 pub fn joint(
     nominal: &Airframe,
     half_width: f64,

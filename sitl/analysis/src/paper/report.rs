@@ -19,8 +19,6 @@ use crate::paper::{Evaluation, Link, Options};
 /// What is a significant digit in a table of measured values.
 const DIGITS: i32 = 4;
 
-/// The page.
-#[must_use]
 pub fn page(
     options: &Options,
     evaluation: &Evaluation,
@@ -160,7 +158,6 @@ fn yes(pass: bool) -> &'static str {
 }
 
 /// A measured value with four significant digits; `none` for one that could not be measured.
-#[must_use]
 pub fn number(value: f64) -> String {
     if !value.is_finite() {
         return "none".to_owned();
@@ -182,7 +179,6 @@ pub fn number(value: f64) -> String {
 }
 
 /// The claims as a table for the terminal: number, measure, value, limit, whether it holds.
-#[must_use]
 pub fn text_table(results: &[ClaimResult]) -> String {
     let width = results.iter().map(|r| r.measure.chars().count()).max().unwrap_or(0);
     let mut text = format!(

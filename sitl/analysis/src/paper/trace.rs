@@ -10,7 +10,6 @@ use crate::table::{self, Row};
 /// Times closer than this are the same tick, s.
 const SAME_TICK_S: f64 = 0.5e-6;
 
-/// One control tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sample {
     /// The columns of the tables.
@@ -29,7 +28,6 @@ pub struct Sample {
 
 impl Sample {
     /// From a record; `model` is the controller's, against which the truth F is measured.
-    #[must_use]
     pub fn of(model: &DesignModel, record: &Record) -> Self {
         let (truth, log) = (&record.truth, &record.log);
         let fault = fault_acceleration(model, record);
@@ -87,7 +85,6 @@ impl Sample {
     }
 
     /// Whether two ticks are the same to the bit, signs of zeros included.
-    #[must_use]
     pub fn is_identical(&self, other: &Self) -> bool {
         let bits = |s: &Self| {
             let extra = [
@@ -117,7 +114,6 @@ pub struct Trace {
 impl Trace {
     /// From the ticks of a flight, in order, one each control period; `on_ground` is how it ended, `limits` when the
     /// aircraft counts as lost.
-    #[must_use]
     pub fn new(
         samples: Vec<Sample>,
         period: ControlPeriod,
@@ -127,32 +123,26 @@ impl Trace {
         Self { samples, period, on_ground, limits }
     }
 
-    /// Every tick.
-    #[must_use]
     pub fn samples(&self) -> &[Sample] {
         &self.samples
     }
 
     /// When the aircraft counts as lost.
-    #[must_use]
     pub fn limits(&self) -> FlightLimits {
         self.limits
     }
 
     /// Whether the flight ended on the ground.
-    #[must_use]
     pub fn on_ground(&self) -> bool {
         self.on_ground
     }
 
     /// Time of the last tick, s; zero for a flight without ticks.
-    #[must_use]
     pub fn end_s(&self) -> f64 {
         self.samples.last().map_or(0.0, |sample| sample.row.t_s)
     }
 
     /// The ticks from `from_s` to `to_s`, both included.
-    #[must_use]
     pub fn window(&self, from_s: f64, to_s: f64) -> &[Sample] {
         let first = self.samples.partition_point(|s| s.row.t_s < from_s - SAME_TICK_S);
         let past = self.samples.partition_point(|s| s.row.t_s <= to_s + SAME_TICK_S);
@@ -160,19 +150,16 @@ impl Trace {
     }
 
     /// The ticks before `t_s`.
-    #[must_use]
     pub fn before(&self, t_s: f64) -> &[Sample] {
         &self.samples[..self.samples.partition_point(|s| s.row.t_s < t_s - SAME_TICK_S)]
     }
 
     /// The ticks from `from_s` on.
-    #[must_use]
     pub fn from(&self, from_s: f64) -> &[Sample] {
         self.window(from_s, f64::MAX)
     }
 
     /// The ticks of the last `seconds` of the flight.
-    #[must_use]
     pub fn last(&self, seconds: f64) -> &[Sample] {
         self.from(self.end_s() - seconds)
     }
@@ -180,13 +167,11 @@ impl Trace {
     /// The first tick at or after `t_s`, or the last one of a flight that ended earlier.
     ///
     /// `None` only for a flight without ticks.
-    #[must_use]
     pub fn at(&self, t_s: f64) -> Option<&Sample> {
         self.from(t_s).first().or(self.samples.last())
     }
 
     /// When the aircraft was lost, s; `None` if it was not.
-    #[must_use]
     pub fn lost_at(&self) -> Option<f64> {
         let lost = |s: &&Sample| self.limits.are_exceeded(&(&s.row).into());
         self.samples.iter().find(lost).map(|s| s.row.t_s)

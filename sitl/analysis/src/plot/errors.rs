@@ -30,7 +30,6 @@ const ANGLES: [&str; 3] = ["roll_rad", "pitch_rad", "yaw_rad"];
 const POSITION: [&str; 3] = ["position_north_m", "position_east_m", "position_down_m"];
 const ALTITUDE: [&str; 3] = ["altitude_m"; 3];
 
-/// What is drawn.
 pub const QUANTITIES: [Quantity; 4] = [
     Quantity {
         title: "Attitude: angle between estimate and truth",

@@ -23,7 +23,6 @@ const TICKING: [&str; 5] = ["sensors", "control", "commands", "truth", "estimato
 /// The flight of a log.
 #[derive(Debug)]
 pub struct Flight {
-    /// The log.
     pub log: Log,
     /// The effectors of the aircraft.
     pub effectors: EffectorList,
@@ -33,7 +32,6 @@ pub struct Flight {
     pub plant: Option<PlantHeader>,
     /// First and last time, s.
     pub span: (f64, f64),
-    /// Control steps.
     pub steps: usize,
     /// What came in from outside, with the time in s.
     pub inputs: Vec<(f64, Recorded)>,
@@ -50,10 +48,6 @@ pub struct Flight {
 }
 
 impl Flight {
-    /// Of a log.
-    ///
-    /// # Errors
-    /// [`NothingToDraw`] if it has no row.
     pub fn new(log: Log) -> Result<Self, NothingToDraw> {
         let ticking: Vec<Topic<'_>> =
             TICKING.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
@@ -245,13 +239,11 @@ pub enum Kind {
     Input,
     /// The script does something.
     Script,
-    /// A refused command.
     Refusal,
     /// The compensator wakes or sleeps.
     Compensator,
     /// An effector is at its limit.
     Saturation,
-    /// The mode changes.
     Mode,
     /// The aircraft passes a limit of its airframe file, or touches the ground.
     Loss,
@@ -260,7 +252,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Name for people.
     pub const fn name(self) -> &'static str {
         match self {
             Self::Fault => "fault",
@@ -301,22 +292,18 @@ impl Kind {
 pub struct LogEvent {
     /// Simulation time, s.
     pub t_s: f64,
-    /// Its kind.
     pub kind: Kind,
-    /// Text for people.
     pub text: String,
 }
 
 /// A fault from its onset to its end.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultSpan {
-    /// Which effector.
     pub effector: Effector,
     /// From and to, s; to the end of the log if it still acts.
     pub span: (f64, f64),
     /// It still acts when the log ends.
     pub lasts: bool,
-    /// How it fails.
     pub text: String,
 }
 

@@ -24,7 +24,6 @@ const MAIN: Ink = Ink::new("#0050aa", Pattern::Solid);
 const REFERENCE: Ink = Ink::new("#c81e1e", Pattern::Dashed);
 /// A second signal of the same kind.
 const SECOND: Ink = Ink::new("#c86e00", Pattern::Solid);
-/// A third one.
 const THIRD: Ink = Ink::new("#007d37", Pattern::Solid);
 /// A noisy signal under others: an estimate of the observer, or what a sensor reports.
 const NOISY: Ink = Ink::new("#6ea0d7", Pattern::Solid).wide(1.0);
@@ -34,9 +33,7 @@ const TRUE: Ink = Ink::new("#964600", Pattern::Solid).wide(1.0);
 /// A figure: panels under one heading, with a sentence.
 #[derive(Debug)]
 pub struct Group {
-    /// Heading.
     pub title: &'static str,
-    /// What one sees.
     pub caption: String,
     /// The panels; without one the figure names what is missing.
     pub panels: Vec<Panel<'static>>,

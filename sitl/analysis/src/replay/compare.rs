@@ -13,7 +13,6 @@ pub struct Difference {
     pub step: u64,
     /// Simulation time of the step.
     pub time: SimTime,
-    /// Topic and signal.
     pub signal: String,
     /// Value in the log.
     pub logged: String,
@@ -58,9 +57,6 @@ impl<'a> Rows<'a> {
     }
 
     /// Compares the row of this tick, if it has one; signals without a column count as equal.
-    ///
-    /// # Errors
-    /// The first signal that differs, or a row at another time than that of the tick.
     pub fn check<'n>(
         &mut self,
         step: u64,

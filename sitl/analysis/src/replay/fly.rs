@@ -18,7 +18,6 @@ use crate::closed_loop::{Exchange, Flight, Held, Tick};
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
-    /// Control steps flown.
     pub steps: u64,
     /// Hash of the flight.
     pub run_hash: String,
@@ -41,7 +40,6 @@ pub enum Outcome {
     Same,
     /// All that can be read of a damaged log is the same.
     SameWhereReadable,
-    /// Another flight.
     Different,
     /// It differs behind a damage, which may have taken an input: unknown.
     Unknown,
@@ -49,13 +47,11 @@ pub enum Outcome {
 
 impl Verdict {
     /// The same flight, as far as the log goes, and no step of it is missing.
-    #[must_use]
     pub fn is_same(&self) -> bool {
         self.outcome() == Outcome::Same
     }
 
     /// What it comes to.
-    #[must_use]
     pub fn outcome(&self) -> Outcome {
         let is_hash_other = self.logged_hash.as_ref().is_some_and(|h| *h != self.run_hash);
         match (&self.difference, self.first_damage) {

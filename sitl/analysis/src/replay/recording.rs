@@ -26,7 +26,6 @@ const ROW_EVERY_MAX: u32 = 20;
 /// Why a log cannot be flown again.
 #[derive(Debug, thiserror::Error)]
 pub enum CannotFly {
-    /// The file.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// Another program wrote it.
@@ -40,7 +39,6 @@ pub enum CannotFly {
         "its {header} cannot be read by this version: {why}. The log is of {theirs}, this is {ours}"
     )]
     Header {
-        /// Which one.
         header: &'static str,
         /// The error of the parser.
         why: String,
@@ -61,7 +59,6 @@ pub enum CannotFly {
     /// Parameters of the header, or of an input, cannot be flown.
     #[error("the parameters in its {place} cannot be flown: {why}")]
     Parameters {
-        /// Where they are.
         place: String,
         /// Which, and their range.
         why: ParameterError,
@@ -78,7 +75,6 @@ pub enum CannotFly {
         number: usize,
         /// Its timestamp, s.
         time_s: f64,
-        /// What is wrong.
         why: String,
     },
     /// There is nothing to compare with.
@@ -90,7 +86,6 @@ pub enum CannotFly {
     /// The law of the program fails where that of the log did not.
     #[error("after {steps} of its control steps {failure}")]
     Law {
-        /// Control steps flown.
         steps: u64,
         /// What the law says.
         failure: LawFailure,
@@ -102,11 +97,9 @@ pub enum CannotFly {
 pub struct Input {
     /// Control steps flown before it.
     pub step: u64,
-    /// In which exchange.
     pub moment: Moment,
     /// Simulation time, s.
     pub t_s: f64,
-    /// What.
     pub what: Recorded,
 }
 
@@ -125,18 +118,11 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// Of a log.
-    ///
-    /// # Errors
-    /// [`CannotFly`] names what is missing.
     pub fn of(log: Log) -> Result<Self, CannotFly> {
         Self::with_law(log, None)
     }
 
     /// Of a log, with the law that flies where `CTL_LAW` is 9.
-    ///
-    /// # Errors
-    /// [`CannotFly`] names what is missing.
     pub fn with_law(log: Log, own_law: Option<OwnLaw>) -> Result<Self, CannotFly> {
         let name = log.info_text("sys_name").unwrap_or("missing");
         if name != "Two-Step" {
@@ -217,7 +203,6 @@ impl Recording {
     }
 
     /// Times of control steps of which a damaged log does not have every row, us.
-    #[must_use]
     pub(super) fn missing(&self) -> &BTreeSet<u64> {
         &self.missing
     }
@@ -237,31 +222,26 @@ impl Recording {
     }
 
     /// One of so many control steps has its rows wherever it is.
-    #[must_use]
     pub fn row_every(&self) -> u64 {
         row_every(&self.control)
     }
 
     /// Places of the log cannot be read.
-    #[must_use]
     pub fn is_damaged(&self) -> bool {
         !self.log.damages().is_empty()
     }
 
     /// Control steps that the log has.
-    #[must_use]
     pub fn steps(&self) -> u64 {
         self.steps
     }
 
     /// The run hash that the log ends with; `None` if it was cut off.
-    #[must_use]
     pub fn run_hash(&self) -> Option<&str> {
         self.log.info_text("run_hash")
     }
 
     /// One line: what was flown.
-    #[must_use]
     pub fn title(&self) -> String {
         let setup = &self.plant.setup;
         let seconds = self.steps as f64 * setup.period.as_seconds();
@@ -272,7 +252,6 @@ impl Recording {
     }
 
     /// What a reader of the result should know.
-    #[must_use]
     pub fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if self.control.version != env!("CARGO_PKG_VERSION")
@@ -302,7 +281,6 @@ impl Recording {
     }
 
     /// Inputs in their order.
-    #[must_use]
     pub fn inputs(&self) -> VecDeque<Input> {
         self.inputs.iter().cloned().collect()
     }

@@ -13,8 +13,6 @@ const ROW_GAP: f64 = 18.0;
 /// Colours of the sets, in their order; further sets begin again.
 const COLOURS: [&str; 6] = ["#1f4e8c", "#3a8f5c", "#b8860b", "#8c3a6b", "#555555", "#a0522d"];
 
-/// Draws the limits.
-#[must_use]
 pub fn figure(study: &Study, sweeps: &[Sweep]) -> Figure {
     let airframe = study.airframe();
     let sets = study.sets();

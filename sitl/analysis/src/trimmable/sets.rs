@@ -14,7 +14,6 @@ pub const SHIPPED: &str = include_str!("sets.toml");
 pub struct Set {
     /// Name in tables, one word.
     pub key: String,
-    /// Name for people.
     pub name: String,
     angle_of_attack_deg: [f64; 2],
     sideslip_deg: [f64; 2],
@@ -38,7 +37,6 @@ pub enum SetsError {
     /// Not TOML of the right form; the message has line and column.
     #[error("{file}: {source}")]
     Syntax {
-        /// The file.
         file: String,
         /// The error of the parser.
         source: Box<toml::de::Error>,
@@ -48,15 +46,12 @@ pub enum SetsError {
         "{file}: set {set}, {key} = [{low}, {high}]: expected two numbers in rising order from {min} to {max}"
     )]
     Range {
-        /// The file.
         file: String,
         /// Key of the set.
         set: String,
         /// Key of the pair.
         key: &'static str,
-        /// Its first number.
         low: f64,
-        /// Its second number.
         high: f64,
         /// Smallest that can be.
         min: f64,
@@ -65,24 +60,13 @@ pub enum SetsError {
     },
     /// A key that is missing, used twice or no word.
     #[error("{file}: the key {key:?} of a set: expected letters, digits and _, and each key once")]
-    Key {
-        /// The file.
-        file: String,
-        /// The key.
-        key: String,
-    },
+    Key { file: String, key: String },
     /// No set at all.
     #[error("{file}: expected at least one [[set]]")]
-    Empty {
-        /// The file.
-        file: String,
-    },
+    Empty { file: String },
 }
 
 /// Reads a file of sets; `file` stands for it in messages.
-///
-/// # Errors
-/// [`SetsError`] names the file, the set, the key, the value and what is allowed.
 pub fn read(file: &str, text: &str) -> Result<Vec<Set>, SetsError> {
     let File { set: sets } = toml::from_str(text)
         .map_err(|source| SetsError::Syntax { file: file.to_owned(), source: Box::new(source) })?;
@@ -121,7 +105,6 @@ impl Set {
     }
 
     /// The bounds at a design point.
-    #[must_use]
     pub fn bounds(&self, design: &Start) -> FlightBounds {
         let angle = |[low, high]: [f64; 2]| Interval::new(low.to_radians(), high.to_radians());
         let [slow, fast] = self.airspeed_ratio.map(|ratio| ratio * design.airspeed_m_s);

@@ -40,24 +40,18 @@ const DIFFERENCE: f64 = 1.0e-6;
 /// Standard gravity, m/s².
 const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// An interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
-    /// Lower end.
     pub low: f64,
-    /// Upper end.
     pub high: f64,
 }
 
 impl Interval {
     /// From one end to the other.
-    #[must_use]
     pub const fn new(low: f64, high: f64) -> Self {
         Self { low, high }
     }
 
-    /// One value.
-    #[must_use]
     pub const fn point(value: f64) -> Self {
         Self::new(value, value)
     }
@@ -67,7 +61,6 @@ impl Interval {
     }
 }
 
-/// Which flights count.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FlightBounds {
     /// Angle of attack, rad.
@@ -90,7 +83,6 @@ impl FlightBounds {
     }
 }
 
-/// A steady flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SteadyFlight {
     /// Angle of attack, rad.
@@ -160,7 +152,6 @@ pub struct Search<'a> {
 
 impl<'a> Search<'a> {
     /// Nothing is jammed; the altitude is that of the design point, the thrust in this part of the engine's range.
-    #[must_use]
     pub fn new(dynamics: &'a Dynamics, bounds: FlightBounds, thrust_part: [f64; 2]) -> Self {
         let airframe = dynamics.airframe();
         let place = airframe.design_point;
@@ -184,7 +175,6 @@ impl<'a> Search<'a> {
     }
 
     /// The same with effectors (by their place in the list) that stand still, rad and N.
-    #[must_use]
     pub fn jammed(&self, jams: &[(usize, f64)]) -> Self {
         let mut search = self.clone();
         for (place, value) in jams {
@@ -194,14 +184,12 @@ impl<'a> Search<'a> {
     }
 
     /// The same with `part` of the healthy authority on every axis left both ways; see [`Search::authority`].
-    #[must_use]
     pub fn with_margin(&self, part: f64, trim: &Trim) -> Self {
         Self { margin: Some(self.authority(trim) * part), ..self.clone() }
     }
 
     /// Moment that all surfaces together can add on one axis, the others held, in the smaller direction, at the trim of
     /// the design point, N m.
-    #[must_use]
     pub fn authority(&self, trim: &Trim) -> Vector3<f64> {
         let flight = SteadyFlight {
             alpha_rad: trim.alpha_rad,
@@ -235,7 +223,6 @@ impl<'a> Search<'a> {
     }
 
     /// A steady flight, searched from these and from fixed starts.
-    #[must_use]
     pub fn find(&self, near: &[SteadyFlight]) -> Option<SteadyFlight> {
         let count = self.travel.len();
         let near = near.iter().map(|flight| flight.to_unknowns(count));
@@ -243,7 +230,6 @@ impl<'a> Search<'a> {
     }
 
     /// The same from many more starts, spread over all intervals: for the end of a range.
-    #[must_use]
     pub fn find_thoroughly(&self, near: &[SteadyFlight]) -> Option<SteadyFlight> {
         let spread =
             || (1..=SPREAD_STARTS).find_map(|number| self.from(&self.spread_start(number)));
@@ -304,7 +290,6 @@ impl<'a> Search<'a> {
         base.iter().copied().chain(moved.collect::<Vec<_>>()).collect()
     }
 
-    /// One search.
     fn from(&self, start: &[f64]) -> Option<SteadyFlight> {
         let intervals = self.intervals();
         let start = start.iter().copied().chain(self.moved(start));

@@ -14,7 +14,6 @@ use crate::spec::{AirframeSpec, Each, Meaning, SpecFile, Variable, settings_of, 
 /// An aircraft of the campaign, read and checked.
 #[derive(Debug)]
 pub struct Aircraft {
-    /// Name in tables.
     pub name: String,
     /// Its files, and what every flight of it has.
     pub args: AircraftArgs,
@@ -29,13 +28,11 @@ pub struct Aircraft {
     pub(super) lists: Vec<Option<Vec<Value>>>,
     /// Combinations of the listed values.
     pub(super) combinations: u64,
-    /// Its first flight.
     pub(super) first: u64,
 }
 
 impl Aircraft {
     /// Number of its first flight.
-    #[must_use]
     pub fn first_flight(&self) -> u64 {
         self.first
     }

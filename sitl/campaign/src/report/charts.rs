@@ -9,12 +9,9 @@ use crate::map::{edges, is_flown};
 use crate::plan::Plan;
 use crate::store::RunEnd;
 
-/// A chart.
 #[derive(Debug)]
 pub struct Chart {
-    /// Its traces.
     pub data: Json,
-    /// Its layout.
     pub layout: Json,
     /// Its height, pixels.
     pub height: usize,

@@ -14,12 +14,10 @@ pub struct Joint {
     /// Its unit, for titles of curves.
     #[serde(default)]
     pub unit: String,
-    /// The levels.
     pub levels: Vec<f64>,
     /// What a level means for each key.
     #[serde(default, rename = "as")]
     pub meaning: JointMeaning,
-    /// The keys.
     pub keys: Vec<String>,
 }
 
@@ -80,7 +78,6 @@ impl Joint {
 }
 
 impl Variable {
-    /// A listed level.
     fn level(name: &str, levels: &[f64]) -> Self {
         let values = levels.iter().copied().map(toml::Value::from).collect();
         Self { key: name.to_owned(), values: Some(values), meaning: Meaning::Level, ..Self::none() }

@@ -17,13 +17,11 @@ pub struct Variable {
     pub key: String,
     /// These values, one after the other.
     pub values: Option<Vec<Toml>>,
-    /// Equally spaced numbers.
     pub grid: Option<Grid>,
     /// Keys of these effectors of the aircraft.
     pub each: Option<Each>,
     /// Uniformly distributed between two numbers.
     pub uniform: Option<[f64; 2]>,
-    /// Normally distributed.
     pub normal: Option<Normal>,
     /// What the number means.
     #[serde(default, rename = "as")]
@@ -40,11 +38,8 @@ pub struct Variable {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Grid {
-    /// First one.
     pub from: f64,
-    /// Last one.
     pub to: f64,
-    /// How many.
     pub count: u32,
 }
 
@@ -52,25 +47,18 @@ pub struct Grid {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Normal {
-    /// Mean.
     pub mean: f64,
-    /// Standard deviation.
     pub deviation: f64,
-    /// Smallest value.
     pub min: Option<f64>,
-    /// Largest value.
     pub max: Option<f64>,
 }
 
-/// Groups of effectors.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Each {
-    /// Surfaces.
     Surface,
     /// Surfaces and nozzle angles.
     Angle,
-    /// All effectors.
     Effector,
 }
 
@@ -92,13 +80,11 @@ pub enum Meaning {
 
 impl Variable {
     /// Whether its values are drawn, not listed.
-    #[must_use]
     pub fn is_drawn(&self) -> bool {
         self.uniform.is_some() || self.normal.is_some()
     }
 
     /// Smallest and largest number that it takes; `None` of texts and of what is not bounded.
-    #[must_use]
     pub fn range(&self) -> Option<[f64; 2]> {
         if let Some(grid) = self.grid {
             return Some([grid.from.min(grid.to), grid.from.max(grid.to)]);

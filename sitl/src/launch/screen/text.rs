@@ -6,7 +6,6 @@ use icd::{Effector, EffectorKind};
 use plant_sim::Airframe;
 use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-/// Before each command.
 const INDENT: &str = "  ";
 /// Where a command of a shell goes on in the next line.
 const GOES_ON: &str = " \\";
@@ -66,7 +65,6 @@ pub(super) struct Part {
 /// A line to be copied.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Command {
-    /// For a shell.
     Shell(String),
     /// For a console of a ground station.
     Console(String),
@@ -134,7 +132,6 @@ pub(super) fn parts(stations: &Listening, advice: Option<&Advice>) -> Vec<Part> 
     [connect].into_iter().chain(advice.map(|advice| advice.part(&option))).collect()
 }
 
-/// Where QGroundControl listens.
 const QGROUNDCONTROL_PORT: u16 = 14_550;
 /// Where `gcs-scripts/break_elevator.py` listens without options.
 const DEFAULT_CONNECT: &str = "udpin:127.0.0.1:14540";
@@ -163,7 +160,6 @@ pub(super) fn plain_lines(stations: &Listening, advice: Option<&Advice>) -> Vec<
     lines
 }
 
-/// Between two fields.
 const GAP: &str = "   ";
 
 /// The columns that a text takes on a terminal.

@@ -20,7 +20,6 @@ const VALUES: usize = 12;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tone {
     Plain,
-    /// A heading.
     Heading,
     /// It is as it should be.
     Good,
@@ -46,7 +45,6 @@ pub(super) struct State {
     pub(super) achieved: Option<f64>,
     /// Where ground stations can be, once it is known.
     pub(super) stations: Option<Listening>,
-    /// What to break.
     pub(super) advice: Option<Advice>,
     /// There is a keyboard.
     pub(super) keys: bool,

@@ -12,13 +12,10 @@ use crate::vehicle::plan::{Action, Circle, Item, Point};
 
 /// An item without a task.
 pub enum Otherwise {
-    /// Done already.
     AtOnce,
     /// Replaced by another item.
     Jump(u16),
-    /// Not yet begun.
     Later,
-    /// A return home.
     Home,
 }
 

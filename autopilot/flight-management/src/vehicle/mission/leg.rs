@@ -22,18 +22,14 @@ const BISECTOR_MIN: f64 = 0.2;
 /// the line to the point again.
 const AWAY_RADII: f64 = 4.0;
 
-/// A leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Leg {
-    /// Start point.
     pub from: Site,
-    /// The waypoint.
     pub to: Site,
     /// Acceptance radius of the item, m.
     pub acceptance_m: Option<f64>,
     /// Continuation of the path.
     pub next: Option<Site>,
-    /// Altitude along it.
     pub ramp: Option<Ramp>,
     /// Part of the leg being flown.
     pub phase: LegPhase,
@@ -42,7 +38,6 @@ pub struct Leg {
 /// Part of a leg.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LegPhase {
-    /// To the waypoint.
     ToWaypoint,
     /// The same in the first tick after a jump back: a waypoint that is reached already is flown to again.
     Revisit,
@@ -62,7 +57,6 @@ pub struct Ramp {
 
 impl Ramp {
     /// From one altitude to another over this length, m.
-    #[must_use]
     pub fn new(from_m: f64, to_m: f64, length_m: f64) -> Self {
         Self { from_m, to_m, length_m, share: 0.0 }
     }
@@ -76,7 +70,6 @@ impl Ramp {
     }
 
     /// Final altitude, m.
-    #[must_use]
     pub fn end_m(&self) -> f64 {
         self.to_m
     }
@@ -86,7 +79,6 @@ impl Ramp {
 struct View {
     from: Horizontal,
     to: Horizontal,
-    /// Along the leg.
     along: Horizontal,
     /// Along the next one, and its length, m.
     onwards: Option<(Horizontal, f64)>,

@@ -23,7 +23,6 @@ const OUTSIDE: f64 = 1.05;
 /// Condition that completes a circle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Until {
-    /// Never.
     ForGood,
     /// After this angle, rad.
     Turned(f64),
@@ -36,7 +35,6 @@ pub enum Until {
 /// A circle being flown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loiter {
-    /// The circle.
     pub orbit: Orbit,
     /// Condition that completes it.
     pub until: Until,
@@ -61,7 +59,6 @@ pub struct Loiter {
 /// Result of one tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Circled {
-    /// Continue.
     On(Flown),
     /// The circle has just been reached; continue.
     Reached(Flown),
@@ -71,7 +68,6 @@ pub enum Circled {
 
 impl Loiter {
     /// Not yet on the circle.
-    #[must_use]
     pub fn new(orbit: Orbit, until: Until, next: Option<Site>, altitude_m: Option<f64>) -> Self {
         Self {
             orbit,
@@ -90,7 +86,6 @@ impl Loiter {
     }
 
     /// The aircraft has been on the circle.
-    #[must_use]
     pub fn is_begun(&self) -> bool {
         self.reached
     }
@@ -102,7 +97,6 @@ impl Loiter {
         self.resumed = true;
     }
 
-    /// One tick.
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand, rules: &Rules) -> Circled {
         let offset = situation.horizon().offset(&self.orbit.centre);
         let radius_m = self.orbit.flown_radius_m(situation, demand, rules);

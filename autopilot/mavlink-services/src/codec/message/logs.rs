@@ -13,16 +13,13 @@ use crate::codec::Identity;
 pub enum LogRequest {
     /// The entries with these numbers.
     List {
-        /// The first.
         first: u16,
         /// The last; may be beyond the end.
         last: u16,
     },
     /// Part of one log.
     Data {
-        /// Its number.
         id: u16,
-        /// First byte.
         offset: u32,
         /// Bytes; may be beyond the end.
         count: u32,

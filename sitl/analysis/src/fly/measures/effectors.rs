@@ -12,7 +12,6 @@ const LANES: usize = 8;
 #[derive(Debug, Clone)]
 pub(super) struct Used {
     blocks: [Block; Effector::MAX / LANES],
-    /// Blocks with effectors.
     count: usize,
     has_last: bool,
 }

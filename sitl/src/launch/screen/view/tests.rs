@@ -31,7 +31,6 @@ pub(in super::super) fn flight() -> FlightStatus {
     }
 }
 
-/// So many faults.
 pub(in super::super) fn faults(count: usize) -> Vec<FaultStatus> {
     let what = "left elevator stuck at 30.0 deg".to_owned();
     vec![FaultStatus { what, phase: FaultPhase::Active, at_s: 3.0 }; count]
