@@ -13,7 +13,7 @@ use crate::compensator::{Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{AllocationMode, Gains, IsolationMode, ObserverMode};
 use crate::healthy_actuators::HealthyActuators;
-use crate::isolation::{Isolation, IsolationInput};
+use crate::isolation::{Isolation, IsolationInput, IsolationLog};
 use crate::log::{Health, StepLog};
 use crate::main_controller::{Demand, Law, MainController};
 use crate::mixer::{Mixed, Mixer};
@@ -32,6 +32,7 @@ pub struct FlightControl {
     allocator: Allocator,
     relief: Relief,
     isolation: Isolation,
+    reads_verdict: bool,
     mixer: Mixer,
     watch: AltitudeWatch,
     authority: AuthorityWatch,
@@ -58,6 +59,7 @@ impl FlightControl {
             allocator: Allocator::default(),
             relief: Relief::new(period),
             isolation: Isolation::new(period),
+            reads_verdict: true,
             mixer: Mixer::new(&aircraft.effectors),
             watch: AltitudeWatch::new(period),
             authority: AuthorityWatch::new(period),
@@ -80,6 +82,11 @@ impl FlightControl {
         self.applied.reset();
         self.main_only.reset();
         self.saturation = Saturation::default();
+    }
+
+    /// Leaves out the isolation where its verdict is only reported: no one reads the report, and no command depends on it.
+    pub fn skip_unread_verdict(&mut self) {
+        self.reads_verdict = false;
     }
 
     /// Before the first sample: the healthy effectors stand at `positions`, rad, and not at the trim of the
@@ -169,7 +176,11 @@ impl FlightControl {
             model: &self.model,
             at: &at,
         };
-        let mut isolation = self.isolation.step(&isolation_input, &gains.isolation);
+        let mut isolation =
+            match self.reads_verdict || gains.selection.isolation != IsolationMode::Report {
+                true => self.isolation.step(&isolation_input, &gains.isolation),
+                false => IsolationLog::default(),
+            };
 
         let saturation = &self.saturation;
         let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);

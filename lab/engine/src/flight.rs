@@ -179,6 +179,7 @@ pub struct Flight {
     events: Vec<Event>,
     /// The events were part of a tick.
     is_shown: bool,
+    has_script: bool,
     /// The step of the reference that knows the fault, if it has one.
     reallocated: Option<StepLog>,
 }
@@ -214,8 +215,17 @@ impl Flight {
             request: None,
             events: Vec::new(),
             is_shown: false,
+            has_script: settings.script.is_some(),
             reallocated: None,
         })
+    }
+
+    /// For who looks at commands and truth alone: the isolation is left out where its verdict is only reported. A script may wait for its
+    /// events, so a flight with one keeps it.
+    pub fn skip_unread_verdict(&mut self) {
+        if !self.has_script {
+            self.autopilot.skip_unread_verdict();
+        }
     }
 
     /// The next tick: the plant moves on, the autopilot takes `inputs` and makes its control step. `None` once the flight is over:
@@ -314,6 +324,7 @@ impl Flight {
             request: self.request,
             events: self.events.clone(),
             is_shown: self.is_shown,
+            has_script: self.has_script,
             reallocated: self.reallocated,
         })
     }

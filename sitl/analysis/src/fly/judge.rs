@@ -67,6 +67,9 @@ pub(super) fn fly(
         output.write(judge.columns.header().as_bytes())?;
     }
     let mut flight = Flight::new(setup).map_err(FlightError::from)?;
+    if judge.keep.log.is_none() && judge.judges.is_empty() {
+        flight.skip_unread_verdict();
+    }
     while let Some(tick) = flight.step([]) {
         judge.look(&tick)?;
         if stops_at_loss && judge.loss.is_some() {
