@@ -4,7 +4,6 @@ use core::ops::ControlFlow;
 use std::fmt::Write as _;
 
 use flight_control::{AltitudeLimit, CompensatorMode};
-use host_io::folder::Folder;
 use icd::{Body, EffectorKind, SimTime};
 use lab_judges::Judge as _;
 use lab_judges::altitude::Altitude;
@@ -164,8 +163,8 @@ fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> 
 /// Flies the sweep and writes `envelope.csv`, `envelope.svg` and `envelope.png`; prints what is not held.
 pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
     options.flight.aircraft.check_beside(&SWEPT)?;
-    let folder = Folder::create(&options.out)?;
     let sides = options.sides(CompensatorMode::Armed)?;
+    let folder = sides.begin(&options.out)?;
     let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;

@@ -10,7 +10,6 @@
 //! Estimation with Applications to Tracking and Navigation, 2001, section 5.4.2).
 
 use flight_control::CompensatorMode;
-use host_io::folder::Folder;
 use icd::sensors::SensorKind;
 use plant_sim::GradeName;
 use plant_sim::io::whole;
@@ -94,8 +93,8 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError>
 
 /// Flies everything, writes table and figure, prints the table.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder = Folder::create(&options.study.out)?;
     let sides = flights::sides(&options.study, CompensatorMode::Off)?;
+    let folder = sides.begin(&options.study.out)?;
     let duration_s = sides.nominal().duration.as_seconds();
     let flown = study(options)?;
     write_figure(&folder, &results::figure(duration_s, &flown))?;

@@ -9,7 +9,6 @@
 //! The aircraft has a structure that the controller's model lacks: derivatives that change with the Mach number.
 
 use flight_control::{CompensatorMode, Gains};
-use host_io::folder::Folder;
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
@@ -150,8 +149,8 @@ pub fn fly_healthy(
 
 /// Flies everything, writes tables, figure and page, prints a summary.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder = Folder::create(&options.study.out)?;
     let sides = options.study.drawn_sides(CompensatorMode::Off)?;
+    let folder = sides.begin(&options.study.out)?;
     let of = |grade: &GradeName| -> Result<_, StudyError> {
         Ok(GradeStudy {
             grade: *grade,

@@ -10,7 +10,6 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use autopilot::autopilot::Settings;
 use autopilot::config::ConfigError;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::ScriptArgs;
@@ -20,8 +19,8 @@ use host_io::console;
 use host_io::file;
 use host_io::folder::{Folder, FolderError};
 use lab_judges::Kind;
+use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
-use plant_sim::{EarthModel, PlantSetup};
 use serde::Serialize;
 use ulog::reader::{Log, ReadError};
 
@@ -31,6 +30,7 @@ use crate::configuration::{AircraftArgs, ConfigurationError};
 use crate::page::GENERATOR;
 use crate::plot;
 use crate::runner::Progress;
+use crate::study::WholeSetup;
 use crate::table;
 
 pub mod jams;
@@ -158,17 +158,9 @@ struct Written<'a, T> {
     allocation: &'static str,
     ftc: &'static str,
     fault_known: bool,
-    setup: Sides<'a>,
+    setup: WholeSetup<'a>,
     #[serde(flatten)]
     flown: T,
-}
-
-/// Everything that defines a flight, but the code of a law of the program.
-#[derive(Serialize)]
-struct Sides<'a> {
-    plant: &'a PlantSetup,
-    control: Settings,
-    duration_s: f64,
 }
 
 /// Many flights in `outcome.json`.
@@ -274,11 +266,7 @@ fn written<'a, T>(
         allocation: name_of(&AllocationMode::NAMES, selection.allocation),
         ftc: name_of(&CompensatorMode::NAMES, selection.compensator),
         fault_known: setup.knows_fault,
-        setup: Sides {
-            plant: &setup.plant,
-            control: setup.settings(),
-            duration_s: setup.duration.as_seconds(),
-        },
+        setup: WholeSetup::of(setup),
         flown,
     }
 }

@@ -9,7 +9,6 @@
 //! gains of the isolation were chosen on other flights (docs/isolation.md).
 
 use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
-use host_io::folder::Folder;
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
@@ -143,7 +142,7 @@ impl Study {
 
 /// Flies everything, writes tables, figure and page, prints a summary.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder = Folder::create(&options.study.out)?;
+    let folder = options.sides()?.begin(&options.study.out)?;
     let study = Study::fly(options)?;
     let figure = results::figure(&study);
     write_figure(&folder, &figure)?;

@@ -9,7 +9,6 @@ use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
 use flight_control::estimator_status::SourceHealth;
-use host_io::folder::Folder;
 use icd::SimTime;
 use icd::fault::{
     CATALOGUE, FaultKind, KindInfo, NUMBERS_MAX, Onset, Quantity, TargetClass, Timing,
@@ -360,7 +359,8 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
 
 /// Flies everything, writes and prints the tables.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder = Folder::create(&options.study.out)?;
+    let folder =
+        flights::sides(&options.study, CompensatorMode::Armed)?.begin(&options.study.out)?;
     let mut text = table(options, &study(options)?);
     let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
     text += &loss_table(options, &losses(options, &sensors, options.flights)?);

@@ -1,13 +1,17 @@
 //! What the studies share: options, aircraft, drawn numbers, and what keeps them from being made.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use autopilot::autopilot::Settings;
+use autopilot::own_law::OwnLaw;
 
 use flight_control::CompensatorMode;
 use host_io::folder::{Folder, FolderError};
 use icd::SimTime;
-use plant_sim::{Airframe, GradeName, SensorSettings, SetupError};
+use plant_sim::{Airframe, GradeName, PlantSetup, SensorSettings, SetupError};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
+use serde::Serialize;
 
 use crate::builder::{SetupBuilder, SetupOptions, preset_of};
 use crate::chart::{Figure, RasterError};
@@ -48,10 +52,42 @@ pub enum StudyError {
     /// A file or folder cannot be written.
     #[error(transparent)]
     Folder(#[from] FolderError),
+    /// The setup cannot be written as JSON.
+    #[error("setup.json: {0}")]
+    Json(#[from] serde_json::Error),
     /// A figure cannot be drawn.
     #[error(transparent)]
     Figure(#[from] RasterError),
 }
+
+/// Everything that defines a flight, but the code of a law of the program: enough to fly it again.
+#[derive(Serialize)]
+pub struct WholeSetup<'a> {
+    plant: &'a PlantSetup,
+    control: Settings,
+    duration_s: f64,
+}
+
+impl<'a> WholeSetup<'a> {
+    /// Of a flight.
+    pub fn of(setup: &'a FlightSetup) -> Self {
+        let duration_s = setup.duration.as_seconds();
+        Self { plant: &setup.plant, control: setup.settings(), duration_s }
+    }
+}
+
+/// `setup.json` of a study: what was asked for, and the flight that its flights are variations of.
+#[derive(Serialize)]
+struct Asked<'a> {
+    program: &'static str,
+    version: &'static str,
+    command: Vec<String>,
+    own_law: Option<&'a str>,
+    setup: WholeSetup<'a>,
+}
+
+/// How the file begins.
+const MARK: &[u8] = b"{\n  \"program\": \"Two-Step sitl study\"";
 
 /// Keys that the studies of random flights set themselves.
 const DRAWN: [(&str, &str); 5] = [
@@ -99,6 +135,23 @@ impl StudyOptions {
 }
 
 impl Sides {
+    /// The folder of the study, with `setup.json` in it, before the first flight.
+    pub fn begin(&self, out: &Path) -> Result<Folder, StudyError> {
+        let folder = Folder::create(out)?;
+        let command = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
+        let asked = Asked {
+            program: "Two-Step sitl study",
+            version: env!("CARGO_PKG_VERSION"),
+            command: command.collect(),
+            own_law: self.nominal.own_law.as_ref().map(OwnLaw::name),
+            setup: WholeSetup::of(&self.nominal),
+        };
+        let mut json = serde_json::to_vec_pretty(&asked)?;
+        json.push(b'\n');
+        folder.write_marked("setup.json", MARK, &json)?;
+        Ok(folder)
+    }
+
     fn of(options: &SetupOptions, mode: CompensatorMode) -> Result<Self, StudyError> {
         let builder = options.builder()?;
         let mut nominal = builder.setup(&Named::scenario("nominal")?, &[])?;
