@@ -172,7 +172,7 @@ pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem
     file.finish()
 }
 
-/// Whether [`write`] can write to this path, before the work whose result it takes.
+/// Whether [`write()`] can write to this path, before the work whose result it takes.
 pub fn can_write(path: &Path, mark: &[u8]) -> Result<(), FileProblem> {
     // Given up at once, so nothing stays.
     NewFile::begin(path, |beginning| has_mark(beginning, mark)).map(drop)

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Beside the workspace's `Cargo.toml`. What draws, serves ground stations or writes logs decides nothing.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 14] = [
     "Cargo.lock",
     "icd/src",
     "autopilot/flight-control/src",
@@ -15,6 +15,7 @@ const SOURCES: [&str; 13] = [
     "plant-sim/scenarios",
     "plant-sim/sensors",
     "lab/engine/src",
+    "lab/judges/src",
     "sitl/analysis/src",
     "sitl/campaign/src",
     "autopilot/src/run",
