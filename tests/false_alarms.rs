@@ -20,7 +20,7 @@ fn options() -> Options {
 }
 
 fn sides() -> Sides {
-    StudyOptions::default().drawn_sides(CompensatorMode::Off).expect("a shipped aircraft")
+    StudyOptions::default().random_sides(CompensatorMode::Off, &[]).expect("a shipped aircraft")
 }
 
 #[test]

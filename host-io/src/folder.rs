@@ -18,16 +18,16 @@ pub struct FolderError {
 
 /// A folder that takes files.
 #[derive(Debug, Clone)]
-pub struct Folder(PathBuf);
+pub struct OutFolder(PathBuf);
 
 /// A file of it that is being written.
 #[derive(Debug)]
-pub struct Output {
+pub struct OutFile {
     file: NewFile,
     path: PathBuf,
 }
 
-impl Folder {
+impl OutFolder {
     /// Makes the folder if it is not there, and tries whether it takes a file.
     pub fn create(path: &Path) -> Result<Self, FolderError> {
         let failed = |source| FolderError { path: path.to_path_buf(), source };
@@ -45,10 +45,10 @@ impl Folder {
     }
 
     /// Begins a file that replaces one with this mark in its beginning.
-    pub fn begin(&self, name: &str, mark: &[u8]) -> Result<Output, FolderError> {
+    pub fn begin(&self, name: &str, mark: &[u8]) -> Result<OutFile, FolderError> {
         let path = self.0.join(name);
         match NewFile::begin(&path, |beginning| file::has_mark(beginning, mark)) {
-            Ok(file) => Ok(Output { file, path }),
+            Ok(file) => Ok(OutFile { file, path }),
             Err(source) => Err(FolderError { path, source }),
         }
     }
@@ -66,7 +66,7 @@ impl Folder {
     }
 }
 
-impl Output {
+impl OutFile {
     pub fn write(&mut self, bytes: &[u8]) -> Result<(), FolderError> {
         let written = self.file.write_all(bytes);
         written.map_err(|error| FolderError { path: self.path.clone(), source: error.into() })
@@ -86,18 +86,18 @@ mod tests {
     #[test]
     fn a_folder_that_cannot_take_files_is_found_before_the_work() {
         let home = tempfile::tempdir().unwrap();
-        let folder = Folder::create(&home.path().join("a/b")).unwrap();
+        let folder = OutFolder::create(&home.path().join("a/b")).unwrap();
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "the trial leaves nothing");
         folder.write("t.csv", b"a,b\n1,2\n").unwrap();
         let path = folder.path().join("t.csv");
-        let inside = Folder::create(&path.join("x")).unwrap_err().to_string();
+        let inside = OutFolder::create(&path.join("x")).unwrap_err().to_string();
         assert!(inside.starts_with("--out: cannot write ") && inside.contains("t.csv"), "{inside}");
-        let no_folder = Folder::create(&path).unwrap_err().to_string();
+        let no_folder = OutFolder::create(&path).unwrap_err().to_string();
         assert!(no_folder.ends_with("this is no folder"), "{no_folder}");
         let foreign = folder.write("t.csv", b"other\n").unwrap_err().to_string();
         assert!(foreign.contains("not written by this program"), "{foreign}");
         // Files of the kernel take none, whoever asks.
-        let kernel = Folder::create(Path::new("/proc/self")).unwrap_err().to_string();
+        let kernel = OutFolder::create(Path::new("/proc/self")).unwrap_err().to_string();
         assert!(kernel.starts_with("--out: cannot write /proc/self: "), "{kernel}");
     }
 }

@@ -6,7 +6,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing};
 use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
@@ -56,7 +56,7 @@ struct Button {
 pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[settings::Target::Airframe])?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     for (name, file_type, described) in FILES {
         let content = text(&buttons, file_type, described);
         folder.write(name, content.as_bytes())?;

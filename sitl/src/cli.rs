@@ -55,10 +55,7 @@ pub struct Cli {
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
-    let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| match error.use_stderr() {
-        true => host_io::console::refuse(&error.render(), error.exit_code()),
-        false => error.exit(),
-    });
+    let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| refuse(&error));
     if let Some(own) = &own {
         cli.bring(own);
     }
@@ -70,6 +67,14 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
         tracing::error!("{error}");
         ExitCode::FAILURE
     })
+}
+
+/// Ends with what clap says: help and version on the standard output, a mistake on the other.
+fn refuse(error: &clap::Error) -> ! {
+    match error.use_stderr() {
+        true => host_io::console::refuse(&error.render(), error.exit_code()),
+        false => error.exit(),
+    }
 }
 
 impl Cli {
@@ -87,15 +92,15 @@ impl Cli {
             Some(Command::Autopilot(args)) => args.laws.bring(own),
             Some(Command::Fly(args)) => args.options.laws.bring(own),
             Some(Command::Study(study)) => study.bring(own),
-            Some(Command::Aircraft(Aircraft::Margins(args))) => args.bring(own),
-            Some(Command::Log(Log::Replay(args))) => args.bring(own),
+            Some(Command::Aircraft(AircraftCommand::Margins(args))) => args.bring(own),
+            Some(Command::Log(LogCommand::Replay(args))) => args.bring(own),
             // A campaign gets the law when it runs; the others fly none.
             Some(_) => {}
         }
     }
 }
 
-impl Study {
+impl StudyCommand {
     /// Takes a law that the program brings.
     fn bring(&mut self, own: &OwnLaw) {
         let laws = match self {
@@ -124,16 +129,16 @@ enum Command {
     Fly(Box<FlyArgs>),
     /// Answer one question with many flights: tables, pictures, pages
     #[command(subcommand)]
-    Study(Study),
+    Study(StudyCommand),
     /// Fly many flights drawn from a specification with several laws, and compare what they survive
     #[command(subcommand)]
     Campaign(flight_campaign::Command),
     /// What follows from an aircraft's files: models, gains, margins, parameters
     #[command(subcommand)]
-    Aircraft(Aircraft),
+    Aircraft(AircraftCommand),
     /// Draw flight logs, and fly them again
     #[command(subcommand)]
-    Log(Log),
+    Log(LogCommand),
     /// The flight software alone, as the program `autopilot`
     #[command(hide = true)]
     Autopilot(Box<AutopilotArgs>),
@@ -150,7 +155,7 @@ enum Command {
 #[command(
     after_help = "A specification is a study too, by its name or from a file: sitl study engine-fade --out DIR."
 )]
-enum Study {
+enum StudyCommand {
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
     /// Fly the paper's two cases on estimated states, with sensors of each grade, and say which limits still hold
@@ -189,7 +194,7 @@ enum Study {
 
 /// What is made of an aircraft.
 #[derive(Debug, Subcommand)]
-enum Aircraft {
+enum AircraftCommand {
     /// Derive the controller's model from the plant at its design trim
     Linearize(LinearizeArgs),
     /// Design the gains of a law from the controller's model
@@ -207,7 +212,7 @@ enum Aircraft {
 
 /// What is done with a flight log.
 #[derive(Debug, Subcommand)]
-enum Log {
+enum LogCommand {
     /// Draw the flight of a log into a page
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
@@ -264,8 +269,8 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
         Some(Command::Study(study)) => return run_study(study, &program, own),
         Some(Command::Campaign(command)) => flight_campaign::run(command, own)?,
         Some(Command::Aircraft(command)) => run_aircraft(command)?,
-        Some(Command::Log(Log::Plot(args))) => plot::run(args)?,
-        Some(Command::Log(Log::Replay(args))) => return Ok(replay::run(args).into()),
+        Some(Command::Log(LogCommand::Plot(args))) => plot::run(args)?,
+        Some(Command::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
         Some(Command::Autopilot(args)) => drop(autopilot::run::run(args)?),
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(Command::Echo(args)) => echo::run(args)?,
@@ -274,27 +279,27 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
 }
 
 fn run_study(
-    study: &Study,
+    study: &StudyCommand,
     program: &Path,
     own: Option<&OwnLaw>,
 ) -> Result<ExitCode, Box<dyn Error>> {
     match study {
-        Study::Paper(args) => return fly_paper(args, program),
-        Study::PaperEstimated(args) => paper::estimated::run(args)?,
-        Study::Jams(args) => jams::run(args)?,
-        Study::Envelope(args) => envelope::run(args)?,
-        Study::Mission(args) => mission::run(args)?,
-        Study::FalseAlarms(args) => false_alarms::run(args)?,
-        Study::Isolation(args) => isolation::run(args)?,
-        Study::SensorFaults(args) => sensor_faults::run(args)?,
-        Study::Estimator(args) => estimator::run(args)?,
-        Study::SensorErrors(args) => sensor_errors::run(args)?,
-        Study::Actuators(args) => actuators::run(args)?,
-        Study::Turbulence(args) => turbulence::run(args)?,
-        Study::Checkcase(args) => checkcase::run(args)?,
-        Study::CompareCheckcases(args) => report::run(args)?,
-        Study::Bench(args) => bench::run(args, program)?,
-        Study::Specified(words) => flight_campaign::run(&specified(words), own)?,
+        StudyCommand::Paper(args) => return fly_paper(args, program),
+        StudyCommand::PaperEstimated(args) => paper::estimated::run(args)?,
+        StudyCommand::Jams(args) => jams::run(args)?,
+        StudyCommand::Envelope(args) => envelope::run(args)?,
+        StudyCommand::Mission(args) => mission::run(args)?,
+        StudyCommand::FalseAlarms(args) => false_alarms::run(args)?,
+        StudyCommand::Isolation(args) => isolation::run(args)?,
+        StudyCommand::SensorFaults(args) => sensor_faults::run(args)?,
+        StudyCommand::Estimator(args) => estimator::run(args)?,
+        StudyCommand::SensorErrors(args) => sensor_errors::run(args)?,
+        StudyCommand::Actuators(args) => actuators::run(args)?,
+        StudyCommand::Turbulence(args) => turbulence::run(args)?,
+        StudyCommand::Checkcase(args) => checkcase::run(args)?,
+        StudyCommand::CompareCheckcases(args) => report::run(args)?,
+        StudyCommand::Bench(args) => bench::run(args, program)?,
+        StudyCommand::Specified(words) => flight_campaign::run(&specified(words), own)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -304,21 +309,18 @@ fn specified(words: &[OsString]) -> flight_campaign::Command {
     let command = RunArgs::augment_args(clap::Command::new("sitl study"));
     let words = std::iter::once("sitl study".into()).chain(words.iter().cloned());
     let parsed = command.try_get_matches_from(words).and_then(|m| RunArgs::from_arg_matches(&m));
-    let args = parsed.unwrap_or_else(|error| match error.use_stderr() {
-        true => host_io::console::refuse(&error.render(), error.exit_code()),
-        false => error.exit(),
-    });
+    let args = parsed.unwrap_or_else(|error| refuse(&error));
     flight_campaign::Command::Run(args)
 }
 
-fn run_aircraft(command: &Aircraft) -> Result<(), Box<dyn Error>> {
+fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
     match command {
-        Aircraft::Linearize(args) => linearize::run(args)?,
-        Aircraft::Design(Design::Lqr(args)) => design::run(args)?,
-        Aircraft::Margins(args) => margins::run(args)?,
-        Aircraft::Trimmable(args) => trimmable::run(args)?,
-        Aircraft::Actions(args) => actions::run(args)?,
-        Aircraft::Parameters => {
+        AircraftCommand::Linearize(args) => linearize::run(args)?,
+        AircraftCommand::Design(Design::Lqr(args)) => design::run(args)?,
+        AircraftCommand::Margins(args) => margins::run(args)?,
+        AircraftCommand::Trimmable(args) => trimmable::run(args)?,
+        AircraftCommand::Actions(args) => actions::run(args)?,
+        AircraftCommand::Parameters => {
             print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
         }
     }

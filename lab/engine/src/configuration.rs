@@ -87,9 +87,9 @@ pub enum ConfigurationError {
         /// The option.
         option: &'static str,
     },
-    /// Something is set that the study itself decides.
-    #[error("{0}: this study flies several of them")]
-    Compared(&'static str),
+    /// Something is set that a study sets in its flights itself.
+    #[error("{0} has no effect: this study sets it in its flights itself")]
+    Own(String),
     /// Something is set that this command does not read.
     #[error("{option} has no effect: of aircraft and flight this command reads {}", names(reads))]
     NotRead {

@@ -11,6 +11,7 @@ use flight_control::{Law, LawInput, MainCommand};
 
 /// A main controller that may fail.
 pub trait FallibleLaw: Send {
+    /// One control period: the commands, or why there are none, which ends the flight.
     fn step(&mut self, input: &LawInput<'_>) -> Result<MainCommand, Box<dyn Error + Send + Sync>>;
 
     /// The law with its present state; `None` if it cannot be copied.

@@ -18,7 +18,7 @@ pub const COLUMNS: [(&str, &str); 4] = [
 
 /// Errors are what the controller knows minus its reference.
 #[derive(Debug, Clone)]
-pub struct Altitude {
+pub struct AltitudeJudge {
     end_s: f64,
     /// Largest altitude error of the end, m; `None` before it.
     pub error_m: Option<f64>,
@@ -30,7 +30,7 @@ pub struct Altitude {
     pub alpha_max_rad: Option<f64>,
 }
 
-impl Altitude {
+impl AltitudeJudge {
     pub fn of(setup: &FlightSetup) -> Self {
         let end_s = setup.duration.as_seconds();
         Self {
@@ -47,7 +47,7 @@ fn raise(largest: &mut Option<f64>, value: f64) {
     *largest = Some(largest.map_or(value, |before| before.max(value)));
 }
 
-impl Judge for Altitude {
+impl Judge for AltitudeJudge {
     fn look(&mut self, tick: &Tick<'_>) {
         let (state, demand) = (&tick.log.state, &tick.snapshot.demand);
         let error_m = (state.altitude_m - demand.altitude_m).abs();

@@ -19,7 +19,7 @@ pub const COLUMNS: [(&str, &str); 5] = [
 
 /// Sums over the seconds of a flight on estimated states.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Estimate {
+pub struct EstimateJudge {
     from_s: f64,
     seconds: f64,
     /// Sums of squares: error of the airspeed, and what the estimator says of it, m²/s².
@@ -29,7 +29,7 @@ pub struct Estimate {
     pub largest: [f64; 2],
 }
 
-impl Estimate {
+impl EstimateJudge {
     /// Judged from this time on, s.
     pub fn from(from_s: f64) -> Self {
         Self { from_s, ..Self::default() }
@@ -55,7 +55,7 @@ impl Estimate {
     }
 }
 
-impl Judge for Estimate {
+impl Judge for EstimateJudge {
     fn look(&mut self, tick: &Tick<'_>) {
         let (truth, state) = (tick.plant.truth(), &tick.log.state);
         let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);

@@ -22,7 +22,7 @@ pub trait Judge: fmt::Debug {
 
 /// A kind of judge.
 #[derive(Debug, Clone, Copy)]
-pub struct Kind {
+pub struct JudgeKind {
     /// Name in options and specifications.
     pub name: &'static str,
     /// Names and units of its numbers.
@@ -30,26 +30,26 @@ pub struct Kind {
     make: fn(&FlightSetup) -> Box<dyn Judge>,
 }
 
-impl PartialEq for Kind {
+impl PartialEq for JudgeKind {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
     }
 }
 
-pub const KINDS: [Kind; 2] = [
-    Kind {
+pub const KINDS: [JudgeKind; 2] = [
+    JudgeKind {
         name: "altitude",
         columns: &altitude::COLUMNS,
-        make: |setup| Box::new(altitude::Altitude::of(setup)),
+        make: |setup| Box::new(altitude::AltitudeJudge::of(setup)),
     },
-    Kind {
+    JudgeKind {
         name: "estimate",
         columns: &estimate::COLUMNS,
-        make: |_| Box::new(estimate::Estimate::from(estimate::SETTLED_S)),
+        make: |_| Box::new(estimate::EstimateJudge::from(estimate::SETTLED_S)),
     },
 ];
 
-impl Kind {
+impl JudgeKind {
     /// The kind of a name.
     pub fn parse(name: &str) -> Result<Self, String> {
         let known = || KINDS.map(|kind| kind.name).join(", ");
@@ -78,7 +78,7 @@ mod tests {
         let setup = options.setup("nominal").unwrap();
         let mut names = BTreeSet::new();
         for kind in KINDS {
-            assert_eq!(Kind::parse(kind.name), Ok(kind));
+            assert_eq!(JudgeKind::parse(kind.name), Ok(kind));
             let (mut judge, mut flight) = (kind.judge(&setup), Flight::new(&setup).unwrap());
             assert!(judge.values().iter().all(Option::is_none), "{}: before the flight", kind.name);
             while let Some(tick) = flight.step([]) {
@@ -93,6 +93,6 @@ mod tests {
             );
             assert!(kind.columns.iter().all(|(name, _)| names.insert(*name)), "{}", kind.name);
         }
-        assert!(Kind::parse("x").unwrap_err().contains("altitude, estimate"));
+        assert!(JudgeKind::parse("x").unwrap_err().contains("altitude, estimate"));
     }
 }

@@ -8,14 +8,14 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
 use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 
 use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
 use crate::settings::Target;
 use crate::table::field;
@@ -109,14 +109,12 @@ struct Bench {
 /// Moves, draws and writes.
 pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;
     folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
-    for (name, bytes) in bench.figure(&responses, travel).files()? {
-        folder.write(&name, &bytes)?;
-    }
+    write_figure::<Box<dyn Error>>(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
         let signal = signal.name();

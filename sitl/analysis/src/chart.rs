@@ -11,6 +11,8 @@ pub mod raster;
 
 pub use raster::RasterError;
 
+use host_io::folder::{FolderError, OutFolder};
+
 use drawing::{Drawing, LETTER};
 use panel::{LEFT, Panel};
 
@@ -76,6 +78,17 @@ impl Figure {
             (format!("{}.png", self.name), png),
         ])
     }
+}
+
+/// Writes a figure into a folder, as SVG and PNG.
+pub fn write_figure<E: From<RasterError> + From<FolderError>>(
+    folder: &OutFolder,
+    figure: &Figure,
+) -> Result<(), E> {
+    for (name, bytes) in figure.files()? {
+        folder.write(&name, &bytes)?;
+    }
+    Ok(())
 }
 
 /// Draws panels in rows of `columns` under a title and a legend.

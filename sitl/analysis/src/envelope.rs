@@ -6,24 +6,21 @@ use std::fmt::Write as _;
 use flight_control::{AltitudeLimit, CompensatorMode};
 use icd::{Body, EffectorKind, SimTime};
 use lab_judges::Judge as _;
-use lab_judges::altitude::Altitude;
+use lab_judges::altitude::AltitudeJudge;
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
 use plant_sim::atmosphere::{self, LocalDensity};
 use plant_sim::{Airframe, Plant, SetupError};
 
-use crate::chart::Figure;
 use crate::chart::drawing::Drawing;
+use crate::chart::{Figure, write_figure};
 use crate::closed_loop::{FlightSetup, watch};
 use crate::false_alarms::flights::entry;
 use crate::runner;
-use crate::study::{Scale, Sides, StudyError, StudyOptions, write_figure};
+use crate::study::{Scale, Sides, StudyError, StudyOptions};
 
-/// What the sweep sets, whatever a scenario has.
-const SWEPT: [(&str, &str); 3] = [
-    ("plant.start.altitude_m", "no option: it flies all of its own"),
-    ("plant.start.airspeed_m_s", "no option: it flies all of its own"),
-    ("plant.duration_s", "no option: it flies all of its own"),
-];
+/// What the sweep sets itself: beginnings of keys.
+const OWN: [&str; 4] =
+    ["plant.start.altitude", "plant.start.airspeed", "plant.duration", "autopilot.reference"];
 
 /// Airspeeds of the sweep with the jet of the paper, m/s; altitudes and climbs likewise.
 pub const AIRSPEEDS_M_S: [f64; 5] = [180.0, 215.0, 250.0, 285.0, 320.0];
@@ -121,7 +118,7 @@ pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
     };
     let Some(setup) = setup(sides, case)? else { return Ok(nothing) };
     let level = case.from_m == case.to_m;
-    let mut judge = Altitude::of(&setup);
+    let mut judge = AltitudeJudge::of(&setup);
     let upwards = if case.to_m >= case.from_m { 1.0 } else { -1.0 };
     let trim = level_trim(&setup.plant.airframe, case);
     let mut flown = Flown { trim, error_m: 0.0, ..nothing };
@@ -162,13 +159,12 @@ fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> 
 
 /// Flies the sweep and writes `envelope.csv`, `envelope.svg` and `envelope.png`; prints what is not held.
 pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
-    options.flight.aircraft.check_beside(&SWEPT)?;
-    let sides = options.sides(CompensatorMode::Armed)?;
+    let sides = options.sides(CompensatorMode::Armed, &OWN)?;
     let folder = sides.begin(&options.out)?;
     let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;
-    write_figure(&folder, &figure(&flown))?;
+    write_figure::<StudyError>(&folder, &figure(&flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }

@@ -14,10 +14,11 @@ use icd::sensors::SensorKind;
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
+use crate::chart::write_figure;
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
-use crate::study::{Sides, StudyError, StudyOptions, write_figure};
+use crate::study::{Sides, StudyError, StudyOptions};
 
 pub mod flights;
 mod results;
@@ -74,15 +75,14 @@ pub const CASES: [Case; 4] = [
 ];
 
 /// Flies every case.
-pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
-    let sides = flights::sides(&options.study, CompensatorMode::Off)?;
+pub fn study(options: &Options, sides: &Sides) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
     let each = u64::from(options.flights);
     let items: Vec<(usize, u64)> = (0..CASES.len())
         .flat_map(|case| (0..each).map(move |number| (case, number)))
         .map(|(case, number)| (case, options.seed.wrapping_add(number)))
         .collect();
     let one = |(case, seed): &(usize, u64)| {
-        flights::fly(&sides, &CASES[*case], options.turbulence_m_s, *seed)
+        flights::fly(sides, &CASES[*case], options.turbulence_m_s, *seed)
     };
     let mut flown: [Vec<Flown>; CASES.len()] = Default::default();
     for ((case, _), result) in items.iter().zip(runner::map("estimator", &items, one)) {
@@ -93,11 +93,11 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError>
 
 /// Flies everything, writes table and figure, prints the table.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let sides = flights::sides(&options.study, CompensatorMode::Off)?;
+    let sides = flights::sides(&options.study, CompensatorMode::Off, &[])?;
     let folder = sides.begin(&options.study.out)?;
     let duration_s = sides.nominal().duration.as_seconds();
-    let flown = study(options)?;
-    write_figure(&folder, &results::figure(duration_s, &flown))?;
+    let flown = study(options, &sides)?;
+    write_figure::<StudyError>(&folder, &results::figure(duration_s, &flown))?;
     let summary = results::summary(options, duration_s, &flown);
     folder.write("estimator.md", summary.as_bytes())?;
     folder.write("nees.csv", results::csv(&flown).as_bytes())?;

@@ -12,9 +12,10 @@ use flight_control::{CompensatorMode, Gains};
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
+use crate::chart::write_figure;
 use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::runner;
-use crate::study::{Sides, StudyError, StudyOptions, write_figure, write_page};
+use crate::study::{Sides, StudyError, StudyOptions, write_page};
 
 pub mod detectors;
 pub mod flights;
@@ -149,7 +150,7 @@ pub fn fly_healthy(
 
 /// Flies everything, writes tables, figure and page, prints a summary.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let sides = options.study.drawn_sides(CompensatorMode::Off)?;
+    let sides = options.study.random_sides(CompensatorMode::Off, &[])?;
     let folder = sides.begin(&options.study.out)?;
     let of = |grade: &GradeName| -> Result<_, StudyError> {
         Ok(GradeStudy {
@@ -161,7 +162,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let study = options.grades.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let at = conditions(&options.conditions, &sides.scale());
     let figure = results::figure(&study);
-    write_figure(&folder, &figure)?;
+    write_figure::<StudyError>(&folder, &figure)?;
     folder.write("alarms.csv", results::alarms_csv(&at, &study).as_bytes())?;
     folder.write("delays.csv", results::delays_csv(&study).as_bytes())?;
     let summary = results::summary(options, &at, &study);

@@ -17,8 +17,8 @@ use flight_control::gains::name_of;
 use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file;
-use host_io::folder::{Folder, FolderError};
-use lab_judges::Kind;
+use host_io::folder::{FolderError, OutFolder};
+use lab_judges::JudgeKind;
 use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
 use serde::Serialize;
@@ -78,8 +78,8 @@ pub struct FlyArgs {
     #[arg(long, requires = "out")]
     figures: bool,
     /// A judge whose numbers stand beside the measures: altitude, estimate; may be repeated
-    #[arg(long = "judge", value_name = "NAME", value_parser = Kind::parse)]
-    judges: Vec<Kind>,
+    #[arg(long = "judge", value_name = "NAME", value_parser = JudgeKind::parse)]
+    judges: Vec<JudgeKind>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     earth: Option<EarthModel>,
@@ -188,15 +188,15 @@ pub struct OneFlight<'a> {
     /// A page of figures too.
     pub figures: bool,
     /// Judges whose numbers stand beside the measures.
-    pub judges: &'a [Kind],
+    pub judges: &'a [JudgeKind],
 }
 
 impl OneFlight<'_> {
     /// Flies it and writes its files, `outcome.json` last.
     pub fn fly(&self) -> Result<Outcome, FlyError> {
-        let folder = self.folder.map(Folder::create).transpose()?;
+        let folder = self.folder.map(OutFolder::create).transpose()?;
         let begin =
-            |folder: &Folder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
+            |folder: &OutFolder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
         let mut rows = folder.as_ref().map(begin).transpose()?;
         let wants_log = self.ulog || self.figures;
         let seconds = self.setup.duration.as_seconds();
@@ -228,7 +228,7 @@ impl OneFlight<'_> {
         Ok(outcome)
     }
 
-    fn write_log(&self, folder: &Folder, bytes: Vec<u8>) -> Result<(), FlyError> {
+    fn write_log(&self, folder: &OutFolder, bytes: Vec<u8>) -> Result<(), FlyError> {
         if self.ulog {
             folder.write_marked(LOG, &ulog::format::MAGIC, &bytes)?;
         }
@@ -241,7 +241,7 @@ impl OneFlight<'_> {
 }
 
 /// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
-pub fn outcome(setup: &FlightSetup, judges: &[Kind]) -> Result<Outcome, FlyError> {
+pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, FlyError> {
     judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
 }
 
@@ -304,7 +304,7 @@ impl FlyArgs {
                 return Err(FlyError::OneFlight { option });
             }
         }
-        let folder = self.out.as_deref().map(Folder::create).transpose()?;
+        let folder = self.out.as_deref().map(OutFolder::create).transpose()?;
         let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, &self.judges)
             .map_err(|error| self.of_scenario(error))?;
         if let Some(folder) = &folder {

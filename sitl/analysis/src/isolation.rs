@@ -12,9 +12,10 @@ use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
+use crate::chart::write_figure;
 use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::false_alarms::flights::Air;
-use crate::study::{Sides, StudyError, StudyOptions, write_figure, write_page};
+use crate::study::{Sides, StudyError, StudyOptions, write_page};
 
 pub mod flights;
 pub mod pairs;
@@ -68,20 +69,15 @@ impl Options {
 
     /// Aircraft and laws; the study compares allocations and uses of the verdict, so that both are its own.
     pub fn sides(&self) -> Result<Sides, StudyError> {
-        let flight = &self.study.flight;
-        let sets = |name| flight.aircraft.settings.iter().any(|setting| setting.key == name);
-        for (option, is_set) in [
-            ("--allocation", flight.laws.allocation.is_some()),
-            ("--set FTC_ALLOC", sets("FTC_ALLOC")),
-            ("--set FTC_ISO", sets("FTC_ISO")),
-        ] {
-            if is_set {
-                return Err(ConfigurationError::Compared(option).into());
-            }
+        if self.study.flight.laws.allocation.is_some() {
+            return Err(ConfigurationError::Own("--allocation".to_owned()).into());
         }
-        self.study.drawn_sides(CompensatorMode::Armed)
+        self.study.random_sides(CompensatorMode::Armed, &COMPARED)
     }
 }
+
+/// What the variants differ in.
+const COMPARED: [&str; 2] = ["FTC_ALLOC", "FTC_ISO"];
 
 /// A law with what it does with the verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -128,13 +124,12 @@ pub struct Study {
 
 impl Study {
     /// Flies it.
-    pub fn fly(options: &Options) -> Result<Self, StudyError> {
-        let sides = options.sides()?;
+    pub fn fly(options: &Options, sides: &Sides) -> Result<Self, StudyError> {
         let classes = Classes::of(sides.airframe());
         Ok(Self {
-            outcomes: flights::fly_faults(options, &sides, &classes)?,
-            pairs: pairs::fly(options, &sides)?,
-            healthy: flights::fly_healthy(options, &sides)?,
+            outcomes: flights::fly_faults(options, sides, &classes)?,
+            pairs: pairs::fly(options, sides)?,
+            healthy: flights::fly_healthy(options, sides)?,
             classes,
         })
     }
@@ -142,10 +137,11 @@ impl Study {
 
 /// Flies everything, writes tables, figure and page, prints a summary.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder = options.sides()?.begin(&options.study.out)?;
-    let study = Study::fly(options)?;
+    let sides = options.sides()?;
+    let folder = sides.begin(&options.study.out)?;
+    let study = Study::fly(options, &sides)?;
     let figure = results::figure(&study);
-    write_figure(&folder, &figure)?;
+    write_figure::<StudyError>(&folder, &figure)?;
     folder.write("flights.csv", results::flights_csv(&study).as_bytes())?;
     folder.write("pairs.csv", results::pairs_csv(&study).as_bytes())?;
     folder.write("confusion.csv", results::confusion_csv(&study).as_bytes())?;

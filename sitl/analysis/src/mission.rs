@@ -14,7 +14,7 @@ use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
 use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
@@ -23,7 +23,7 @@ use crate::builder::SetupOptions;
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
-use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::closed_loop::{FlightError, FlightSetup, Tick, TimedCommand, watch_with_commands};
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 
@@ -222,12 +222,10 @@ impl TrackPoint {
 pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
-    let folder = Folder::create(&options.out)?;
+    let folder = OutFolder::create(&options.out)?;
     let flown = fly(&setup, &begin(&plan))?;
-    for (name, bytes) in figure(&plan, start(&setup), &flown).files()? {
-        folder.write(&name, &bytes)?;
-        print_line!("wrote {}", folder.path().join(name).display());
-    }
+    write_figure::<Box<dyn Error>>(&folder, &figure(&plan, start(&setup), &flown))?;
+    print_line!("wrote {}", folder.path().display());
     Ok(())
 }
 

@@ -9,13 +9,13 @@
 use std::error::Error;
 use std::path::PathBuf;
 
-use host_io::folder::{Folder, FolderError};
+use host_io::folder::{FolderError, OutFolder};
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
 use plant_sim::io::{parse_earth, parse_period, whole};
 use plant_sim::setup::default_step_us;
 
-use crate::chart::{Figure, RasterError};
+use crate::chart::{RasterError, write_figure};
 use crate::closed_loop::{End, FlightSetup, Record, fly};
 use crate::configuration::{
     AircraftArgs, ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to,
@@ -279,7 +279,7 @@ pub fn fly_in_noise(
 /// A short table of the claims goes to standard output.
 pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     options.check()?;
-    let folder = Folder::create(&options.out)?;
+    let folder = OutFolder::create(&options.out)?;
     let evaluation = fly_and_check(options, fly)?;
     let [first, second] = &evaluation.flown;
     for flown in &evaluation.flown {
@@ -292,7 +292,9 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     if !evaluation.survival.is_empty() {
         figures.push(figures::survival(&evaluation.survival));
     }
-    write_figures(&folder, &figures)?;
+    figures
+        .iter()
+        .try_for_each(|figure| write_figure(&folder, figure).map_err(|error: PaperError| error))?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
     let sensitivity = comparisons::sensitivity(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
@@ -303,21 +305,12 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     Ok(Outcome { results: evaluation.results })
 }
 
-fn write_tables(folder: &Folder, flown: &Flown) -> Result<(), PaperError> {
+fn write_tables(folder: &OutFolder, flown: &Flown) -> Result<(), PaperError> {
     let runs =
         [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
     for (name, trace) in runs {
         let file = format!("case{}_{name}.csv", flown.case.number);
         folder.write(&file, table::to_csv(trace.table_rows()).as_bytes())?;
-    }
-    Ok(())
-}
-
-fn write_figures(folder: &Folder, figures: &[Figure]) -> Result<(), PaperError> {
-    for figure in figures {
-        for (name, bytes) in figure.files()? {
-            folder.write(&name, &bytes)?;
-        }
     }
     Ok(())
 }

@@ -7,14 +7,14 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::{Actuators, Sensors};
 use plant_sim::io::whole;
 use plant_sim::{GradeName, Plant, SensorSettings};
 
 use crate::builder::SetupOptions;
 use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::AircraftArgs;
 use crate::settings::Target;
 
@@ -132,7 +132,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
 
 /// Flies, draws and writes.
 pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     let rows = fly(args)?;
     let header = format!("time_s,{}", Sensors::NAMES.map(|name| format!("error_{name}")).join(","));
     let mut csv = format!("{header}\n");
@@ -144,9 +144,7 @@ pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
         csv.push('\n');
     }
     folder.write_marked("sensors.csv", b"time_s,error_", csv.as_bytes())?;
-    for (name, bytes) in figure(args, &rows).files()? {
-        folder.write(&name, &bytes)?;
-    }
+    write_figure::<Box<dyn Error>>(&folder, &figure(args, &rows))?;
     for (title, unit, si, curves) in ROWS {
         for (name, place) in curves {
             let squares = rows.iter().map(|(_, errors)| (errors[*place] / si).powi(2));

@@ -15,7 +15,7 @@ use icd::fault::{
 };
 use icd::sensors::SensorKind;
 use lab_judges::Judge as _;
-use lab_judges::estimate::Estimate;
+use lab_judges::estimate::EstimateJudge;
 use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
 
@@ -49,6 +49,13 @@ pub struct Options {
     /// Seed of the random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
+}
+
+impl Options {
+    /// Aircraft and laws; the compensator is armed.
+    pub fn sides(&self) -> Result<Sides, StudyError> {
+        flights::sides(&self.study, CompensatorMode::Armed, &["plant.duration", "plant.fault"])
+    }
 }
 
 fn grade(text: &str) -> Result<GradeName, String> {
@@ -239,7 +246,7 @@ pub fn fly_without(
     setup.plant.faults = scheduled.into_iter().collect();
     let sensor = fault.map(|(sensor, _)| sensor);
     let from_s = ONSET_S + LOSS_SETTLED_S;
-    let (mut lost, mut estimate) = (Lost::default(), Estimate::from(from_s));
+    let (mut lost, mut estimate) = (Lost::default(), EstimateJudge::from(from_s));
     let _ = watch(&setup, |tick| {
         let truth = tick.plant.truth();
         if tick.plant.dynamics().airframe().limits.are_exceeded(&truth.into()) {
@@ -267,15 +274,14 @@ pub fn fly_without(
 pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 
 /// Flies without a fault and with each fault of each sensor.
-pub fn study(options: &Options) -> Result<Vec<Row>, StudyError> {
-    let sides = flights::sides(&options.study, CompensatorMode::Armed)?;
+pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Row>, StudyError> {
     let faults = SENSORS
         .into_iter()
         .flat_map(|sensor| kinds(sensor).into_iter().map(move |kind| (sensor, kind)));
     let faults: Vec<Option<(SensorKind, FaultKind)>> =
         std::iter::once(None).chain(faults.map(Some)).collect();
     let one =
-        |fault: &Option<(SensorKind, FaultKind)>| fly(&sides, options.grade, *fault, options.seed);
+        |fault: &Option<(SensorKind, FaultKind)>| fly(sides, options.grade, *fault, options.seed);
     let flown = runner::map("sensor faults", &faults, one);
     faults.iter().copied().zip(flown).map(|(fault, flown)| Ok((fault, flown?))).collect()
 }
@@ -289,10 +295,10 @@ pub type LossRow = (Option<SensorKind>, f64, bool, Vec<Lost>);
 /// Flies each sensor's loss for 600 s, straight, and that of the pitot tube in turns too.
 pub fn losses(
     options: &Options,
+    sides: &Sides,
     sensors: &[Option<SensorKind>],
-    flights: u64,
 ) -> Result<Vec<LossRow>, StudyError> {
-    let sides = flights::sides(&options.study, CompensatorMode::Armed)?;
+    let flights = options.flights;
     let turns = |sensor: Option<SensorKind>| match sensor {
         Some(SensorKind::Pitot) => &[false, true][..],
         _ => &[false],
@@ -309,7 +315,7 @@ pub fn losses(
     let flown = runner::map("losses", &items, |((sensor, rms, turns), seed)| {
         let off = |sensor| kinds(sensor).into_iter().find(|kind| kind.info().key == "off");
         let fault = sensor.and_then(|sensor| Some((sensor, off(sensor)?)));
-        fly_without(&sides, options.grade, *rms, *turns, fault, *seed)
+        fly_without(sides, options.grade, *rms, *turns, fault, *seed)
     });
     let flown: Vec<Lost> = flown.into_iter().collect::<Result<_, _>>()?;
     let each = usize::try_from(flights).unwrap_or(1).max(1);
@@ -359,11 +365,11 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
 
 /// Flies everything, writes and prints the tables.
 pub fn run(options: &Options) -> Result<(), StudyError> {
-    let folder =
-        flights::sides(&options.study, CompensatorMode::Armed)?.begin(&options.study.out)?;
-    let mut text = table(options, &study(options)?);
+    let sides = options.sides()?;
+    let folder = sides.begin(&options.study.out)?;
+    let mut text = table(options, &study(options, &sides)?);
     let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
-    text += &loss_table(options, &losses(options, &sensors, options.flights)?);
+    text += &loss_table(options, &losses(options, &sides, &sensors)?);
     folder.write("sensor-faults.md", text.as_bytes())?;
     print_line!("{text}\nwrote {}", folder.path().display());
     Ok(())

@@ -4,17 +4,16 @@ use std::path::{Path, PathBuf};
 
 use autopilot::autopilot::Settings;
 use autopilot::own_law::OwnLaw;
-
 use flight_control::CompensatorMode;
-use host_io::folder::{Folder, FolderError};
+use host_io::folder::{FolderError, OutFolder};
 use icd::SimTime;
-use plant_sim::{Airframe, GradeName, PlantSetup, SensorSettings, SetupError};
+use plant_sim::{Airframe, GradeName, PlantSetup, SetupError};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
-use crate::builder::{SetupBuilder, SetupOptions, preset_of};
-use crate::chart::{Figure, RasterError};
+use crate::builder::SetupOptions;
+use crate::chart::RasterError;
 use crate::closed_loop::{FlightError, FlightSetup};
 use crate::configuration::{AircraftArgs, ConfigurationError, Named};
 use crate::page::GENERATOR;
@@ -89,23 +88,26 @@ struct Asked<'a> {
 /// How the file begins.
 const MARK: &[u8] = b"{\n  \"program\": \"Two-Step sitl study\"";
 
-/// Keys that the studies of random flights set themselves.
-const DRAWN: [(&str, &str); 5] = [
-    ("plant.seed", "--seed"),
-    ("plant.wind.turbulence_m_s", "--turbulence-m-s"),
-    ("plant.sensors.grade", "--grade"),
-    ("plant.start.altitude_m", "--at"),
-    ("plant.start.airspeed_m_s", "--at"),
+/// What studies of random flights about the design point set themselves: beginnings of keys.
+pub const RANDOM: [&str; 9] = [
+    "plant.seed",
+    "plant.start.altitude",
+    "plant.start.airspeed",
+    "plant.wind.turbulence",
+    "plant.sensors.grade",
+    "plant.sensors.gyro_noise",
+    "plant.duration",
+    "plant.fault",
+    "autopilot.reference",
 ];
 
 /// Aircraft and laws of a study, read once.
 #[derive(Debug, Clone)]
 pub struct Sides {
-    /// From a scenario to a flight.
-    builder: SetupBuilder,
     /// Level flight at the design point.
     nominal: FlightSetup,
-    sets_preset: bool,
+    /// The same with the sensors of each grade.
+    of_grade: [FlightSetup; GradeName::ALL.len()],
     sets_duration: bool,
 }
 
@@ -116,28 +118,53 @@ impl StudyOptions {
         Self { flight, ..Self::default() }
     }
 
-    /// Aircraft and laws. Without `--ftc` the compensator is in `mode`; without `--airframe` the aircraft is the jet of the paper.
-    pub fn sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
-        Sides::of(&self.flight, mode)
+    /// Aircraft and laws. Without `--ftc` the compensator is in `mode`; `own` are beginnings of keys that the study sets in its
+    /// flights itself, so that setting them is refused.
+    pub fn sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, StudyError> {
+        Sides::new(&self.flight, mode, own)
     }
 
-    /// The same for a study of random flights, which has options for some keys.
-    pub fn drawn_sides(&self, mode: CompensatorMode) -> Result<Sides, StudyError> {
-        self.flight.aircraft.check_beside(&DRAWN)?;
+    /// The same for random flights, unless `--airframe` names another one with the jet whose derivatives change with the Mach
+    /// number, which the controller's model does not know.
+    pub fn random_sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, StudyError> {
         let mut options = self.flight.clone();
         if options.aircraft.airframe.is_none() {
-            // Its derivatives change with the Mach number, which the controller's model does not know.
             options.aircraft.airframe = Some("tvc_jet_mach".into());
             let _ = options.aircraft.model.get_or_insert_with(|| "tvc_jet".into());
         }
-        Sides::of(&options, mode)
+        Sides::new(&options, mode, &[&RANDOM, own].concat())
     }
 }
 
 impl Sides {
+    fn new(
+        options: &SetupOptions,
+        mode: CompensatorMode,
+        own: &[&str],
+    ) -> Result<Self, StudyError> {
+        let settings = &options.aircraft.settings;
+        let is_own = |setting: &&Setting| own.iter().any(|key| setting.key.starts_with(key));
+        if let Some(Setting { key, .. }) = settings.iter().find(is_own) {
+            return Err(ConfigurationError::Own(format!("--set {key}")).into());
+        }
+        let sets = |name: &str| settings.iter().any(|Setting { key, .. }| key == name);
+        let (builder, scenario) = (options.builder()?, Named::scenario("nominal")?);
+        let setup = |more: &[Setting]| -> Result<FlightSetup, StudyError> {
+            let mut setup = builder.setup(&scenario, more)?;
+            if options.ftc.is_none() && !sets("FTC_MODE") {
+                setup.parameters.gains.selection.compensator = mode;
+            }
+            Ok(setup)
+        };
+        let graded = |grade: GradeName| setup(&[Setting::new("plant.sensors.grade", grade.key())]);
+        let [ideal, tactical, consumer] = GradeName::ALL.map(graded);
+        let of_grade = [ideal?, tactical?, consumer?];
+        Ok(Self { nominal: setup(&[])?, of_grade, sets_duration: sets("plant.duration_s") })
+    }
+
     /// The folder of the study, with `setup.json` in it, before the first flight.
-    pub fn begin(&self, out: &Path) -> Result<Folder, StudyError> {
-        let folder = Folder::create(out)?;
+    pub fn begin(&self, out: &Path) -> Result<OutFolder, StudyError> {
+        let folder = OutFolder::create(out)?;
         let command = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         let asked = Asked {
             program: "Two-Step sitl study",
@@ -152,28 +179,18 @@ impl Sides {
         Ok(folder)
     }
 
-    fn of(options: &SetupOptions, mode: CompensatorMode) -> Result<Self, StudyError> {
-        let builder = options.builder()?;
-        let mut nominal = builder.setup(&Named::scenario("nominal")?, &[])?;
-        let settings = &options.aircraft.settings;
-        let sets = |name: &str| settings.iter().any(|Setting { key, .. }| key == name);
-        if options.ftc.is_none() && !sets("FTC_MODE") {
-            nominal.parameters.gains.selection.compensator = mode;
-        }
-        let (sets_preset, sets_duration) = (sets("EST_PRESET"), sets("plant.duration_s"));
-        Ok(Self { builder, nominal, sets_preset, sets_duration })
-    }
-
     /// The aircraft.
     pub fn airframe(&self) -> &Airframe {
-        &self.builder.airframe
+        &self.nominal.plant.airframe
     }
 
     /// Flights last so long, s, unless `plant.duration_s` is set.
     #[must_use]
     pub fn lasting(mut self, seconds: f64) -> Self {
         if !self.sets_duration {
-            self.nominal.duration = SimTime::from_seconds(seconds).unwrap_or(SimTime::ZERO);
+            for setup in self.of_grade.iter_mut().chain([&mut self.nominal]) {
+                setup.duration = SimTime::from_seconds(seconds).unwrap_or(SimTime::ZERO);
+            }
         }
         self
     }
@@ -185,12 +202,7 @@ impl Sides {
 
     /// The same with sensors of a grade, and the estimator set to them.
     pub fn with_sensors(&self, grade: GradeName) -> FlightSetup {
-        let mut setup = self.nominal.clone();
-        setup.plant.sensors = SensorSettings::of_grade(grade);
-        if !self.sets_preset {
-            setup.parameters.gains.selection.estimator = preset_of(grade);
-        }
-        setup
+        self.of_grade[grade as usize].clone()
     }
 
     /// Airspeed and altitude of the design point over those of the paper's jet: flight conditions that are stated for it are scaled so.
@@ -221,15 +233,7 @@ pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
     }
 }
 
-/// Writes a figure and the page that has it, and says where.
-pub fn write_figure(folder: &Folder, figure: &Figure) -> Result<(), StudyError> {
-    for (name, bytes) in figure.files()? {
-        folder.write(&name, &bytes)?;
-    }
-    Ok(())
-}
-
 /// Writes a page.
-pub fn write_page(folder: &Folder, page: &str) -> Result<(), StudyError> {
+pub fn write_page(folder: &OutFolder, page: &str) -> Result<(), StudyError> {
     Ok(folder.write_marked("report.html", GENERATOR.as_bytes(), page.as_bytes())?)
 }

@@ -5,13 +5,14 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::file;
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::Effector;
 use plant_sim::airframe::Airframe;
 use plant_sim::dynamics::Dynamics;
 use plant_sim::earth::{Earth, EarthModel};
 use plant_sim::trim::{self, Trim};
 
+use crate::chart::write_figure;
 use crate::configuration::AircraftArgs;
 use crate::runner;
 use crate::settings::Target;
@@ -126,7 +127,7 @@ pub struct Study {
 pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check_read(&[Target::Airframe])?;
     let study = Study::new(args.aircraft.airframe()?, args.sets()?)?;
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     let sweeps = study.singles(args.step_deg);
     let pairs = match args.pairs_deg {
         Some(step_deg) => study.pairs(step_deg),
@@ -140,9 +141,7 @@ pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
         MARK.as_bytes(),
         format!("{MARK}\n\n{table}").as_bytes(),
     )?;
-    for (name, bytes) in picture::figure(&study, &sweeps).files()? {
-        folder.write(&name, &bytes)?;
-    }
+    write_figure::<Box<dyn Error>>(&folder, &picture::figure(&study, &sweeps))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
     Ok(())

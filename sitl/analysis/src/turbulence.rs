@@ -9,14 +9,14 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::{Attitude, Ned};
 use plant_sim::io::whole;
 use plant_sim::wind::level::{Scales, spectra};
 use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
 
 use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
 mod spectrum;
 
@@ -166,7 +166,7 @@ impl Flight {
 /// An option that cannot be, with its range; what prevents the files.
 pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
     args.check()?;
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     let flown: Vec<(Flight, [Vec<Band>; 6])> = args
         .altitude_m
         .iter()
@@ -178,9 +178,7 @@ pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
         })
         .collect();
     folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
-    for (name, bytes) in figure(&flown).files()? {
-        folder.write(&name, &bytes)?;
-    }
+    write_figure::<Box<dyn Error>>(&folder, &figure(&flown))?;
     print_text!("{}", summary(&flown));
     print_line!("wrote {}", args.out.display());
     Ok(())

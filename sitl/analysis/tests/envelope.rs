@@ -6,7 +6,8 @@ use flight_control::{AltitudeLimit, CompensatorMode};
 
 fn fly(airspeed_m_s: f64, from_m: f64, to_m: f64, bank_deg: f64) -> Flown {
     let case = Case { airspeed_m_s, from_m, to_m, bank_deg };
-    let sides = StudyOptions::default().sides(CompensatorMode::Armed).expect("the shipped files");
+    let sides =
+        StudyOptions::default().sides(CompensatorMode::Armed, &[]).expect("the shipped files");
     envelope::fly(&sides, &case).expect("a steady flight to start from")
 }
 

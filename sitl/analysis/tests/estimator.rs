@@ -4,10 +4,11 @@ use core::ops::ControlFlow;
 
 use flight_analysis::closed_loop::{Tick, watch};
 use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::estimator::flights::Flown;
 use flight_analysis::estimator::flights::{self, GROUPS};
-use flight_analysis::estimator::{CASES, Options, band, mean_nees, study};
+use flight_analysis::estimator::{self, CASES, Options, band, mean_nees};
 use flight_analysis::settings::Setting;
-use flight_analysis::study::StudyOptions;
+use flight_analysis::study::{StudyError, StudyOptions};
 use flight_control::CompensatorMode;
 
 const FLIGHTS: u32 = 12;
@@ -18,6 +19,11 @@ const SEED: u64 = 4_001;
 fn options(aircraft: AircraftArgs) -> Options {
     let study = StudyOptions::of(aircraft);
     Options { study, flights: FLIGHTS, turbulence_m_s: 1.5, seed: SEED }
+}
+
+fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
+    let sides = flights::sides(&options.study, CompensatorMode::Off, &[])?;
+    estimator::study(options, &sides)
 }
 
 #[test]
@@ -64,7 +70,7 @@ fn a_healthy_aircraft_is_kept_at_every_place_of_the_earth() {
         let settings_of = set.map(|pair| setting(pair).expect("a key of the start")).into();
         let aircraft = AircraftArgs { settings: settings_of, ..AircraftArgs::default() };
         let study = StudyOptions::of(aircraft);
-        let sides = flights::sides(&study, CompensatorMode::Off).expect("a place");
+        let sides = flights::sides(&study, CompensatorMode::Off, &[]).expect("a place");
         for case in [&CASES[0], &CASES[2]] {
             let mut setup =
                 flights::setup(&sides, case, 1.5, SEED + u64::from(number)).expect("a flight");

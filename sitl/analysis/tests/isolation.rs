@@ -259,7 +259,7 @@ fn options() -> Options {
 }
 
 fn paper() -> Sides {
-    StudyOptions::default().sides(CompensatorMode::Armed).expect("it is shipped")
+    StudyOptions::default().sides(CompensatorMode::Armed, &[]).expect("it is shipped")
 }
 
 /// Air that wakes the detector is compensated late by the nozzle, and z2 follows the command of the nozzle as it would

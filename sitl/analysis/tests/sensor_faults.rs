@@ -21,7 +21,9 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
             AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
         let grade = GradeName::Tactical;
         let options = Options { study: StudyOptions::of(aircraft), grade, flights: 4, seed: SEED };
-        let rows = losses(&options, &[Some(SensorKind::Pitot)], 4).expect("the flights begin");
+        let rows =
+            losses(&options, &options.sides().expect("an aircraft"), &[Some(SensorKind::Pitot)])
+                .expect("the flights begin");
         assert_eq!(rows.len(), 6);
         for (_, turbulence_m_s, turns, flights) in &rows {
             let what = format!("{airframe:?} {turbulence_m_s} m/s, turns {turns}: {flights:?}");
@@ -47,8 +49,12 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
     for grade in [GradeName::Tactical, GradeName::Consumer] {
         let options =
             Options { study: StudyOptions::of(aircraft.clone()), grade, flights: 4, seed: 1 };
-        let rows =
-            losses(&options, &[None, Some(SensorKind::Pitot)], 4).expect("the flights begin");
+        let rows = losses(
+            &options,
+            &options.sides().expect("an aircraft"),
+            &[None, Some(SensorKind::Pitot)],
+        )
+        .expect("the flights begin");
         for (sensor, turbulence_m_s, turns, flights) in &rows {
             let what = format!(
                 "{} {sensor:?} {turbulence_m_s} m/s, turns {turns}: {flights:?}",
@@ -72,7 +78,7 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
 fn a_slow_drift_of_the_pitot_tube_is_found_by_the_lift() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
     let study = StudyOptions::of(aircraft);
-    let sides = flights::sides(&study, CompensatorMode::Armed).expect("the aircraft is there");
+    let sides = flights::sides(&study, CompensatorMode::Armed, &[]).expect("the aircraft is there");
     for rate in [3.0, -3.0] {
         let fault = Some((SensorKind::Pitot, FaultKind::Drifting { rate }));
         let flown = fly_without(&sides, GradeName::Tactical, 1.5, false, fault, SEED)
@@ -92,7 +98,7 @@ fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
         flights: 4,
         seed: 1,
     };
-    let rows = study(&options).expect("the flights begin");
+    let rows = study(&options, &options.sides().expect("an aircraft")).expect("the flights begin");
     assert_eq!(rows.len(), 1 + SENSORS.len() * kinds(SensorKind::Gyro).len());
     let (_, healthy) = rows[0];
     assert_eq!((healthy.lost_at_s, healthy.active), (None, 0.0));

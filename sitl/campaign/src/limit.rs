@@ -89,13 +89,13 @@ fn setting<'a>(aircraft: &'a Aircraft, key: &str) -> Option<&'a str> {
 pub struct Limits {
     /// The sets of steady flights.
     pub sets: Vec<Set>,
-    found: Vec<Limit>,
+    found: Vec<JamLimit>,
     keys: Vec<String>,
 }
 
 /// The limit of one effector in one set.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Limit {
+struct JamLimit {
     set: usize,
     margin: bool,
     effector: usize,
@@ -103,7 +103,7 @@ struct Limit {
     range: Option<[f64; 2]>,
 }
 
-impl From<Sweep> for Limit {
+impl From<Sweep> for JamLimit {
     fn from(sweep: Sweep) -> Self {
         let Sweep { set, margin, effector, limits, .. } = sweep;
         Self { set, margin, effector, range: limits }
@@ -112,15 +112,15 @@ impl From<Sweep> for Limit {
 
 /// The search takes seconds, so its result stays: in the folder of the campaign, and for others of this process, as those of a suite.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Kept {
+struct KnownLimits {
     /// Of the aircraft, the sets, the step and the program.
     sha256: String,
-    limits: Vec<Limit>,
+    limits: Vec<JamLimit>,
 }
 
-static KEPT: Mutex<Vec<Kept>> = Mutex::new(Vec::new());
+static KEPT: Mutex<Vec<KnownLimits>> = Mutex::new(Vec::new());
 
-impl Kept {
+impl KnownLimits {
     /// From this process, else from the file; a file that is not whole, or of something else, is as none.
     fn find(sha256: &str, path: &Path) -> Option<Self> {
         let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -152,12 +152,12 @@ impl Limits {
         let of = (serde_json::to_string(&airframe)?, sets::SHIPPED, STEP_DEG, PROGRAM);
         let digest = Sha256::digest(postcard::to_allocvec(&of)?);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        let found = match Kept::find(&sha256, &path) {
+        let found = match KnownLimits::find(&sha256, &path) {
             Some(kept) => kept,
             None => {
                 let sweeps = Study::new(airframe, sets.clone())?.singles(STEP_DEG);
-                let limits = sweeps.into_iter().map(Limit::from).collect();
-                Kept { sha256, limits }
+                let limits = sweeps.into_iter().map(JamLimit::from).collect();
+                KnownLimits { sha256, limits }
             }
         };
         found.keep(&path)?;
@@ -167,7 +167,7 @@ impl Limits {
     /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
     pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
         let effector = self.keys.iter().position(|key| key == effector)?;
-        let is_it = |s: &&Limit| s.set == set && s.margin == margin && s.effector == effector;
+        let is_it = |s: &&JamLimit| s.set == set && s.margin == margin && s.effector == effector;
         Some(self.found.iter().find(is_it)?.range?.map(f64::to_degrees))
     }
 }
@@ -271,16 +271,16 @@ mod tests {
     fn limits_that_were_found_are_read_again_and_damaged_or_other_ones_are_not() {
         let home = tempfile::tempdir().unwrap();
         let path = home.path().join("limits-0.json");
-        let limits = vec![Limit { set: 1, margin: true, effector: 2, range: Some([-0.1, 0.3]) }];
-        let kept = Kept { sha256: "a".repeat(64), limits };
+        let limits = vec![JamLimit { set: 1, margin: true, effector: 2, range: Some([-0.1, 0.3]) }];
+        let kept = KnownLimits { sha256: "a".repeat(64), limits };
         kept.keep(&path).unwrap();
         KEPT.lock().unwrap().clear();
-        assert_eq!(Kept::find(&kept.sha256, &path), Some(kept.clone()));
-        assert_eq!(Kept::find("b", &path), None);
+        assert_eq!(KnownLimits::find(&kept.sha256, &path), Some(kept.clone()));
+        assert_eq!(KnownLimits::find("b", &path), None);
         let whole = std::fs::read(&path).unwrap();
         for end in 0..whole.len() {
             std::fs::write(&path, &whole[..end]).unwrap();
-            assert_eq!(Kept::find(&kept.sha256, &path), None, "{end} bytes");
+            assert_eq!(KnownLimits::find(&kept.sha256, &path), None, "{end} bytes");
         }
     }
     use crate::spec::SpecFile;

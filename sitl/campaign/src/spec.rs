@@ -7,7 +7,7 @@ use flight_analysis::configuration::Named;
 use flight_analysis::settings::{self, Setting, SettingError, number, written};
 use host_io::file::{self, FileProblem, TEXT_MAX};
 use icd::ControlPeriod;
-use lab_judges::Kind;
+use lab_judges::JudgeKind;
 use plant_sim::scenario::SCENARIOS;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -107,15 +107,15 @@ pub struct Spec {
     pub joint: Vec<Joint>,
     /// Judges whose numbers stand beside the measures.
     #[serde(default, deserialize_with = "judges")]
-    pub judges: Vec<Kind>,
+    pub judges: Vec<JudgeKind>,
     /// Measures whose medians stand in the summary.
     #[serde(default)]
     pub measures: Vec<String>,
 }
 
-fn judges<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<Kind>, D::Error> {
+fn judges<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<JudgeKind>, D::Error> {
     let names = Vec::<String>::deserialize(from)?;
-    names.iter().map(|name| Kind::parse(name).map_err(D::Error::custom)).collect()
+    names.iter().map(|name| JudgeKind::parse(name).map_err(D::Error::custom)).collect()
 }
 
 /// How distributed variables are drawn.

@@ -21,6 +21,7 @@ use flight_analysis::fly;
 use flight_analysis::fly::outcome::{Fate, Outcome};
 use flight_analysis::runner::Progress;
 use host_io::file::{self, TEXT_MAX};
+use host_io::folder::OutFolder;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
@@ -81,8 +82,7 @@ struct Tuned<'a> {
 /// Tunes every law that names parameters, and writes a file of gains for each and a table. A law whose file is there is not
 /// tuned again.
 pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("--out {}: {error}", folder.display()))?;
+    let _ = OutFolder::create(folder)?;
     let plan = Plan::new(file.clone())?;
     let others = Plan::new(validation(file))?;
     let laws: Vec<usize> =

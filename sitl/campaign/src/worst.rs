@@ -9,6 +9,7 @@ use std::path::Path;
 
 use flight_analysis::fly::outcome::{Fate, Outcome};
 use flight_analysis::runner;
+use host_io::folder::OutFolder;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 
@@ -62,8 +63,7 @@ pub fn run(
     from: Option<f64>,
     folder: &Path,
 ) -> Result<(), Box<dyn Error>> {
-    std::fs::create_dir_all(folder)
-        .map_err(|error| format!("--out {}: {error}", folder.display()))?;
+    let _ = OutFolder::create(folder)?;
     let place = over.map(|key| one_variable(plan, key)).transpose()?;
     let cases = match place {
         Some(place) => cases_over(plan, place, from)?,

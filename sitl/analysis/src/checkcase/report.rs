@@ -4,12 +4,13 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use plant_sim::scenario::case::CheckCase;
 
 use super::reference::{Comparison, Deviation, References};
 use super::trajectory::Trajectory;
 use super::{CheckcaseArgs, Flight, picture};
+use crate::chart::write_figure;
 use crate::runner;
 use crate::table::field;
 
@@ -39,7 +40,7 @@ pub struct CompareArgs {
 /// Flies, compares and writes.
 pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
     let references = References::open(&args.reference)?;
-    let folder = Folder::create(&args.out)?;
+    let folder = OutFolder::create(&args.out)?;
     let mut cases = Vec::new();
     for scenario in &args.scenarios {
         for step_ms in &args.step_ms {
@@ -58,9 +59,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
         format!("{MARK}\n\n{table}").as_bytes(),
     )?;
     folder.write_marked("checkcases.csv", COLUMNS.as_bytes(), csv(&comparisons).as_bytes())?;
-    for (name, bytes) in picture::figure(&comparisons).files()? {
-        folder.write(&name, &bytes)?;
-    }
+    write_figure::<Box<dyn Error>>(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));

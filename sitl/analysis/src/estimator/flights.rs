@@ -73,9 +73,23 @@ fn programme(start: &Start, duration_s: f64, seed: u64) -> String {
     text
 }
 
-/// Aircraft and laws of flights of 180 s.
-pub fn sides(options: &StudyOptions, mode: CompensatorMode) -> Result<Sides, StudyError> {
-    let sides = options.sides(mode)?.lasting(FLIGHT_S);
+/// What every flight sets itself: beginnings of keys.
+const OWN: [&str; 6] = [
+    "plant.seed",
+    "plant.wind.speed",
+    "plant.wind.towards",
+    "plant.wind.turbulence",
+    "plant.sensors.grade",
+    "autopilot.reference",
+];
+
+/// Aircraft and laws of flights of 180 s; `more` are beginnings of keys that a study sets besides.
+pub fn sides(
+    options: &StudyOptions,
+    mode: CompensatorMode,
+    more: &[&str],
+) -> Result<Sides, StudyError> {
+    let sides = options.sides(mode, &[&OWN, more].concat())?.lasting(FLIGHT_S);
     let duration_s = sides.nominal().duration.as_seconds();
     check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS).map_err(
         |error| plant_sim::ConfigError::Range {

@@ -9,7 +9,7 @@ use host_io::session;
 use icd::SimTime;
 use icd::fault::PlantReport;
 use icd::sensors::SensorKind;
-use lab_judges::Kind;
+use lab_judges::JudgeKind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
@@ -25,12 +25,12 @@ use crate::table::{self, Columns};
 #[derive(Default)]
 pub(super) struct Keep<'a> {
     /// Where the table goes, with its name for messages.
-    pub(super) table: Option<&'a mut host_io::folder::Output>,
+    pub(super) table: Option<&'a mut host_io::folder::OutFile>,
     pub(super) log: Option<FlightLog>,
     /// Counts the seconds of simulation time.
     pub(super) progress: Option<&'a Progress>,
     /// Judges whose numbers stand beside the measures.
-    pub(super) judges: &'a [Kind],
+    pub(super) judges: &'a [JudgeKind],
 }
 
 /// One second, us.

@@ -3,7 +3,7 @@
 
 use std::fmt;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use plant_sim::Exceeded;
 use serde::{Serialize, Serializer};
 
@@ -179,7 +179,7 @@ pub(super) const SEEDS: &str = "seeds.csv";
 
 /// Writes a value as JSON.
 pub(super) fn write_json(
-    folder: &Folder,
+    folder: &OutFolder,
     name: &str,
     value: &impl Serialize,
 ) -> Result<(), FlyError> {

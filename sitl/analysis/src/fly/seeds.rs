@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
-use lab_judges::Kind;
+use lab_judges::JudgeKind;
 
 use super::outcome::{Fate, Outcome};
 use super::{FlyError, judge};
@@ -61,7 +61,7 @@ pub(super) fn fly(
     from: u64,
     to: u64,
     stops_at_loss: bool,
-    judges: &[Kind],
+    judges: &[JudgeKind],
 ) -> Result<Vec<Outcome>, FlyError> {
     let seeds: Vec<u64> = (from..=to).collect();
     let one = |seed: &u64| {

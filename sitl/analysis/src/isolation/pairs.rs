@@ -38,7 +38,7 @@ fn of_two(list: &EffectorList) -> Vec<[Effector; 2]> {
 
 /// Flies `options.pairs` pairs, on the aircraft of the study and on that of the paper by turns.
 pub fn fly(options: &Options, sides: &Sides) -> Result<Vec<[Outcome; COMPARED.len()]>, StudyError> {
-    let paper = options.study.sides(CompensatorMode::Armed)?;
+    let paper = options.study.sides(CompensatorMode::Armed, &[])?;
     let is_given = options.study.flight.aircraft.airframe.is_some();
     let both = if is_given { [sides; 2] } else { [sides, &paper] };
     let numbers: Vec<u32> = (0..options.pairs).collect();

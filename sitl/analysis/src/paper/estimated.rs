@@ -8,7 +8,7 @@
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
-use host_io::folder::Folder;
+use host_io::folder::OutFolder;
 use icd::ControlPeriod;
 use icd::sensors::SensorKind;
 use plant_sim::io::whole;
@@ -112,7 +112,7 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> 
 
 /// Flies everything, writes and prints the tables.
 pub fn run(options: &Options) -> Result<(), PaperError> {
-    let folder = Folder::create(&options.out)?;
+    let folder = OutFolder::create(&options.out)?;
     let flown = study(options)?;
     let text = summary(options, &flown);
     folder.write("estimated.md", text.as_bytes())?;

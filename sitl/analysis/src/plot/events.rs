@@ -436,8 +436,9 @@ fn losses(flight: &Flight) -> Vec<LogEvent> {
         Some(event(*us as f64 * 1.0e-6, format!("the aircraft is lost: {by}")))
     });
     let stopped = truth.iter().find(|(_, row)| row[5] > 0.0).map(|(us, row)| (*us, row[6] > 0.0));
-    let told = || flight.log.texts().iter().find(|text| text.text.starts_with("Ground contact"));
-    let stopped = stopped.or_else(|| told().map(|text| (text.timestamp_us, false)));
+    let announced =
+        || flight.log.texts().iter().find(|text| text.text.starts_with("Ground contact"));
+    let stopped = stopped.or_else(|| announced().map(|text| (text.timestamp_us, false)));
     let ground = stopped.map(|(us, is_broken)| {
         let text = match is_broken {
             true => "the plant stops: a quantity is beyond all bounds",

@@ -1,0 +1,88 @@
+//! Every study flies every aircraft, refuses what it sets itself, and finds a place that cannot be written before it flies.
+
+use std::ffi::OsString;
+use std::fs;
+use std::process::ExitCode;
+
+use sitl::cli::{self, Cli};
+
+fn sitl(words: &[&str]) -> Result<ExitCode, String> {
+    let words = ["sitl"].iter().chain(words).map(OsString::from);
+    let cli = Cli::read(words).map_err(|error| error.to_string())?;
+    cli::run(&cli, None).map_err(|error| error.to_string())
+}
+
+/// Short forms of the studies, with the options that make them so.
+const STUDIES: [&[&str]; 5] = [
+    &["false-alarms", "--hours", "0.01", "--grade", "ideal"],
+    &["isolation", "--flights", "1", "--pairs", "1", "--hours", "0.01"],
+    &["estimator", "--flights", "1", "--set", "plant.duration_s=25"],
+    &["sensors", "--grade", "tactical", "--seconds", "5"],
+    &["envelope"],
+];
+
+#[test]
+fn a_study_flies_an_aircraft_that_is_not_the_jet_and_says_all_that_it_flew() {
+    let home = tempfile::tempdir().expect("a folder");
+    for study in STUDIES {
+        let out = home.path().join(study[0]);
+        let words = ["--airframe", "aerosonde", "--out", out.to_str().expect("a name")];
+        let words = [&["study"], study, &words].concat();
+        assert_eq!(sitl(&words), Ok(ExitCode::SUCCESS), "{words:?}");
+        assert!(fs::read_dir(&out).expect("it is there").count() >= 3, "{words:?}");
+        // The sensors are those of a flight without a law.
+        if study[0] != "sensors" {
+            let setup = fs::read_to_string(out.join("setup.json")).expect("it is there");
+            assert!(setup.contains("\"aerosonde\"") && setup.contains("\"duration_s\""), "{setup}");
+        }
+    }
+}
+
+#[test]
+fn what_a_study_sets_itself_is_refused_and_not_silently_replaced() {
+    let refused = |study: &[&str], more: &[&str]| {
+        let words = [&["study"], study, more, &["--out", "/nowhere/at/all"]].concat();
+        sitl(&words).expect_err("it has no effect")
+    };
+    for (study, option) in [
+        (0, ["--set", "plant.start.airspeed_kt=400"]),
+        (0, ["--set", "plant.sensors.grade=tactical"]),
+        (1, ["--set", "FTC_ALLOC=1"]),
+        (1, ["--allocation", "wls"]),
+        (1, ["--set", "plant.seed=4"]),
+        (2, ["--set", "plant.wind.speed_m_s=5"]),
+        (4, ["--set", "plant.duration_s=9"]),
+    ] {
+        let error = refused(STUDIES[study], &option);
+        assert!(error.contains("has no effect"), "{study} {option:?}: {error}");
+    }
+    let faults = refused(&["sensor-faults"], &["--set", "plant.fault.1.effector=rudder"]);
+    assert!(faults.contains("has no effect"), "{faults}");
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_named_before_the_work() {
+    for study in STUDIES.into_iter().chain([&["sensor-faults"][..], &["mission"]]) {
+        let error = sitl(&[&["study"], study, &["--out", "/proc/self/x"]].concat());
+        let error = error.expect_err("the kernel takes no folder");
+        assert!(error.contains("cannot write /proc/self/x"), "{study:?}: {error}");
+    }
+    let error = sitl(&["study", "jams", "--out", "/proc/self/x"]).expect_err("no file either");
+    assert!(error.contains("/proc/self/x"), "{error}");
+}
+
+/// A sensor's number that is set stays set in the flights of a study.
+#[test]
+fn a_number_of_a_sensor_has_an_effect_in_a_study() {
+    let home = tempfile::tempdir().expect("a folder");
+    let table = |name: &str, more: &[&str]| {
+        let out = home.path().join(name);
+        let words =
+            ["study", "estimator", "--flights", "1", "--set", "plant.duration_s=25", "--out"];
+        let words = [&words, &[out.to_str().expect("a name")][..], more].concat();
+        assert_eq!(sitl(&words), Ok(ExitCode::SUCCESS));
+        fs::read_to_string(out.join("nees.csv")).expect("it is there")
+    };
+    let set = ["--set", "plant.sensors.gnss.noise_m=30"];
+    assert_ne!(table("as shipped", &[]), table("changed", &set));
+}
