@@ -464,3 +464,20 @@ fn paper_and_mission_take_aircraft_and_settings_and_refuse_what_has_an_option() 
     let page = fs::read_to_string(folder.path().join("report.html")).expect("it was written");
     assert!(page.contains("<th>Set</th><td>FTC_MODE=0</td>"), "the page hides what was changed");
 }
+
+/// Results that no one got are no success; a reader who has seen enough is no failure.
+#[test]
+fn a_standard_output_that_cannot_be_written_is_a_failure() {
+    let into = |output: std::process::Stdio| {
+        let mut command = Command::new(program("sitl"));
+        let command = command.args(["aircraft", "parameters"]).stdout(output);
+        command.stderr(std::process::Stdio::piped()).output().expect("the built program starts")
+    };
+    let full = fs::File::options().write(true).open("/dev/full").expect("a device of the kernel");
+    let refused = into(full.into());
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("standard output: "), "{refused:?}");
+    let (reader, writer) = std::io::pipe().expect("a pipe");
+    drop(reader);
+    assert!(into(writer.into()).status.success());
+}

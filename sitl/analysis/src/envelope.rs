@@ -164,7 +164,7 @@ pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
     let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;
-    write_figure::<StudyError>(&folder, &figure(&flown))?;
+    write_figure::<StudyError>(&folder, &figure(&sides.airframe().name.to_string(), &flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }
@@ -307,15 +307,17 @@ const TOP: f64 = 60.0;
 const ROOM: f64 = 20.0;
 
 const TITLE: [&str; 3] = [
-    "Healthy aircraft: largest altitude error of the last 20 s of each flight, m",
+    ": largest altitude error of the last 20 s of each healthy flight, m",
     "Green: within 10 m. Red: not, although a tenth of elevator and thrust is left.",
     "Grey: no such trim. Below the number: what the controller names.",
 ];
 
-fn figure(flown: &[Flown]) -> Figure {
+fn figure(aircraft: &str, flown: &[Flown]) -> Figure {
     let mut drawing = Drawing::default();
     let mut y = 26.0;
-    for title in TITLE {
+    let [what, reserve, none] = TITLE;
+    let title = [format!("{aircraft}{what}"), reserve.to_owned(), none.to_owned()];
+    for title in &title {
         drawing.text((ROOM, y), "start", r#" font-size="15""#, title);
         y += 20.0;
     }
@@ -347,7 +349,7 @@ fn figure(flown: &[Flown]) -> Figure {
         y += ROOM;
     }
     let width = LEFT + AIRSPEEDS_M_S.len() as f64 * FIELD.0 + ROOM;
-    let caption = TITLE.join(" ");
+    let caption = title.join(" ");
     Figure { name: "envelope", caption, svg: drawing.finish((width, y)) }
 }
 

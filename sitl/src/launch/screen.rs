@@ -237,7 +237,7 @@ fn flight_log(path: &Path) -> String {
 
 /// How to look at the log.
 fn plot_hint(path: &Path, program: &Path) -> String {
-    format!("draw it          {} plot '{}'", program.display(), path.display())
+    format!("draw it          {} log plot '{}'", program.display(), path.display())
 }
 
 #[cfg(test)]
