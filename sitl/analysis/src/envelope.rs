@@ -164,7 +164,7 @@ pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
     let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
     let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;
-    write_figure::<StudyError>(&folder, &figure(&sides.airframe().name.to_string(), &flown))?;
+    write_figure::<StudyError>(&folder, &figure(sides.airframe().name.as_ref(), &flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }
