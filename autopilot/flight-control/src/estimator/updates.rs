@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::air::{self, Airspeed, Flow};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION, Row, VANES,
+    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION, Row, VANES,
     VELOCITY, WIND,
 };
 use super::history::Since;
@@ -159,10 +159,14 @@ impl Estimator {
         let Some(Ground { place, .. }) = &self.ground else { return (Row::empty(), 0.0) };
         let along: Vector3<f64> = place.start_from_ned.column(axis).into();
         let then = self.estimate.velocity - since.velocity;
-        // δv(t - d) = δv + S × θ, where S = ∫ C f over the delay: what the acceleration has without gravity.
+        // δv(t - d) = δv + S × θ + A b, where S = ∫ C f over the delay, what the acceleration has without gravity, and A = ∫ C, about
+        // what C is now times the delay. With the tilt and without the bias, a late fix would seem to tell one from the other.
         let force = since.velocity - place.gravity * since.seconds;
-        let row =
-            Row::empty().with_vector(VELOCITY, &along).with_vector(ATTITUDE, &along.cross(&force));
+        let bias = self.estimate.matrix().tr_mul(&along) * since.seconds;
+        let row = Row::empty()
+            .with_vector(VELOCITY, &along)
+            .with_vector(ATTITUDE, &along.cross(&force))
+            .with_vector(FORCE_BIAS, &bias);
         (row, measured[axis] - along.dot(&then))
     }
 
