@@ -232,8 +232,13 @@ fn command() -> clap::Command {
         false => arg.hide(true),
     };
     // Its first screen is the short help; that of `live` has the rest.
-    let help = clap::Arg::new("help").short('h').long("help").action(clap::ArgAction::HelpShort);
-    Cli::command().mut_args(hide).disable_help_flag(true).arg(help.help("Print help"))
+    with_help(Cli::command().mut_args(hide).disable_help_flag(true), clap::ArgAction::HelpShort)
+}
+
+/// With a help flag of its own for the command and for each below it: clap leaves its own out everywhere, or nowhere.
+fn with_help(command: clap::Command, action: clap::ArgAction) -> clap::Command {
+    let help = clap::Arg::new("help").short('h').long("help").action(action).help("Print help");
+    command.arg(help).mut_subcommands(|below| with_help(below, clap::ArgAction::Help))
 }
 
 /// With the group before a command that is named by its old name alone.
@@ -360,6 +365,19 @@ mod tests {
         for group in GROUPS {
             assert!(Cli::command().find_subcommand(group).is_some(), "{group}");
         }
+    }
+
+    #[test]
+    fn every_command_has_its_help() {
+        fn ask(command: &clap::Command, words: &[&str]) {
+            let line = words.iter().chain(&["--help"]).map(OsString::from);
+            let help = Cli::read(line).expect_err("help").kind();
+            assert_eq!(help, clap::error::ErrorKind::DisplayHelp, "{words:?}");
+            for below in command.get_subcommands() {
+                ask(below, &[words, &[below.get_name()]].concat());
+            }
+        }
+        ask(&Cli::command(), &["sitl"]);
     }
 
     /// A parser of another type than its field is found only when the value is taken.
