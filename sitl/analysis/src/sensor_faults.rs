@@ -43,6 +43,9 @@ pub struct Options {
     /// Grade of the sensors: tactical or consumer
     #[arg(long, value_name = "tactical|consumer", value_parser = grade, default_value = "tactical")]
     pub grade: GradeName,
+    /// This sensor alone, such as pitot; may be repeated
+    #[arg(long = "sensor", value_name = "NAME", value_parser = sensor)]
+    pub sensors: Vec<SensorKind>,
     /// Flights without each sensor for 600 s
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 4, value_parser = whole(1, 10_000_u64))]
     pub flights: u64,
@@ -63,6 +66,11 @@ fn grade(text: &str) -> Result<GradeName, String> {
     // Ideal sensors have an attitude unit, and nothing is estimated.
     let found = found.filter(|grade| *grade != GradeName::Ideal);
     found.ok_or_else(|| "expected tactical or consumer".to_owned())
+}
+
+fn sensor(text: &str) -> Result<SensorKind, String> {
+    let found = SensorKind::by_key(text).filter(|sensor| SENSORS.contains(sensor));
+    found.ok_or_else(|| format!("expected one of {}", SENSORS.map(SensorKind::key).join(", ")))
 }
 
 /// The sensors that an aircraft without an attitude unit has.
@@ -275,8 +283,10 @@ pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 
 /// Flies without a fault and with each fault of each sensor.
 pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Row>, StudyError> {
+    let named = &options.sensors;
     let faults = SENSORS
         .into_iter()
+        .filter(|sensor| named.is_empty() || named.contains(sensor))
         .flat_map(|sensor| kinds(sensor).into_iter().map(move |kind| (sensor, kind)));
     let faults: Vec<Option<(SensorKind, FaultKind)>> =
         std::iter::once(None).chain(faults.map(Some)).collect();
@@ -368,7 +378,10 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let sides = options.sides()?;
     let folder = sides.begin(&options.study.out)?;
     let mut text = table(options, &study(options, &sides)?);
-    let sensors: Vec<_> = std::iter::once(None).chain(SENSORS.map(Some)).collect();
+    let sensors: Vec<_> = match options.sensors.is_empty() {
+        true => std::iter::once(None).chain(SENSORS.map(Some)).collect(),
+        false => options.sensors.iter().copied().map(Some).collect(),
+    };
     text += &loss_table(options, &losses(options, &sides, &sensors)?);
     folder.write("sensor-faults.md", text.as_bytes())?;
     print_line!("{text}\nwrote {}", folder.path().display());
@@ -426,6 +439,7 @@ mod tests {
         let options = Options {
             study: StudyOptions::default(),
             grade: GradeName::Tactical,
+            sensors: Vec::new(),
             flights: 4,
             seed: 1,
         };

@@ -20,7 +20,7 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
         let aircraft =
             AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
         let grade = GradeName::Tactical;
-        let options = Options { study: StudyOptions::of(aircraft), grade, flights: 4, seed: SEED };
+        let options = Options { study: StudyOptions::of(aircraft), grade, sensors: Vec::new(), flights: 4, seed: SEED };
         let rows =
             losses(&options, &options.sides().expect("an aircraft"), &[Some(SensorKind::Pitot)])
                 .expect("the flights begin");
@@ -48,7 +48,7 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
     for grade in [GradeName::Tactical, GradeName::Consumer] {
         let options =
-            Options { study: StudyOptions::of(aircraft.clone()), grade, flights: 4, seed: 1 };
+            Options { study: StudyOptions::of(aircraft.clone()), grade, sensors: Vec::new(), flights: 4, seed: 1 };
         let rows = losses(
             &options,
             &options.sides().expect("an aircraft"),
@@ -95,6 +95,7 @@ fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
     let options = Options {
         study: StudyOptions::of(aircraft),
         grade: GradeName::Tactical,
+        sensors: Vec::new(),
         flights: 4,
         seed: 1,
     };

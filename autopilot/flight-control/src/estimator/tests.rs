@@ -233,6 +233,20 @@ fn a_fix_that_is_older_than_the_memory_is_counted_and_not_used() {
     assert_eq!(status.source(SensorKind::Gnss), SourceHealth::Late);
 }
 
+/// In straight flight a roll error looks like a bias of the accelerometers, whatever the age of the fixes.
+#[test]
+fn late_fixes_do_not_tell_roll_from_the_bias_of_the_accelerometers() {
+    for gnss_delay_s in [0.0, 0.12, 0.4] {
+        let (mut flight, mut estimator) = (Flight::new(Grade::Tactical, 1), estimator());
+        (flight.gnss_delay_s, flight.turns_from_s) = (gnss_delay_s, 1.0e9);
+        fly(&mut flight, &mut estimator, 120.0, |_, _| (), |_, _, _| ());
+        let nose = estimator.estimate().matrix().column(0).into_owned();
+        let roll = nose.dot(&(estimator.covariance().block(ATTITUDE) * nose)).sqrt();
+        let bias = EstimatorGains::REFERENCE.force_bias_m_s2 / 9.806_65;
+        assert!(roll > 0.9 * bias, "{gnss_delay_s} s: {roll} rad, by the bias {bias}");
+    }
+}
+
 #[test]
 fn a_flight_that_is_joined_in_a_turn_aligns() {
     let mut flight = Flight::new(Grade::Tactical, 4);

@@ -45,6 +45,8 @@ pub struct Flight {
     fixes: std::collections::VecDeque<Sample<GnssFix>>,
     last: Option<Sensors>,
     pub gnss_delay_s: f64,
+    /// Steady until then, s.
+    pub turns_from_s: f64,
 }
 
 impl Flight {
@@ -74,6 +76,7 @@ impl Flight {
             fixes: std::collections::VecDeque::new(),
             last: None,
             gnss_delay_s: if grade == Grade::Exact { 0.0 } else { 0.12 },
+            turns_from_s: 5.0,
         };
         flight.gyro_bias = flight.vector(0.003_f64.to_radians());
         flight.force_bias = flight.vector(0.01);
@@ -100,9 +103,9 @@ impl Flight {
         self.position
     }
 
-    /// Steady for 5 s, then turns to both sides, with pitching.
-    fn euler(t: f64) -> EulerAngles {
-        let t = (t - 5.0).max(0.0);
+    /// Steady at first, then turns to both sides, with pitching.
+    fn euler(&self, t: f64) -> EulerAngles {
+        let t = (t - self.turns_from_s).max(0.0);
         // Smooth in its first two derivatives.
         let fade = (t / 5.0).min(1.0);
         let fade = fade * fade * fade * (10.0 - 15.0 * fade + 6.0 * fade * fade);
@@ -113,17 +116,17 @@ impl Flight {
         }
     }
 
-    fn attitude_at(t: f64) -> Attitude {
-        Attitude::from_euler(Self::euler(t))
+    fn attitude_at(&self, t: f64) -> Attitude {
+        Attitude::from_euler(self.euler(t))
     }
 
     pub fn attitude(&self) -> Attitude {
-        Self::attitude_at(self.seconds())
+        self.attitude_at(self.seconds())
     }
 
     /// Local NED: the nose's direction less an angle of attack, plus wind.
     fn velocity_at(&self, t: f64) -> Vector3<f64> {
-        let EulerAngles { theta, psi, .. } = Self::euler(t);
+        let EulerAngles { theta, psi, .. } = self.euler(t);
         let climb = theta - 0.035;
         let (sin, cos) = libm::sincos(psi);
         let (up, along) = libm::sincos(climb);
@@ -165,7 +168,7 @@ impl Flight {
         let start = |v: Vector3<f64>| place.start_from_ned * v;
         // Body rates: those of the local axes relative to inertial space, and those of the body in them.
         let turn = |t: f64| {
-            let (before, after) = (Self::attitude_at(t - step), Self::attitude_at(t + step));
+            let (before, after) = (self.attitude_at(t - step), self.attitude_at(t + step));
             let change = before.q_ned_from_body.inverse() * after.q_ned_from_body;
             change.scaled_axis() / (2.0 * step)
         };
