@@ -70,6 +70,7 @@ pub mod record;
 pub mod sensors;
 pub mod time;
 pub mod tvc_jet;
+pub mod units;
 pub mod wire;
 
 pub use effector::{Actuators, Effector, PerEffector};

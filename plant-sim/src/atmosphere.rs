@@ -6,15 +6,13 @@
 //! ([`Atmosphere::new`]).
 
 use crate::range::{RangeError, check_range};
+use icd::units::STANDARD_GRAVITY_M_S2;
 
 /// Gas constant of dry air, J/(kg K): 8314.32 / 28.9644 (US-1976).
 const GAS_CONSTANT: f64 = 8_314.32 / 28.964_4;
 
 /// Ratio of the specific heats of air (US-1976).
 pub const HEAT_RATIO: f64 = 1.4;
-
-/// Standard gravity g0, m/s² (CGPM 1901; US-1976).
-pub const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// Lowest geopotential altitude of the model, m; air below it counts as air at it.
 pub const LOWEST_M: f64 = -5_000.0;
@@ -119,9 +117,9 @@ impl Atmosphere {
         let temperature = base_temperature + at.gradient * height;
         // exp(y ln x) instead of pow: a third of the time, and good to 1e-15 for these small exponents.
         let exponent = if at.gradient == 0.0 {
-            -STANDARD_GRAVITY * height / (GAS_CONSTANT * base_temperature)
+            -STANDARD_GRAVITY_M_S2 * height / (GAS_CONSTANT * base_temperature)
         } else {
-            -STANDARD_GRAVITY / (GAS_CONSTANT * at.gradient)
+            -STANDARD_GRAVITY_M_S2 / (GAS_CONSTANT * at.gradient)
                 * libm::log(temperature / base_temperature)
         };
         (temperature, self.base_pressure[index] * libm::exp(exponent))
@@ -171,9 +169,9 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
     let at = at.unwrap_or(&LAYERS[0]);
     let logarithm = libm::log(pressure_pa.max(1.0e-6) / at.base_pressure);
     let height = if at.gradient == 0.0 {
-        -GAS_CONSTANT * at.base_temperature / STANDARD_GRAVITY * logarithm
+        -GAS_CONSTANT * at.base_temperature / STANDARD_GRAVITY_M_S2 * logarithm
     } else {
-        let exponent = -GAS_CONSTANT * at.gradient / STANDARD_GRAVITY;
+        let exponent = -GAS_CONSTANT * at.gradient / STANDARD_GRAVITY_M_S2;
         at.base_temperature / at.gradient * (libm::exp(exponent * logarithm) - 1.0)
     };
     inside(at.base_m + height)
@@ -211,7 +209,7 @@ impl LocalDensity {
         let air = atmosphere.air(altitude_m);
         // d(rho)/dH = -k rho / T with T linear: the binomial series, for any gradient including zero.
         let gradient = LAYERS[index].gradient;
-        let k = STANDARD_GRAVITY / GAS_CONSTANT + gradient;
+        let k = STANDARD_GRAVITY_M_S2 / GAS_CONSTANT + gradient;
         let y = -1.0 / air.temperature;
         let first = k * y;
         let second = first * (k + gradient) * y / 2.0;
@@ -311,7 +309,7 @@ mod tests {
                 // Central difference over 20 m inside one layer: curvature of 1e-6.
                 let [below, above] = [-10.0, 10.0].map(|d| atmosphere.air(altitude + d).pressure);
                 let slope = (above - below) / 20.0;
-                let weight = -STANDARD_GRAVITY * here.density;
+                let weight = -STANDARD_GRAVITY_M_S2 * here.density;
                 assert!((slope / weight - 1.0).abs() < 1e-5, "{offset_k} K, {altitude} m: {slope}");
                 let quick = atmosphere.speed_of_sound(altitude);
                 assert_eq!(quick, here.speed_of_sound, "{offset_k} K, {altitude} m");

@@ -3,11 +3,11 @@
 //! The equations of motion know one formulation: an Earth-fixed frame E that turns with the rate Ω, and a
 //! gravity in it. The flat Earth is the case Ω = 0 with constant gravity.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, Ned};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
-use crate::atmosphere::STANDARD_GRAVITY;
 use crate::geodesy::{self, Geodetic, Radii, SEMI_MAJOR_M, Vertical};
 
 pub mod slopes;
@@ -112,7 +112,7 @@ impl Earth {
             origin: Vector3::zeros(),
             e_from_start_ned: Matrix3::identity(),
             flat_scale_m: (radii.meridian_m, radii.prime_vertical_m * cos_latitude),
-            flat_gravity: STANDARD_GRAVITY,
+            flat_gravity: STANDARD_GRAVITY_M_S2,
             is_flat_air_geometric: false,
         };
         if model != EarthModel::Flat {

@@ -2,11 +2,12 @@
 //!
 //! [`crate::Plant::release`] begins it. Equations, air and integration are those of every other flight.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::Vector3;
 
 use crate::airframe::Airframe;
-use crate::atmosphere::{Atmosphere, STANDARD_GRAVITY};
+use crate::atmosphere::Atmosphere;
 use crate::earth::{Earth, EarthModel};
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
@@ -109,7 +110,7 @@ impl ReleaseSetup {
         Atmosphere::check(self.temperature_offset_k)?;
         check_gusts(&self.gusts)?;
         self.initial.check()?;
-        let gravity = self.flat_gravity.unwrap_or(STANDARD_GRAVITY);
+        let gravity = self.flat_gravity.unwrap_or(STANDARD_GRAVITY_M_S2);
         check_range("checkcase", "flat_gravity_m_s2", gravity, 0.1, 30.0)?;
         self.check_controls(&self.controls)?;
         let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);

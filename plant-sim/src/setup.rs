@@ -24,8 +24,13 @@ pub const DEFAULT_STEP_US: u32 = 1_000;
 /// Default integration step, µs: the largest divisor of the period up to
 /// [`DEFAULT_STEP_US`].
 pub fn default_step_us(period: ControlPeriod) -> u32 {
+    step_within(period, DEFAULT_STEP_US)
+}
+
+/// The largest divisor of the period up to `longest_us`, µs.
+pub fn step_within(period: ControlPeriod, longest_us: u32) -> u32 {
     let period_us = period.as_micros();
-    (1..=DEFAULT_STEP_US).rev().find(|step| period_us.is_multiple_of(*step)).unwrap_or(period_us)
+    (1..=longest_us).rev().find(|step| period_us.is_multiple_of(*step)).unwrap_or(period_us)
 }
 
 /// Everything that defines a flight; the same setup and the same commands give the same bits.

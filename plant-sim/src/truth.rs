@@ -1,10 +1,10 @@
 //! The true state of the flight: judges may read it, the autopilot may not.
 
 use icd::record::{TRUTH_HEAD, TRUTH_TAIL, TruthRow};
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
 
-use crate::atmosphere::STANDARD_GRAVITY;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::limits::Attained;
 
@@ -119,7 +119,7 @@ impl Truth {
             position: earth.local_position(&rigid.position),
             angular_acceleration: e.motion.derivative.rates,
             specific_force,
-            normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY,
+            normal_load_factor_g: -specific_force.0.z / STANDARD_GRAVITY_M_S2,
             effectors: dynamics.airframe().effectors.len(),
             deflections,
             positions: inputs.effects.positions(&state.positions),

@@ -13,6 +13,7 @@ use crate::arrangement::{self, Arrangement};
 use crate::udp_flight::time_udp;
 use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, fly};
+use flight_analysis::metrics::quantile;
 
 mod parts;
 
@@ -105,8 +106,8 @@ fn logs(
             ratios.push(speed(Some(rate))? / without);
         }
     }
-    for (rate, mut ratios) in RATES.into_iter().zip(ratios) {
-        let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut ratios, part));
+    for (rate, ratios) in RATES.into_iter().zip(ratios) {
+        let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(ratios.clone(), part));
         writeln!(out, "    --log-rate {rate:<7} ratio {ratio:.2} ({low:.2} to {high:.2})")?;
     }
     Ok(())
@@ -130,8 +131,8 @@ fn link(
         ticks.push(tick);
         ratios.push(tick / echo);
     }
-    let (echo, tick) = (quantile(&mut echoes, 0.5), quantile(&mut ticks, 0.5));
-    let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(&mut ratios, part));
+    let (echo, tick) = (quantile(echoes, 0.5), quantile(ticks, 0.5));
+    let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(ratios.clone(), part));
     let step_us = setup.plant.step_us;
     let factor = tick * setup.plant.period.as_seconds();
     writeln!(
@@ -171,30 +172,5 @@ fn median(
     mut measure: impl FnMut() -> Result<f64, Box<dyn Error>>,
 ) -> Result<f64, Box<dyn Error>> {
     let values: Result<Vec<f64>, _> = (0..repeat.max(1)).map(|_| measure()).collect();
-    Ok(quantile(&mut values?, 0.5))
-}
-
-/// The value below which this part of the values lies; the nearest one, without interpolation.
-fn quantile(values: &mut [f64], part: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "a handful of values and a part from 0 to 1"
-    )]
-    let index = libm::round((values.len().saturating_sub(1)) as f64 * part) as usize;
-    values.get(index).copied().unwrap_or(f64::NAN)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn quantiles_are_the_nearest_values() {
-        let mut values = [5.0, 1.0, 4.0, 2.0, 3.0];
-        assert_eq!([0.25, 0.5, 0.75].map(|part| quantile(&mut values, part)), [2.0, 3.0, 4.0]);
-        assert!(quantile(&mut [], 0.5).is_nan());
-    }
+    Ok(quantile(values?, 0.5))
 }

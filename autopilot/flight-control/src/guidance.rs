@@ -11,14 +11,13 @@
 //! aircraft, velocities are over the ground. So wind needs no term of its own: the law turns the track,
 //! not the nose. All functions are total: whatever the input, the result is finite.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use nalgebra::Vector2;
 
 pub mod approach;
 
 use approach::{inside_circle, outside_circle, to_line};
 
-/// Standard gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.806_65;
 /// The law sees at least this ground speed, m/s, because it divides by it.
 const SPEED_MIN_M_S: f64 = 1.0;
 /// Shorter vectors have no direction, m or m/s.
@@ -61,7 +60,7 @@ impl GuidanceGains {
 
     /// Lateral acceleration of a coordinated level turn at the largest bank angle, m/s².
     pub fn acceleration_max(&self) -> f64 {
-        GRAVITY_M_S2 * libm::tan(self.bank_max_rad)
+        STANDARD_GRAVITY_M_S2 * libm::tan(self.bank_max_rad)
     }
 
     /// Radius of the tightest turn over the ground at a ground speed, m.
@@ -168,7 +167,7 @@ fn steer(
     let gain = 4.0 * gains.damping * gains.damping;
     let v = track.speed_m_s;
     let acceleration = gain * v * v / gains.look_ahead_m(v) * sin_eta + extra;
-    let bank = libm::atan(acceleration / GRAVITY_M_S2);
+    let bank = libm::atan(acceleration / STANDARD_GRAVITY_M_S2);
     // Not `clamp`, which has a panic for limits that are no numbers.
     let bank = bank.max(-gains.bank_max_rad).min(gains.bank_max_rad);
     let course_rad = libm::atan2(aim.y, aim.x);

@@ -20,6 +20,7 @@
 //! [`thrust`] has the thrust that the nozzle needs for all that; [`crate::oscillation`] gives the estimate that is
 //! compensated. While the compensator sleeps the commands are those of the main controller, to the bit.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{ControlPeriod, Effector, PerEffector};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -29,7 +30,6 @@ use crate::activation::ActivationGains;
 use crate::allocation::{self, ActiveSet, Bound, Settings};
 use crate::allocator::{Columns, Increments};
 use crate::compensator::compensate;
-use crate::design_model::level_turn::GRAVITY_M_S2;
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::isolation::Known;
 use crate::mixer::{Mixed, Mixer};
@@ -365,7 +365,8 @@ fn lead(state: &NavigationState, gains: &ReliefGains) -> f64 {
 /// dβ/dt, rad/s, from specific force, gravity and body rates, for small β.
 fn beta_rate(state: &NavigationState) -> f64 {
     let (sin_alpha, cos_alpha) = libm::sincos(state.alpha);
-    let gravity = GRAVITY_M_S2 * libm::cos(state.attitude.theta) * libm::sin(state.attitude.phi);
+    let gravity =
+        STANDARD_GRAVITY_M_S2 * libm::cos(state.attitude.theta) * libm::sin(state.attitude.phi);
     let side = state.specific_force.0.y + gravity;
     side / state.airspeed_m_s.max(1.0) - state.rates.z * cos_alpha + state.rates.x * sin_alpha
 }

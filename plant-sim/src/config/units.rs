@@ -3,6 +3,7 @@
 //! The last words of a key are its unit, and each quantity has several. A key that the reader does not know is converted to the
 //! one that it knows, with the same words before the unit.
 
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use std::collections::BTreeSet;
 
 use toml::{Table, Value};
@@ -13,12 +14,11 @@ use super::keys::ANY;
 /// Units of one quantity: the end of a key, and its value in SI units.
 type Quantity = &'static [(&'static str, f64)];
 
-const DEGREE: f64 = std::f64::consts::PI / 180.0;
 /// International foot and nautical mile, m; pound, kg; standard gravity, m/s² (NIST SP 811, appendix B).
 const FOOT: f64 = 0.304_8;
 const NAUTICAL_MILE: f64 = 1_852.0;
 const POUND: f64 = 0.453_592_37;
-const POUND_FORCE: f64 = POUND * 9.806_65;
+const POUND_FORCE: f64 = POUND * STANDARD_GRAVITY_M_S2;
 /// The mass that a pound-force accelerates by 1 ft/s², kg.
 const SLUG: f64 = POUND_FORCE / FOOT;
 
@@ -30,8 +30,8 @@ const QUANTITIES: [Quantity; 11] = [
     &[("kg", 1.0), ("slug", SLUG), ("lb", POUND)],
     &[("kg_m2", 1.0), ("slug_ft2", SLUG * FOOT * FOOT), ("lb_ft2", POUND * FOOT * FOOT)],
     &[("n", 1.0), ("kn", 1_000.0), ("lbf", POUND_FORCE)],
-    &[("deg", DEGREE), ("rad", 1.0)],
-    &[("deg_s", DEGREE), ("rad_s", 1.0), ("hz", 2.0 * std::f64::consts::PI)],
+    &[("deg", DEG), ("rad", 1.0)],
+    &[("deg_s", DEG), ("rad_s", 1.0), ("hz", 2.0 * std::f64::consts::PI)],
     &[("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)],
     &[("pa", 1.0), ("kpa", 1_000.0), ("psf", POUND_FORCE / (FOOT * FOOT))],
 ];

@@ -2,6 +2,7 @@
 //!
 //! A grade file and the table `[plant.sensors]` of a scenario have the same form; the latter changes single numbers of the former.
 
+use icd::units::DEG;
 use std::fmt;
 use std::sync::LazyLock;
 
@@ -176,7 +177,6 @@ macro_rules! in_unit {
     };
 }
 
-const DEG: f64 = core::f64::consts::PI / 180.0;
 const PERCENT: f64 = 0.01;
 
 const COMMON: [Key; 4] = [

@@ -1,6 +1,7 @@
 //! Sensors with rates, delays and errors.
 
 use icd::fault::SensorKind;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{
     Attitude, Body, FlowAngles, GnssFix, ImpactPressure, Ned, Sample, Sensors, SimTime,
     StaticPressure,
@@ -8,7 +9,7 @@ use icd::{
 
 use super::channel::{AxisErrors, Clock};
 use super::grade::{Errors, Grade};
-use crate::atmosphere::{HEAT_RATIO, STANDARD_GRAVITY, pressure_altitude_m, speed_of_sound};
+use crate::atmosphere::{HEAT_RATIO, pressure_altitude_m, speed_of_sound};
 use crate::noise::{Normals, Source};
 
 /// Radius that turns an error of a position in m into one of latitude and longitude, m.
@@ -105,7 +106,7 @@ impl RealSensors {
             let [x, y, z] = sensor.errors.systematic(&exact);
             Body::new(x, y, z)
         };
-        [of(&self.gyro, [0.0; 3]), of(&self.accelerometer, [0.0, 0.0, -STANDARD_GRAVITY])]
+        [of(&self.gyro, [0.0; 3]), of(&self.accelerometer, [0.0, 0.0, -STANDARD_GRAVITY_M_S2])]
     }
 
     /// The samples that have arrived, of exact values of this instant.

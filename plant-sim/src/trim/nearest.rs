@@ -1,6 +1,7 @@
 //! If there is no steady level flight: the flight that comes closest to it, and what prevents a steady one.
 
 use core::fmt;
+use icd::units::DEG_PER_RAD;
 
 use super::{Problem, TOLERANCE, Unknowns};
 
@@ -54,15 +55,13 @@ impl fmt::Display for Nearest {
 
 /// Names and units of the unknowns, and the number of units in one SI unit.
 const QUANTITIES: [(&str, &str, f64); 6] = [
-    ("angle of attack", "deg", DEG),
-    ("elevator command", "deg", DEG),
+    ("angle of attack", "deg", DEG_PER_RAD),
+    ("elevator command", "deg", DEG_PER_RAD),
     ("thrust", "N", 1.0),
-    ("aileron command", "deg", DEG),
-    ("rudder command", "deg", DEG),
-    ("turn rate", "deg/s", DEG),
+    ("aileron command", "deg", DEG_PER_RAD),
+    ("rudder command", "deg", DEG_PER_RAD),
+    ("turn rate", "deg/s", DEG_PER_RAD),
 ];
-
-const DEG: f64 = 180.0 / core::f64::consts::PI;
 
 impl Problem<'_> {
     /// Least squares of the residuals with every unknown inside its range (Levenberg and Marquardt, projected).

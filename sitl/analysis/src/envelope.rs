@@ -1,6 +1,7 @@
 //! Where the healthy aircraft holds its altitude: a sweep over airspeed, altitude, bank and climb.
 
 use core::ops::ControlFlow;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use std::fmt::Write as _;
 
 use flight_control::{AltitudeLimit, CompensatorMode};
@@ -237,8 +238,6 @@ fn limits(airframe: &Airframe) -> (f64, f64) {
     (largest(EffectorKind::Engine), largest(EffectorKind::Elevator))
 }
 
-/// g, m/s².
-const GRAVITY_M_S2: f64 = 9.806_65;
 /// Halvings of the interval of the angle of attack: to a thousandth of a millidegree.
 const HALVINGS: u32 = 40;
 
@@ -261,8 +260,8 @@ fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> {
     let v = case.airspeed_m_s;
     let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
     let load_factor = 1.0 / case.bank_deg.to_radians().cos();
-    let pitch_rate = GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
-    let weight = load_factor * airframe.mass.mass_kg * GRAVITY_M_S2;
+    let pitch_rate = STANDARD_GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
+    let weight = load_factor * airframe.mass.mass_kg * STANDARD_GRAVITY_M_S2;
     let forces = AirForces::new(airframe).ok()?;
     let mach = v / atmosphere::speed_of_sound(case.to_m);
     let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {

@@ -3,9 +3,6 @@
 //! Angles in rad, times in s. Every function is total: no values give NaN unless the doc has something else, and a
 //! NaN in a signal comes out as NaN. A NaN passes no limit, so neither can hide a failure.
 
-/// One degree, rad.
-pub const DEG: f64 = std::f64::consts::PI / 180.0;
-
 /// Quantile of the normal distribution for a two-sided interval of 95 %.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
@@ -35,6 +32,19 @@ pub fn mean(values: impl IntoIterator<Item = f64>) -> f64 {
 /// Root of the mean square.
 pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
     mean(values.into_iter().map(|v| v * v)).sqrt()
+}
+
+/// The value below which this part of the values lies: the nearest one, without interpolation; NaN of none.
+pub fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    #[expect(
+        clippy::cast_possible_truncation,
+        clippy::cast_sign_loss,
+        clippy::cast_precision_loss,
+        reason = "a place in a list"
+    )]
+    let place = libm::round(part * values.len().saturating_sub(1) as f64) as usize;
+    values.get(place).copied().unwrap_or(f64::NAN)
 }
 
 /// Total way travelled, the integral of the magnitude of the rate, in the unit of the signal;
@@ -100,6 +110,7 @@ pub fn wilson_95(hits: u32, of: u32) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use icd::units::DEG;
     use std::f64::consts::PI;
 
     #[test]
@@ -121,6 +132,13 @@ mod tests {
         assert!((peak_to_peak(sine()) - 4.0).abs() < 1.0e-12);
         // Four amplitudes a period, less the last sample, which is one step short.
         assert!((travel(sine()) - 80.0).abs() < 0.02, "{}", travel(sine()));
+    }
+
+    #[test]
+    fn quantiles_are_the_nearest_values() {
+        let values = vec![5.0, 1.0, 4.0, 2.0, 3.0];
+        assert_eq!([0.25, 0.5, 0.75].map(|part| quantile(values.clone(), part)), [2.0, 3.0, 4.0]);
+        assert!(quantile(vec![], 0.5).is_nan());
     }
 
     #[test]

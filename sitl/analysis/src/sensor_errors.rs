@@ -3,6 +3,7 @@
 //! Two aircraft fly the same steady flight, one with exact sensors and one with those of the grade. An error is the difference of a
 //! sample from the exact one of the time at which it was measured, so a delay is no error.
 
+use icd::units::DEG;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -51,8 +52,6 @@ pub(crate) fn grade(text: &str) -> Result<GradeName, String> {
 
 /// One panel: title, unit, size of the unit in SI units, and its curves: name and place in [`Sensors::NAMES`].
 type Row = (&'static str, &'static str, f64, &'static [(&'static str, usize)]);
-
-const DEG: f64 = core::f64::consts::PI / 180.0;
 
 const ROWS: [Row; 8] = [
     (

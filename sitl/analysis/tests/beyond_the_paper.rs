@@ -10,9 +10,9 @@ use autopilot::event::EventKind;
 use autopilot::vehicle::VehicleEvent;
 use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, watch_with_commands};
-use flight_analysis::metrics::DEG;
 use flight_analysis::{mission, runner};
 use flight_control::{AllocationMode, CompensatorMode};
+use icd::units::DEG;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, Scenario};
 

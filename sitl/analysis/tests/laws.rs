@@ -6,12 +6,12 @@ use autopilot::config;
 use autopilot::parameters::Parameters;
 use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{self, FlightSetup, Record};
-use flight_analysis::metrics::DEG;
 use flight_analysis::paper::trace::Sample;
 use flight_analysis::runner;
 use flight_control::{
     CompensatorLaw, CompensatorMode, DesignModel, FlightControl, Gains, MainLaw, Navigator,
 };
+use icd::units::DEG;
 use icd::{ControlPeriod, SimTime, tvc_jet};
 use plant_sim::{Airframe, Plant, Scenario, scenario};
 

@@ -3,9 +3,9 @@
 use autopilot::config;
 use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{self, FlightSetup, Record};
-use flight_analysis::metrics::DEG;
 use flight_analysis::runner;
 use flight_control::AllocationMode;
+use icd::units::DEG;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, Scenario, scenario};
 

@@ -1,5 +1,6 @@
 //! What a campaign needs of its runs for summary and map, without all of their measures.
 
+use icd::units::DEG_PER_RAD;
 use std::ops::Range;
 
 use crate::plan::{Aircraft, Plan};
@@ -53,18 +54,16 @@ const fn column(name: &'static str, unit: &'static str, factor: f64, source: Sou
     Column { name, unit, factor, source }
 }
 
-const DEG: f64 = 180.0 / std::f64::consts::PI;
-
 /// What is compared in the report: detection, transient, steady flight, control.
 pub const SCORECARD: [Column; 10] = [
     column("detection delay", "s", 1.0, Source::Median("detection_delay")),
     column("missed faults", "%", 100.0, Source::Mean("fault_missed")),
     column("false alarms before the fault", "1/h", 1.0, Source::Mean("false_alarms")),
-    column("largest roll error", "deg", DEG, Source::Median("peak_roll_error")),
+    column("largest roll error", "deg", DEG_PER_RAD, Source::Median("peak_roll_error")),
     column("recovery of roll", "s", 1.0, Source::Median("recovery_time_roll")),
-    column("steady roll error", "deg", DEG, Source::Median("steady_offset_roll")),
+    column("steady roll error", "deg", DEG_PER_RAD, Source::Median("steady_offset_roll")),
     column("altitude lost", "m", 1.0, Source::Median("altitude_lost")),
-    column("travel", "deg", DEG, Source::Sum("travel_")),
+    column("travel", "deg", DEG_PER_RAD, Source::Sum("travel_")),
     column("reversals", "1/s", 1.0, Source::Sum("reversals_")),
     column("longest at a limit", "%", 1.0, Source::Largest("at_limit_")),
 ];

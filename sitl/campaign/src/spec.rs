@@ -40,6 +40,8 @@ macro_rules! suite {
         [$((
             concat!("ftc-", $number),
             concat!(
+                // The files stay as they are, and so do the flights.
+                "step_us = 1000\n",
                 include_str!(concat!("../suite/ftc-", $number, ".toml")),
                 include_str!("../suite/laws.toml")
             ),
@@ -89,7 +91,7 @@ pub struct Spec {
     /// Control period, ms.
     #[serde(default = "period_ms")]
     pub period_ms: u32,
-    /// Step of the plant, us; the program's default without it.
+    /// Step of the plant, us; without it the largest divisor of the control period up to 2 ms.
     pub step_us: Option<u32>,
     /// What every flight has: keys and values of `--set`.
     #[serde(default)]

@@ -1,6 +1,7 @@
 //! `runs.parquet`: every run of a campaign with its variables, what became of it, and its measures.
 //!
-//! Units stand in `columns.csv` and in the metadata of the file, under the key `units`; there too is the build that flew it.
+//! Units stand in `columns.csv` and in the metadata of the file, under the key `units`; there too are the build that flew it and, as
+//! in `setup.json`, what it flew.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -29,6 +30,8 @@ pub const PROGRAM_KEY: &str = "program";
 pub const FINGERPRINT: &str = "fingerprint";
 /// Name of the list of its columns.
 pub const COLUMNS: &str = "columns.csv";
+/// Name of the file with the setups; they are in the metadata of the table too.
+const SETUP: &str = "setup.json";
 /// Rows of a group: what is in memory at once.
 const GROUP: usize = 16_384;
 /// First line of the list of columns.
@@ -76,7 +79,8 @@ pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(
     let path = store.folder().join(RUNS);
     let failed = |source| StoreError::File { path: path.clone(), source };
     let file = NewFile::begin(&path, |beginning| beginning.starts_with(b"PAR1")).map_err(failed)?;
-    let about = [(PROGRAM_KEY, PROGRAM), (FINGERPRINT, &plan.fingerprint)];
+    let setup = plan.setup_json().map_err(Box::new)?;
+    let about = [(PROGRAM_KEY, PROGRAM), (FINGERPRINT, &plan.fingerprint), ("setup", &setup)];
     let mut writer = begin(&columns, &about, file)?;
     let mut cells = empty(&columns);
     let mut count = 0;
@@ -97,6 +101,7 @@ pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(
     let file = writer.into_inner()?;
     file.finish().map_err(failed)?;
     write_columns(&columns, store.folder())?;
+    write_new(&store.folder().join(SETUP), setup.as_bytes(), b"{\n  \"fingerprint\"")?;
     Ok(())
 }
 

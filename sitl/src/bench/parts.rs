@@ -58,12 +58,9 @@ pub(super) fn measure(
             // Of each turn, because the speed of a busy machine changes from turn to turn.
             let [sampled_ratio, all_ratio] = [1, 2].map(|of| {
                 let turns = rates[0].iter().zip(&rates[of]);
-                super::quantile(
-                    &mut turns.map(|(plain, rate)| plain / rate).collect::<Vec<_>>(),
-                    0.5,
-                )
+                super::quantile(turns.map(|(plain, rate)| plain / rate).collect::<Vec<_>>(), 0.5)
             });
-            let [plain, sampled, all] = rates.map(|mut rates| super::quantile(&mut rates, 0.5));
+            let [plain, sampled, all] = rates.map(|rates| super::quantile(rates, 0.5));
             writeln!(
                 out,
                 "  {name:<8} step {step_us} us: plain {plain:8.0}/s, sampled {sampled:8.0}/s ({sampled_ratio:.2}), all {all:8.0}/s \

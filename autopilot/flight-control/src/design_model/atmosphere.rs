@@ -3,6 +3,8 @@
 //! Source: U.S. Standard Atmosphere 1976 (identical to the ICAO standard in this range). Geometric
 //! altitude is taken as geopotential; the difference is 0.1 % of the density at 6 km.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
+
 /// Density at sea level, kg/m³.
 const DENSITY_SEA_LEVEL: f64 = 1.225;
 /// Temperature at sea level, K.
@@ -12,11 +14,11 @@ const LAPSE: f64 = 0.0065;
 /// R: gas constant of dry air, J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.052_87;
 /// g / (R LAPSE), with g = 9.80665 m/s².
-const PRESSURE_EXPONENT: f64 = 9.80665 / (GAS_CONSTANT * LAPSE);
+const PRESSURE_EXPONENT: f64 = STANDARD_GRAVITY_M_S2 / (GAS_CONSTANT * LAPSE);
 /// Top of the troposphere, m.
 const TROPOPAUSE_M: f64 = 11_000.0;
 /// Scale height of the isothermal layer above it, m: R 216.65 K / g.
-const SCALE_HEIGHT_M: f64 = GAS_CONSTANT * 216.65 / 9.80665;
+const SCALE_HEIGHT_M: f64 = GAS_CONSTANT * 216.65 / STANDARD_GRAVITY_M_S2;
 
 /// Altitudes outside the model count as its ends, m.
 fn inside(altitude_m: f64) -> f64 {

@@ -7,9 +7,7 @@
 use super::FlightCondition;
 use crate::aircraft_model::{AircraftModel, EffectorModel};
 use crate::navigation::NavigationState;
-
-/// g, m/s², as in the standard atmosphere.
-pub const GRAVITY_M_S2: f64 = 9.806_65;
+use icd::units::STANDARD_GRAVITY_M_S2;
 
 /// Cosine of the bank up to which the turn is level; beyond 60° the demanded lift decreases again.
 const LEVEL_COSINE: f64 = 0.5;
@@ -70,14 +68,14 @@ pub fn level_turn(
     let q_s = at.q_s_c / geometry.chord_m;
     let v = geometry.chord_m / (2.0 * at.chord_time);
     let n = load_factor(libm::cos(state.attitude.phi));
-    let pitch_rate_rad_s = GRAVITY_M_S2 * (n - 1.0 / n) / v;
+    let pitch_rate_rad_s = STANDARD_GRAVITY_M_S2 * (n - 1.0 / n) / v;
     let rate = pitch_rate_rad_s * at.chord_time;
 
     // δe = at_zero + per_alpha α balances the pitching moment.
     let Elevators { c_lift, c_pitch } = *elevators;
     let at_zero = -(airframe.c_pitch_0 + airframe.c_pitch_q * rate) / c_pitch;
     let per_alpha = -airframe.c_pitch_alpha / c_pitch;
-    let needed = n * mass.mass_kg * GRAVITY_M_S2 / q_s
+    let needed = n * mass.mass_kg * STANDARD_GRAVITY_M_S2 / q_s
         - (lift.c_lift_0 + lift.c_lift_q * rate + c_lift * at_zero);
     let slope = lift.c_lift_alpha + c_lift * per_alpha + state.thrust_n.max(0.0) / q_s;
     let onset = airframe.stall_onset_rad;
@@ -128,7 +126,8 @@ mod tests {
         let (level, turn) = (at(264.0, 5_000.0, 0.0, 0.0), at(264.0, 5_000.0, 60.0, 0.0));
         // q = g tan φ sin φ / V.
         let expected =
-            GRAVITY_M_S2 * libm::tan(60_f64.to_radians()) * libm::sin(60_f64.to_radians()) / 264.0;
+            STANDARD_GRAVITY_M_S2 * libm::tan(60_f64.to_radians()) * libm::sin(60_f64.to_radians())
+                / 264.0;
         assert!((turn.pitch_rate_rad_s - expected).abs() < 1.0e-12);
         // The nose is as high as half the angle of attack, which is nearly twice that of level flight.
         assert!((turn.theta_rad / level.theta_rad - 1.0).abs() < 0.1, "{turn:?} {level:?}");

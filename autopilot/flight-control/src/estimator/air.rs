@@ -1,10 +1,10 @@
 //! Air data: pressures to altitude and airspeed, the flow at a place of the aircraft, and what the design model says of it.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use nalgebra::Vector3;
 
 use crate::aircraft_model::AircraftModel;
 use crate::design_model::atmosphere;
-use crate::design_model::level_turn::GRAVITY_M_S2;
 
 /// Radius that turns geometric into geopotential altitude, m (US-1976).
 const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
@@ -132,7 +132,7 @@ impl AirModel {
         let area_per_mass = aircraft.geometry.wing_area_m2 / aircraft.mass.mass_kg;
         // All of the weight, with what elevators and jet carry of it: without that, airspeed from lift is 4 % off on an F-16.
         let per_coefficient = dynamic_pressure(trim.airspeed_m_s, trim.altitude_m) * area_per_mass;
-        let coefficient = GRAVITY_M_S2 * libm::cos(trim.theta_rad) / per_coefficient;
+        let coefficient = STANDARD_GRAVITY_M_S2 * libm::cos(trim.theta_rad) / per_coefficient;
         Self {
             area_per_mass,
             c_lift_0: coefficient - aircraft.lift.c_lift_alpha * trim.theta_rad,

@@ -3,6 +3,7 @@
 //! The estimate is kept in the north, east and down axes of the start point, which turn with the Earth and not with the
 //! aircraft. So no transport rate appears in the equations of motion; it is in the change of the local axes.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, GnssFix, Ned};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
@@ -20,8 +21,6 @@ const GM: f64 = 3.986_004_418e14;
 const J2: f64 = 0.001_082_629_82;
 /// Rate of rotation, rad/s (WGS-84).
 const ROTATION_RAD_S: f64 = 7.292_115e-5;
-/// Gravity over the flat Earth, m/s².
-const STANDARD_GRAVITY: f64 = 9.806_65;
 /// Steps of the search for the start point; each gains a factor of the Earth's radius over the distance.
 const START_STEPS: usize = 6;
 /// Steps of the search for a latitude; each gains three digits.
@@ -113,7 +112,7 @@ impl Earth {
                 position: *position,
                 at,
                 metres: [north_m, east_m],
-                gravity: Vector3::new(0.0, 0.0, STANDARD_GRAVITY),
+                gravity: Vector3::new(0.0, 0.0, STANDARD_GRAVITY_M_S2),
                 start_from_ned: Matrix3::identity(),
                 ned_from_start: UnitQuaternion::identity(),
             };

@@ -1,4 +1,5 @@
 use super::*;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use proptest::prelude::*;
 
 const GAINS: GuidanceGains =
@@ -46,7 +47,7 @@ impl Point {
             let steering = law(self);
             let error = (steering.bank_rad - self.bank) / ROLL_LAG_S;
             self.bank += error.clamp(-ROLL_RATE_RAD_S, ROLL_RATE_RAD_S) * DT_S;
-            self.heading += GRAVITY_M_S2 * libm::tan(self.bank) / self.airspeed * DT_S;
+            self.heading += STANDARD_GRAVITY_M_S2 * libm::tan(self.bank) / self.airspeed * DT_S;
             self.at += self.velocity() * DT_S;
             t += DT_S;
             last = steering.cross_track_m.abs();
@@ -124,7 +125,8 @@ fn small_deviations_decay_with_the_set_period_and_damping() {
     for step in 0..3_000_i32 {
         // Without roll dynamics: the bank is there at once.
         let steering = northwards(&point);
-        point.heading += GRAVITY_M_S2 * libm::tan(steering.bank_rad) / point.airspeed * DT_S;
+        point.heading +=
+            STANDARD_GRAVITY_M_S2 * libm::tan(steering.bank_rad) / point.airspeed * DT_S;
         point.at += point.velocity() * DT_S;
         if before * point.at.y < 0.0 {
             crossings.push(f64::from(step) * DT_S);

@@ -5,13 +5,13 @@
 //! J. Guidance, Control, and Dynamics 15(4), 1992: fast states (p, q, r) inside, slow states (α, β, φ) around them.
 //! The flight path around those is this project's.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::integral::Integral;
 use super::{Law, LawInput, MainCommand, Visitor};
 use crate::design_model::DesignModel;
-use crate::design_model::level_turn::GRAVITY_M_S2;
 use crate::mixer::Mixer;
 
 /// Gains of the dynamic inversion; all are bandwidths, 1/s, except where a unit is given.
@@ -121,11 +121,12 @@ impl Ndi {
         let gamma_c = path(climb).clamp(-GAMMA_MAX, GAMMA_MAX);
         let gamma_rate = gains.k_gamma * (gamma_c - gamma);
         let cos_phi = libm::cos(state.attitude.phi);
-        let n_c = (libm::cos(gamma) + v * gamma_rate / GRAVITY_M_S2) / cos_phi.max(LEVEL_COSINE);
+        let n_c =
+            (libm::cos(gamma) + v * gamma_rate / STANDARD_GRAVITY_M_S2) / cos_phi.max(LEVEL_COSINE);
 
         // n = lift_0 + lift_alpha α.
         let lift = &aircraft.lift;
-        let weight = aircraft.mass.mass_kg * GRAVITY_M_S2;
+        let weight = aircraft.mass.mass_kg * STANDARD_GRAVITY_M_S2;
         let q_s = at.q_s_c / aircraft.geometry.chord_m;
         let per_alpha = (q_s * lift.c_lift_alpha + state.thrust_n.max(0.0)) / weight;
         let zero = q_s * (lift.c_lift_0 + lift.c_lift_q * state.rates.y * at.chord_time) / weight;
@@ -133,7 +134,7 @@ impl Ndi {
         let alpha_c = ((n_c - zero) / per_alpha).clamp(-onset, onset);
         let n = zero + per_alpha * state.alpha.clamp(-onset, onset);
         // α̇ = q - g/V (n - cos γ cos φ).
-        let turning = GRAVITY_M_S2 / v * (n - libm::cos(gamma) * cos_phi);
+        let turning = STANDARD_GRAVITY_M_S2 / v * (n - libm::cos(gamma) * cos_phi);
         gains.k_alpha * (alpha_c - state.alpha) + turning
     }
 
@@ -156,8 +157,9 @@ impl Ndi {
     fn yaw_rate(&self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, model, at, .. } = *input;
         let v = model.aircraft().geometry.chord_m / (2.0 * at.chord_time);
-        let turn =
-            GRAVITY_M_S2 / v * libm::cos(state.attitude.theta) * libm::sin(state.attitude.phi);
+        let turn = STANDARD_GRAVITY_M_S2 / v
+            * libm::cos(state.attitude.theta)
+            * libm::sin(state.attitude.phi);
         state.rates.x * libm::sin(state.alpha) + turn + self.gains.k_beta * state.beta
     }
 
@@ -186,7 +188,7 @@ impl Ndi {
                 .add(gains.k_vi * error * h, aircraft.effectors.thrust_range_n()[1] / mass_kg);
         }
         let v = aircraft.geometry.chord_m / (2.0 * at.chord_time);
-        let climb = GRAVITY_M_S2 * (state.climb_rate_m_s() / v).clamp(-1.0, 1.0);
+        let climb = STANDARD_GRAVITY_M_S2 * (state.climb_rate_m_s() / v).clamp(-1.0, 1.0);
         aircraft.trim.thrust_n + mass_kg * (gains.k_v * error + self.speed.value() + climb)
     }
 }

@@ -6,12 +6,13 @@ use super::quantity::{Condition, Crossing, ROWS};
 use super::{Action, LINES_MAX, Line, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger, fault};
 use crate::vehicle::schedule::AIRSPEED_M_S;
 use crate::vehicle::{Mode, Reference};
+use icd::units::DEG;
 use icd::{EffectorList, SimTime};
 
 const METRES: [(&str, f64); 1] = [("m", 1.0)];
 const METRES_PER_SECOND: [(&str, f64); 1] = [("m/s", 1.0)];
 /// Units of an angle, with their factors to rad.
-pub(super) const DEGREES: [(&str, f64); 1] = [("deg", core::f64::consts::PI / 180.0)];
+pub(super) const DEGREES: [(&str, f64); 1] = [("deg", DEG)];
 /// The modes that need no stream of a ground station.
 const MODES: [(&str, Mode); 4] = [
     ("position", Mode::Position),

@@ -1,12 +1,10 @@
 //! Conditions of a line: a quantity that a pilot sees, and the value that it crosses.
 
 use core::f64::consts::PI;
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 
 use flight_control::NavigationState;
 use icd::SimTime;
-
-/// Standard gravity, m/s²: the unit of the load factor.
-const STANDARD_GRAVITY: f64 = 9.806_65;
 
 /// A quantity of the flight, as the sensors report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,8 +66,6 @@ pub(super) struct Row {
     pub range: (f64, f64),
 }
 
-const DEG: f64 = PI / 180.0;
-
 const fn row(
     words: &'static str,
     quantity: Quantity,
@@ -110,7 +106,7 @@ impl Quantity {
             Self::RollRate => state.rates.x,
             Self::PitchRate => state.rates.y,
             Self::YawRate => state.rates.z,
-            Self::LoadFactor => -state.specific_force.0.z / STANDARD_GRAVITY,
+            Self::LoadFactor => -state.specific_force.0.z / STANDARD_GRAVITY_M_S2,
             Self::Time => state.time.as_seconds(),
         }
     }

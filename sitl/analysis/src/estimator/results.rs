@@ -6,6 +6,7 @@ use super::flights::{Flown, GROUPS, PerGroup, SETTLED_S};
 use super::{CASES, Options};
 use crate::chart::panel::{Curve, Panel, Rule};
 use crate::chart::{Figure, Ink, Pattern, sheet};
+use crate::metrics::mean;
 
 /// Degrees of freedom of a group.
 const FREEDOM: f64 = 3.0;
@@ -30,11 +31,6 @@ pub fn band(flights: f64) -> [f64; 2] {
         let root = 1.0 - part + deviations * part.sqrt();
         freedom * root * root * root / flights
     })
-}
-
-fn mean(values: impl Iterator<Item = f64>) -> f64 {
-    let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
-    sum / count
 }
 
 /// The rows of flights after the settling.

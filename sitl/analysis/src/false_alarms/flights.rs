@@ -7,6 +7,7 @@ use std::fmt::{self, Write as _};
 use autopilot::config;
 use flight_control::StepLog;
 use icd::fault::{FaultKind, Side, Timing, Travel};
+use icd::units::DEG;
 use icd::{Effector, SimTime, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::{Airframe, GradeName, ScheduledFault};
@@ -14,7 +15,6 @@ use plant_sim::{Airframe, GradeName, ScheduledFault};
 use super::Options;
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
 use crate::closed_loop::{FlightSetup, fly};
-use crate::metrics::DEG;
 use crate::runner;
 use crate::study::{Scale, Sides, StudyError, draws};
 

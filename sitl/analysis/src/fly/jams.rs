@@ -1,5 +1,6 @@
 //! `sitl study jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
 
+use icd::units::DEG;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -18,7 +19,6 @@ use crate::builder::{SetupBuilder, SetupOptions};
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, ConfigurationError, Named};
 use crate::linearize::Condition;
-use crate::metrics::DEG;
 use crate::runner;
 
 /// Where surfaces are jammed, of the travel to the one side and to the other.

@@ -2,6 +2,7 @@
 //!
 //! Nothing grows with the length of the flight: sums, the last 10 s, and the 10 s after the fault.
 
+use icd::units::DEG;
 use std::collections::VecDeque;
 
 use flight_control::{AircraftModel, DesignModel, ObserverMode, StepLog};
@@ -11,7 +12,7 @@ use plant_sim::{Airframe, Truth};
 
 use super::outcome::Metric;
 use crate::closed_loop::expected_acceleration;
-use crate::metrics::{DEG, wrap};
+use crate::metrics::wrap;
 use effectors::Used;
 
 mod effectors;

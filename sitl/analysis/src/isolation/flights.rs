@@ -1,6 +1,7 @@
 //! The flights of the study: faults drawn for each class, and healthy flights.
 
 use core::ops::ControlFlow;
+use icd::units::DEG;
 use std::fmt::Write as _;
 
 use autopilot::event::EventKind;
@@ -13,7 +14,6 @@ use crate::closed_loop::{self, FlightSetup};
 use crate::false_alarms::flights::{
     Condition, FLIGHT_S, SETTLED_S, conditions, entry, programme, setup,
 };
-use crate::metrics::DEG;
 use crate::runner;
 use crate::study::{Sides, StudyError, draws};
 

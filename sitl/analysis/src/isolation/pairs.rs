@@ -1,5 +1,6 @@
 //! Every two effectors jammed, each pair flown without and with the verdict in use: which aircraft does it lose, which does it keep?
 
+use icd::units::DEG;
 use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
@@ -9,7 +10,6 @@ use plant_sim::{GradeName, Scenario};
 use super::flights::{Outcome, fly_each, references};
 use super::{Options, VARIANTS, Variant};
 use crate::false_alarms::flights::{Air, conditions, setup};
-use crate::metrics::DEG;
 use crate::runner;
 use crate::study::{Sides, StudyError, draws};
 

@@ -9,7 +9,7 @@ use super::flights::{Class, Outcome};
 use super::{Options, Study, VARIANTS};
 use crate::chart::drawing::Drawing;
 use crate::chart::{Figure, WIDTH};
-use crate::metrics::wilson_95;
+use crate::metrics::{quantile, wilson_95};
 use crate::page;
 
 /// Columns behind those of the classes: other pairs, no one although detected, not detected.
@@ -154,19 +154,6 @@ pub fn confusion_csv(study: &Study) -> String {
         }
     }
     text
-}
-
-/// The middle one of the values in order; NaN of none.
-fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "an index of a list"
-    )]
-    let index = (part * (values.len().saturating_sub(1)) as f64).round() as usize;
-    values.get(index).copied().unwrap_or(f64::NAN)
 }
 
 fn percent(part: usize, of: usize) -> f64 {

@@ -7,7 +7,8 @@ use super::claim::Limit::{AtLeast, AtMost, Exactly};
 use super::claim::{Claim, ClaimResult};
 use super::claims::{AT_LIMIT_AFTER_S, AT_LIMIT_DEG, Axis, error_over_jump};
 use super::trace::{Trace, column};
-use crate::metrics::{DEG, fraction, max, max_abs, mean, min};
+use crate::metrics::{fraction, max, max_abs, mean, min};
+use icd::units::DEG;
 
 const INACTIVE: Claim = Claim { id: "3", text: "without a fault the compensator is inactive" };
 const NOISE: Claim = Claim { id: "4", text: "the outcomes survive noise and air" };

@@ -4,14 +4,13 @@
 //! Each limit is the one of the claim's row in docs/claims.md.
 
 use icd::tvc_jet;
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 
 use super::cases::Runs;
 use super::claim::Limit::{Above, AtLeast, AtMost, Below, Exactly};
 use super::claim::{Claim, ClaimResult};
 use super::trace::{Sample, Trace, column};
-use crate::metrics::{
-    DEG, drop_below_running_max, max, max_abs, mean, min, peak_to_peak, rms, turned,
-};
+use crate::metrics::{drop_below_running_max, max, max_abs, mean, min, peak_to_peak, rms, turned};
 use crate::table::Row;
 
 const fn claim(id: &'static str, text: &'static str) -> Claim {
@@ -48,8 +47,6 @@ pub const REFERENCE_M: f64 = 6_000.0;
 pub const REFERENCE_DEG: f64 = 15.0;
 /// Altitude that case 2 holds, m.
 const HELD_M: f64 = 5_000.0;
-/// Standard gravity, m/s².
-const GRAVITY: f64 = 9.806_65;
 /// The climb of case 1 has settled from this time on, s.
 const CLIMBED_S: f64 = 60.0;
 /// The end of a run of case 2, over which means are taken, s.
@@ -270,7 +267,7 @@ fn turn_rate_error(samples: &[Sample]) -> f64 {
     let rate = turned(column(samples, |row| row.psi_rad)) / (last.row.t_s - first.row.t_s);
     let phi = mean(column(samples, |row| row.phi_rad));
     let airspeed = mean(column(samples, |row| row.airspeed_m_s));
-    let coordinated = GRAVITY * libm::tan(phi) / airspeed;
+    let coordinated = STANDARD_GRAVITY_M_S2 * libm::tan(phi) / airspeed;
     (rate / coordinated - 1.0).abs()
 }
 

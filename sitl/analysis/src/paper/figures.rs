@@ -1,5 +1,6 @@
 //! Figures 4 to 9 of the paper and the survival curve.
 
+use icd::units::DEG;
 use std::fmt;
 
 use icd::{Effector, tvc_jet};
@@ -12,7 +13,6 @@ use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin, unwrap};
 use crate::chart::panel::{Curve, Mark, Panel, Rule, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
-use crate::metrics::DEG;
 use crate::table::Row;
 
 const NO_FAULT: Ink = Ink::new("#0050aa", Pattern::Solid);

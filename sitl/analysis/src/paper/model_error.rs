@@ -11,8 +11,9 @@ use super::cases::{Case, Run};
 use super::claim::{Claim, ClaimResult, Limit};
 use super::{FlightError, PaperError};
 use crate::closed_loop;
-use crate::metrics::{DEG, max, min, wilson_95};
+use crate::metrics::{max, min, wilson_95};
 use crate::runner;
+use icd::units::DEG;
 
 const MODEL_ERROR: Claim = Claim { id: "5", text: "and model error, controller unchanged" };
 

@@ -1,5 +1,6 @@
 //! Results for people: one page that opens without a network, and a table for the terminal.
 
+use icd::units::DEG;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -7,7 +8,6 @@ use maud::{Markup, PreEscaped, html};
 use plant_sim::FlightLimits;
 
 use crate::chart::Figure;
-use crate::metrics::DEG;
 use crate::page;
 use crate::paper::claim::ClaimResult;
 use crate::paper::claims::{Axis, JUMP_S, REFERENCE_DEG, REFERENCE_M};

@@ -1,5 +1,6 @@
 //! Every limit can fail: the real flights pass, and each one spoilt in one way fails the one limit meant for it.
 
+use icd::units::DEG;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -9,7 +10,6 @@ use super::cases::{Conditions, Run};
 use super::trace::{Sample, Trace};
 use super::*;
 use crate::configuration::AircraftArgs;
-use crate::metrics::DEG;
 use flight_control::gains::{ActivationGains, Gains};
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;

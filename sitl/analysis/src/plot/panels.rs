@@ -2,6 +2,7 @@
 
 use flight_control::CompensatorMode;
 use icd::record::effector_field;
+use icd::units::DEG_PER_RAD;
 use icd::{Effector, EffectorKind};
 use nalgebra::Vector3;
 
@@ -76,8 +77,6 @@ const fn signal<'a>(
     Signal { topic, column, scale, name, ink }
 }
 
-const DEG: f64 = 180.0 / std::f64::consts::PI;
-
 fn curves(flight: &Flight, signals: &[Signal<'_>]) -> Vec<Curve> {
     let curve = |signal: &Signal<'_>| {
         let points = flight.thinned(signal.topic, signal.column, signal.scale)?;
@@ -150,7 +149,7 @@ fn attitude(flight: &Flight) -> Group {
     let is_estimated = flight.is_estimated();
     let angles = flight.angles("sensors", names).filter(|_| !is_estimated).unwrap_or_default();
     let thinned = |value: fn(&icd::EulerAngles) -> f64| {
-        let points = angles.iter().map(|(t_s, angles)| (*t_s, value(angles) * DEG));
+        let points = angles.iter().map(|(t_s, angles)| (*t_s, value(angles) * DEG_PER_RAD));
         broken_at_wraps(thin(points, flight.span.0, flight.span.1))
     };
     let curve = |name, value| Curve { name, ink: MAIN, points: thinned(value) };
@@ -161,15 +160,15 @@ fn attitude(flight: &Flight) -> Group {
     }
     if is_estimated {
         for (curves_of, column) in [(&mut roll, "roll_rad"), (&mut pitch, "pitch_rad")] {
-            let truth = signal("truth", column, DEG, "truth", TRUE.wide(1.5));
-            let estimate = signal("control", column, DEG, "estimate", MAIN);
+            let truth = signal("truth", column, DEG_PER_RAD, "truth", TRUE.wide(1.5));
+            let estimate = signal("control", column, DEG_PER_RAD, "estimate", MAIN);
             let curves = curves(flight, &[truth, estimate]).into_iter();
             curves_of.extend(
                 curves.map(|curve| Curve { points: broken_at_wraps(curve.points), ..curve }),
             );
         }
     }
-    let reference = signal("control", "roll_reference_rad", DEG, "reference", REFERENCE);
+    let reference = signal("control", "roll_reference_rad", DEG_PER_RAD, "reference", REFERENCE);
     roll.extend(curves(flight, &[reference]));
     let panels = [
         panel("Roll angle (right wing down positive)", "roll, deg", 10.0, TALL, roll),
@@ -198,16 +197,16 @@ fn air(flight: &Flight) -> Group {
     let sideslip = "sideslip (wind from the right positive)";
     let attack = if flight.is_estimated() {
         [
-            signal("truth", "alpha_rad", DEG, "true angle of attack", TRUE.wide(1.5)),
-            signal("control", "alpha_rad", DEG, "estimated angle of attack", MAIN),
-            signal("truth", "beta_rad", DEG, "true sideslip", SECOND),
-            signal("control", "beta_rad", DEG, "estimated sideslip", THIRD),
+            signal("truth", "alpha_rad", DEG_PER_RAD, "true angle of attack", TRUE.wide(1.5)),
+            signal("control", "alpha_rad", DEG_PER_RAD, "estimated angle of attack", MAIN),
+            signal("truth", "beta_rad", DEG_PER_RAD, "true sideslip", SECOND),
+            signal("control", "beta_rad", DEG_PER_RAD, "estimated sideslip", THIRD),
         ]
         .to_vec()
     } else {
         [
-            signal("sensors", "angle_of_attack_rad", DEG, "angle of attack", MAIN),
-            signal("sensors", "sideslip_rad", DEG, sideslip, SECOND),
+            signal("sensors", "angle_of_attack_rad", DEG_PER_RAD, "angle of attack", MAIN),
+            signal("sensors", "sideslip_rad", DEG_PER_RAD, sideslip, SECOND),
         ]
         .to_vec()
     };
@@ -228,9 +227,9 @@ fn air(flight: &Flight) -> Group {
 
 fn rates(flight: &Flight) -> Group {
     let signals = [
-        signal("sensors", "body_rate_p_rad_s", DEG, "p, roll rate", MAIN),
-        signal("sensors", "body_rate_q_rad_s", DEG, "q, pitch rate", SECOND),
-        signal("sensors", "body_rate_r_rad_s", DEG, "r, yaw rate", THIRD),
+        signal("sensors", "body_rate_p_rad_s", DEG_PER_RAD, "p, roll rate", MAIN),
+        signal("sensors", "body_rate_q_rad_s", DEG_PER_RAD, "q, pitch rate", SECOND),
+        signal("sensors", "body_rate_r_rad_s", DEG_PER_RAD, "r, yaw rate", THIRD),
     ];
     let plans: [Plan<'_>; 1] = [("Body rates", "rate, deg/s", 4.0, TALL, &signals)];
     group(flight, "Body rates", "As the gyros report them, with their noise.", &plans)
@@ -340,14 +339,14 @@ fn compensator(flight: &Flight) -> Group {
         let demand = format!("compensation_{column}");
         let applied = format!("applied_{column}");
         let signals = [
-            signal("control", &demand, DEG, "demanded", REFERENCE),
-            signal("control", &applied, DEG, "applied, after limits", MAIN),
+            signal("control", &demand, DEG_PER_RAD, "demanded", REFERENCE),
+            signal("control", &applied, DEG_PER_RAD, "applied, after limits", MAIN),
         ];
         let Some(mut panel) = panel(title, "deg", 2.0, LOW, curves(flight, &signals)) else {
             continue;
         };
         if let Some(limit) = of_kind(kind) {
-            let limit = limit * DEG;
+            let limit = limit * DEG_PER_RAD;
             with_rules(&mut panel, &[(limit, "end of travel, either way"), (-limit, "")]);
         }
         panel.bands = active(flight);

@@ -11,6 +11,7 @@
 
 use flight_control::allocation::Column;
 use flight_control::allocation::attainable::axis_reach;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, Effector, EulerAngles, Ned, PerEffector};
 use nalgebra::{DMatrix, DVector, Vector3};
 use plant_sim::atmosphere::LocalDensity;
@@ -37,9 +38,6 @@ const STALLED_STEPS: u32 = 40;
 const SPREAD_STARTS: u32 = 40;
 /// Step of the differences, of the interval.
 const DIFFERENCE: f64 = 1.0e-6;
-/// Standard gravity, m/s².
-const GRAVITY_M_S2: f64 = 9.806_65;
-
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Interval {
     pub low: f64,
@@ -348,7 +346,7 @@ impl<'a> Search<'a> {
         };
         let (still, gust) = (Ned::zero(), Gust::none());
         let now = self.dynamics.evaluate(&rigid, &flight.positions, &still, &gust, &self.density);
-        let linear = now.motion.derivative.velocity.0 / GRAVITY_M_S2;
+        let linear = now.motion.derivative.velocity.0 / STANDARD_GRAVITY_M_S2;
         let angular = now.motion.derivative.rates.0;
         let balance = [linear.x, linear.y, linear.z, angular.x, angular.y, angular.z];
         (balance, now.motion.wrench.moment.0)

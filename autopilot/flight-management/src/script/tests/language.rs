@@ -5,6 +5,7 @@ use crate::script::{
 use crate::vehicle::{Mode, Reference};
 use icd::fault::{Onset, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;
+use icd::units::DEG;
 use icd::{FaultKind, FaultRequest};
 
 fn action(text: &str) -> Action {
@@ -23,8 +24,6 @@ fn kind(words: &str) -> FaultKind {
 fn trigger(words: &str) -> Trigger {
     script(&format!("{words}: end")).sequences()[0].lines[0].trigger
 }
-
-const DEG: f64 = core::f64::consts::PI / 180.0;
 
 #[test]
 fn every_kind_of_fault_has_its_words() {

@@ -1,5 +1,6 @@
 //! A point mass that flies what the vehicle demands: enough of an aircraft for modes and plans.
 
+use icd::units::STANDARD_GRAVITY_M_S2;
 use std::sync::Arc;
 
 use flight_control::NavigationState;
@@ -15,7 +16,6 @@ use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Mode, Place, Rules, Vehicle, VehicleRefusal};
 
 const TICK_US: u64 = 50_000;
-const GRAVITY_M_S2: f64 = 9.806_65;
 /// Fastest climb and change of speed.
 const CLIMB_M_S: f64 = 40.0;
 const ACCELERATION_M_S2: f64 = 3.0;
@@ -108,7 +108,7 @@ impl Plane {
         #[expect(clippy::cast_precision_loss, reason = "a small number")]
         let dt = TICK_US as f64 * 1.0e-6;
         self.roll = demand.roll_rad;
-        self.heading += GRAVITY_M_S2 * libm::tan(self.roll) / self.airspeed_m_s * dt;
+        self.heading += STANDARD_GRAVITY_M_S2 * libm::tan(self.roll) / self.airspeed_m_s * dt;
         self.climb_m_s = (0.1 * (demand.altitude_m - self.altitude_m)).clamp(-CLIMB_M_S, CLIMB_M_S);
         self.altitude_m += self.climb_m_s * dt;
         let most = ACCELERATION_M_S2 * dt;

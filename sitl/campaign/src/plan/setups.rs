@@ -1,0 +1,40 @@
+//! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
+
+use flight_analysis::study::WholeSetup;
+use serde_json::{Value, json};
+
+use super::{Plan, PlanError};
+
+impl Plan {
+    /// The specification and the first flight of each aircraft with each law, as JSON: with the row of a run enough to fly it again,
+    /// but for the code of a law of the program.
+    pub fn setup_json(&self) -> Result<String, PlanError> {
+        let laws = self.laws.len() as u64;
+        let mut flights = Vec::new();
+        for aircraft in &self.aircraft {
+            for law in 0..laws {
+                let run = self.run(aircraft.first * laws + law)?;
+                let setup = self.setup(&run)?;
+                let values: Vec<String> =
+                    self.settings(&run).iter().map(ToString::to_string).collect();
+                flights.push(json!({
+                    "run": run.number,
+                    "aircraft": aircraft.name,
+                    "law": self.laws[run.law].name,
+                    "seed": run.seed,
+                    "settings": values,
+                    "own_law": setup.own_law.as_ref().map(autopilot::own_law::OwnLaw::name),
+                    "setup": serde_json::to_value(WholeSetup::of(&setup)).unwrap_or(Value::Null),
+                }));
+            }
+        }
+        let all = json!({
+            "program": "Two-Step sitl campaign",
+            "version": env!("CARGO_PKG_VERSION"),
+            "fingerprint": self.fingerprint,
+            "specification": self.file.text,
+            "flights": flights,
+        });
+        Ok(format!("{all:#}\n"))
+    }
+}
