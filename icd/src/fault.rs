@@ -224,6 +224,38 @@ impl FaultState {
         }
     }
 
+    /// Number of the state in packets, in MAVLink and in the log, from 1. The log writes it less one.
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Scheduled { .. } => 1,
+            Self::Active { .. } => 2,
+            Self::Resting { .. } => 3,
+            Self::Ended { .. } => 4,
+            Self::Cancelled { .. } => 5,
+        }
+    }
+
+    /// The state with this number, since this time; `next` is the onset after a pause.
+    pub const fn from_code(code: u8, at: SimTime, next: SimTime) -> Option<Self> {
+        Some(match code {
+            1 => Self::Scheduled { at },
+            2 => Self::Active { since: at },
+            3 => Self::Resting { since: at, next },
+            4 => Self::Ended { at },
+            5 => Self::Cancelled { at },
+            _ => return None,
+        })
+    }
+
+    /// Simulation time of the next onset of a fault that does not act.
+    pub const fn next_onset(&self) -> Option<SimTime> {
+        match *self {
+            Self::Scheduled { at } => Some(at),
+            Self::Resting { next, .. } => Some(next),
+            Self::Active { .. } | Self::Ended { .. } | Self::Cancelled { .. } => None,
+        }
+    }
+
     /// Whether the plant has removed the fault from its list.
     pub const fn is_over(&self) -> bool {
         matches!(self, Self::Ended { .. } | Self::Cancelled { .. })

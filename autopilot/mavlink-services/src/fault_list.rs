@@ -8,7 +8,7 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::DEBUG_FLOAT_ARRAY_DATA;
 use icd::EffectorList;
-use icd::fault::{FaultEntry, FaultState, PlantAction, Repeat};
+use icd::fault::{FaultEntry, PlantAction, Repeat};
 
 use crate::codec::Encoded;
 use crate::failure::command::Unit;
@@ -124,12 +124,6 @@ pub fn messages(shared: &Shared) -> Vec<Encoded> {
 
 fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     let FaultEntry { id, target, kind, timing, state } = *entry;
-    let step = match state {
-        FaultState::Scheduled { .. } => 1.0,
-        FaultState::Active { .. } => 2.0,
-        FaultState::Resting { .. } => 3.0,
-        FaultState::Ended { .. } | FaultState::Cancelled { .. } => 0.0,
-    };
     let [value, second] = kind.values();
     let Repeat { every_s, times } = timing.repeat.unwrap_or(Repeat { every_s: 0.0, times: None });
     [
@@ -138,7 +132,7 @@ fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
         f64::from(failure::unit_and_instance(target, effectors).1),
         f64::from(kind.info().mavlink.failure_type.code()),
         f64::from(kind.code()),
-        step,
+        f64::from(state.code()),
         state.time().as_seconds(),
         value,
         second,

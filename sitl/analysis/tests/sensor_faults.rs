@@ -20,7 +20,13 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
         let aircraft =
             AircraftArgs { airframe: airframe.map(Into::into), ..AircraftArgs::default() };
         let grade = GradeName::Tactical;
-        let options = Options { study: StudyOptions::of(aircraft), grade, sensors: Vec::new(), flights: 4, seed: SEED };
+        let options = Options {
+            study: StudyOptions::of(aircraft),
+            grade,
+            sensors: Vec::new(),
+            flights: 4,
+            seed: SEED,
+        };
         let rows =
             losses(&options, &options.sides().expect("an aircraft"), &[Some(SensorKind::Pitot)])
                 .expect("the flights begin");
@@ -47,8 +53,13 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
 fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
     let aircraft = AircraftArgs { airframe: Some("aerosonde".into()), ..AircraftArgs::default() };
     for grade in [GradeName::Tactical, GradeName::Consumer] {
-        let options =
-            Options { study: StudyOptions::of(aircraft.clone()), grade, sensors: Vec::new(), flights: 4, seed: 1 };
+        let options = Options {
+            study: StudyOptions::of(aircraft.clone()),
+            grade,
+            sensors: Vec::new(),
+            flights: 4,
+            seed: 1,
+        };
         let rows = losses(
             &options,
             &options.sides().expect("an aircraft"),

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::air::{self, Airspeed, Flow};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION, Row, VANES,
-    VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
+    Row, VANES, VELOCITY, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
