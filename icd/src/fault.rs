@@ -13,6 +13,8 @@ use crate::time::SimTime;
 mod catalogue;
 mod check;
 mod convert;
+mod failure;
+mod grammar;
 mod kind;
 mod parts;
 mod quantity;
@@ -21,6 +23,8 @@ mod target;
 pub use crate::sensors::SensorKind;
 pub use catalogue::{CATALOGUE, FaultKind, Side, Travel};
 pub use check::{Refusal, check, check_timing};
+pub use failure::{Failure, Size, SizeError, SizedKind};
+pub use grammar::{FaultDraft, FaultError, Field, Numbers, Value};
 pub use kind::{
     Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
     NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,
@@ -310,6 +314,9 @@ pub enum PlantReport {
         at: SimTime,
     },
 }
+
+/// The reason in texts for a request without an answer.
+pub const NO_ANSWER: &str = "the aircraft does not answer";
 
 /// A request of the flight computer to the plant, in addition to the commands.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
