@@ -13,6 +13,8 @@ use crate::time::SimTime;
 mod catalogue;
 mod check;
 mod convert;
+mod failure;
+mod grammar;
 mod kind;
 mod parts;
 mod quantity;
@@ -21,6 +23,8 @@ mod target;
 pub use crate::sensors::SensorKind;
 pub use catalogue::{CATALOGUE, FaultKind, Side, Travel};
 pub use check::{Refusal, check, check_timing};
+pub use failure::{Failure, Size, SizeError, SizedKind};
+pub use grammar::{FaultDraft, FaultError, Field, Numbers, Value};
 pub use kind::{
     Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
     NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,
@@ -224,6 +228,38 @@ impl FaultState {
         }
     }
 
+    /// Number of the state in packets, in MAVLink and in the log, from 1. The log writes it less one.
+    pub const fn code(&self) -> u8 {
+        match self {
+            Self::Scheduled { .. } => 1,
+            Self::Active { .. } => 2,
+            Self::Resting { .. } => 3,
+            Self::Ended { .. } => 4,
+            Self::Cancelled { .. } => 5,
+        }
+    }
+
+    /// The state with this number, since this time; `next` is the onset after a pause.
+    pub const fn from_code(code: u8, at: SimTime, next: SimTime) -> Option<Self> {
+        Some(match code {
+            1 => Self::Scheduled { at },
+            2 => Self::Active { since: at },
+            3 => Self::Resting { since: at, next },
+            4 => Self::Ended { at },
+            5 => Self::Cancelled { at },
+            _ => return None,
+        })
+    }
+
+    /// Simulation time of the next onset of a fault that does not act.
+    pub const fn next_onset(&self) -> Option<SimTime> {
+        match *self {
+            Self::Scheduled { at } => Some(at),
+            Self::Resting { next, .. } => Some(next),
+            Self::Active { .. } | Self::Ended { .. } | Self::Cancelled { .. } => None,
+        }
+    }
+
     /// Whether the plant has removed the fault from its list.
     pub const fn is_over(&self) -> bool {
         matches!(self, Self::Ended { .. } | Self::Cancelled { .. })
@@ -278,6 +314,9 @@ pub enum PlantReport {
         at: SimTime,
     },
 }
+
+/// The reason in texts for a request without an answer.
+pub const NO_ANSWER: &str = "the aircraft does not answer";
 
 /// A request of the flight computer to the plant, in addition to the commands.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

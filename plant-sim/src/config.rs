@@ -163,21 +163,7 @@ pub enum ConfigError {
         kind: &'static str,
         key: &'static str,
         /// `is missing` or `has no meaning here`.
-        problem: &'static str,
-    },
-    /// A fault ends before it begins.
-    #[error(
-        "{file}: [[plant.fault]] number {number}: clear_s = {clear_s} is not after onset_s = {onset_s}"
-    )]
-    FaultEndsEarly {
-        /// Name of the file.
-        file: String,
-        /// Number of the fault, from 1, in the order of the file.
-        number: usize,
-        /// Onset, s.
-        onset_s: f64,
-        /// End, s.
-        clear_s: f64,
+        problem: String,
     },
 }
 

@@ -18,8 +18,6 @@ use flight_analysis::settings;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;
-/// FAILURE_UNIT of the engine and of everything that has an angle.
-const UNITS: [(bool, u8); 2] = [(false, 101), (true, 102)];
 /// QGroundControl shows three at a time: there are not many more.
 const BUTTONS_MAX: usize = 12;
 
@@ -136,7 +134,7 @@ fn params(
         );
     }
     let is_angle = list.is_angle(effector);
-    let unit = UNITS.iter().find(|(angle, _)| *angle == is_angle).map_or(0, |(_, unit)| *unit);
+    let (unit, _) = Target::from(effector).unit(list);
     let (code, value) = match (info.mavlink.user_1, info.size()) {
         (Some(code), Some((place, number))) => {
             let class = if is_angle { TargetClass::Angle } else { TargetClass::Thrust };

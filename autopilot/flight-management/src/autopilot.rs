@@ -10,7 +10,6 @@ use flight_control::{
     AircraftModel, Authority, Estimator, FlightControl, Gains, NavigationSource, NavigationState,
     StepLog,
 };
-use icd::fault::PlantRequest;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use serde::{Deserialize, Serialize};
 
@@ -25,6 +24,7 @@ use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 use event_queue::{EVENTS_MAX, EventQueue};
 use own_law::{Brought, OwnLaw};
+use plant_requests::OpenRequest;
 use scripts::Scripts;
 
 mod event_queue;
@@ -32,7 +32,7 @@ pub mod own_law;
 mod plant_requests;
 mod scripts;
 
-/// Requests that wait for the plant; each answer carries one.
+/// Requests to the plant that may be open.
 const REQUESTS_MAX: usize = 32;
 
 /// The control side of a flight at its start.
@@ -72,12 +72,8 @@ pub struct Autopilot {
     time: SimTime,
     transitions: Transitions,
     latest: Option<Snapshot>,
-    /// Not yet sent to the plant.
-    requests: VecDeque<PlantRequest>,
-    /// Sent to the plant, not yet answered.
-    unanswered: Vec<u32>,
-    /// Commands for a new flight: one request to the plant stands for all of them.
-    restarts: Vec<u32>,
+    /// Requests to the plant without an answer, oldest first.
+    open: VecDeque<OpenRequest>,
     scripts: Scripts,
     events: EventQueue,
 }
@@ -101,9 +97,7 @@ impl Autopilot {
             time: SimTime::ZERO,
             transitions: Transitions::default(),
             latest: None,
-            requests: VecDeque::with_capacity(REQUESTS_MAX),
-            unanswered: Vec::with_capacity(REQUESTS_MAX),
-            restarts: Vec::with_capacity(REQUESTS_MAX),
+            open: VecDeque::with_capacity(REQUESTS_MAX),
             scripts: Scripts::new(script.clone(), settings.fault_injection),
             events: EventQueue::new(),
         }

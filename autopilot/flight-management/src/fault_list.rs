@@ -70,10 +70,9 @@ impl FaultList {
     pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
         let its = self.entries.iter().filter(|entry| entry.target == target);
-        its.min_by_key(|entry| match entry.state {
-            FaultState::Resting { next, .. } => (true, next),
-            FaultState::Scheduled { at } => (true, at),
-            state => (false, state.time()),
+        its.min_by_key(|entry| match entry.state.next_onset() {
+            Some(next) => (true, next),
+            None => (false, entry.state.time()),
         })
     }
 

@@ -24,7 +24,7 @@ pub use compatibility::{
 pub use document::document;
 pub use failure::FailureParameters;
 pub use faults::{
-    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault, targets,
+    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
 };
 pub use groups::{
     LinkParameters, MODE_SLOTS, ModeSwitchParameters, SticksLossAction, StreamParameters,

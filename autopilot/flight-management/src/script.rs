@@ -11,7 +11,7 @@
 //! each time, to the bit. `docs/scripts.md` describes the language.
 
 use core::fmt;
-use icd::fault::{Refusal, Target, TargetClass};
+use icd::fault::{NO_ANSWER, Refusal, Target, TargetClass};
 use icd::{EffectorList, FaultRequest};
 use serde::{Deserialize, Serialize};
 
@@ -258,7 +258,7 @@ impl LineRefusal {
             Self::Plant { target, refusal } => {
                 refusal.described(TargetClass::of_request(*target, effectors)).to_string()
             }
-            Self::NoAnswer => "the aircraft does not answer".to_owned(),
+            Self::NoAnswer => NO_ANSWER.to_owned(),
         }
     }
 }

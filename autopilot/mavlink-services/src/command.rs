@@ -4,11 +4,10 @@
 //! same way without an acknowledgement: the next heartbeat shows the mode, and a text gives the reason of a refusal.
 
 use ::mavlink::dialects::common::MavResult;
-use icd::FaultRequest;
 
 use crate::aircraft::Phase;
 use crate::codec::{CommandError, CommandMessage, Encoded, Identity, Message, SetMode};
-use crate::command::pending::{OnAcceptance, Part, Pending};
+use crate::command::pending::{OnAcceptance, Pending};
 use crate::param::PREFLIGHT_STORAGE;
 use crate::peers::From;
 use crate::wall_time::WallTime;
@@ -36,8 +35,8 @@ struct Caller<'a> {
 struct Decision {
     /// Accepted, with these messages as the answer.
     answers: Vec<Encoded>,
-    /// Commands to the aircraft, with the fault of each; without any the command is accepted at once.
-    intents: Vec<(Command, Option<FaultRequest>)>,
+    /// Commands to the aircraft; without any the command is accepted at once.
+    intents: Vec<Command>,
     /// Note to the operator once it is accepted.
     note: Option<String>,
 }
@@ -54,7 +53,7 @@ impl Decision {
     }
 
     fn pass_on(command: impl Into<Command>) -> Self {
-        Self { intents: vec![(command.into(), None)], ..Self::default() }
+        Self { intents: vec![command.into()], ..Self::default() }
     }
 
     fn with_note(self, note: impl Into<Option<String>>) -> Self {
@@ -164,7 +163,7 @@ impl CommandService {
             Command::Vehicle(command) => !matches!(command, VehicleCommand::PlanItem(_)),
             _ => false,
         };
-        if intents.iter().any(|(command, _)| needs_flight(command)) {
+        if intents.iter().any(needs_flight) {
             check_not_over(shared)?;
         }
         if !intents.is_empty()
@@ -181,12 +180,9 @@ impl CommandService {
             }
             return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
         }
-        let commands = || intents.iter().map(|(command, _)| command);
-        let steers = commands().any(|command| steers(command, shared.aircraft.mode()));
-        let mode = commands().find_map(mode_of);
-        let parts = intents.into_iter().filter_map(|(command, fault)| {
-            shared.intents.push(command).map(|number| Part { number, fault })
-        });
+        let steers = intents.iter().any(|command| steers(command, shared.aircraft.mode()));
+        let mode = intents.iter().find_map(mode_of);
+        let parts = intents.into_iter().filter_map(|command| shared.intents.open(command));
         let on_acceptance = OnAcceptance { note, steers, mode };
         self.pending.open(from, command, parts.collect(), on_acceptance, now);
         Ok(None)

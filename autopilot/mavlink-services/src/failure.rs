@@ -24,12 +24,14 @@
 //! effector, and the plant decides.
 
 use flight_control::AircraftModel;
-use icd::fault::{FailureType, Onset, Refusal, Target, TargetClass};
-use icd::{EffectorList, SimTime};
+use icd::EffectorList;
+use icd::fault::{
+    Failure, FailureType, Numbers, Quantity, Refusal, SizeError, SizedKind, Target, TargetClass,
+};
 
 use crate::codec::{CommandError, CommandMessage};
 use crate::convert;
-use crate::failure::command::{Failure, FaultCommand, Instances, Unit, Value, ValueError};
+use crate::failure::command::{FaultCommand, Instances, Unit};
 use flight_management::parameters::Parameters;
 
 pub use crate::failure::command::Requests;
@@ -40,16 +42,6 @@ pub mod units;
 pub const INJECT_FAILURE: u16 = 420;
 /// MAV_CMD_USER_1.
 pub const USER_1: u16 = 31_010;
-
-/// Unit and instance of a target, with PX4's names.
-pub fn unit_and_instance(
-    target: impl Into<Target>,
-    effectors: &EffectorList,
-) -> (&'static str, u8) {
-    let target = target.into();
-    let instance = target.effector().map_or(1, |effector| effectors.instance(effector));
-    (Unit::of(target, effectors).name().unwrap_or("unit"), instance)
-}
 
 /// A refusal of the plant, in the units of its target.
 pub fn refused(refusal: &Refusal, target: Option<Target>, effectors: &EffectorList) -> String {
@@ -167,26 +159,22 @@ fn with_numbers(
     command: &CommandMessage,
 ) -> Result<FaultCommand, CommandError> {
     let [_, _, _, kind, value, ramp, onset] = command.params;
-    let ramp_s = is_given(ramp).then(|| convert::decimal(ramp));
-    let onset = if is_given(onset) {
-        let seconds = convert::decimal(onset);
-        let at = SimTime::from_seconds(seconds).ok_or_else(|| {
-            CommandError::denied(format!("Fault refused: onset p7 = {seconds} s is no time"))
-        })?;
-        Onset::At(at)
-    } else {
-        Onset::AtOnce
-    };
+    let mut numbers = Numbers::NONE;
+    for (what, number) in [(Quantity::Ramp, ramp), (Quantity::Onset, onset)] {
+        if is_given(number) {
+            numbers.set(what, convert::decimal(number));
+        }
+    }
     let value = if is_given(kind) {
         let code = integer("kind of value", kind)?;
         let number = convert::decimal(value);
         if !number.is_finite() {
             return Err(CommandError::denied("Fault refused: the value p5 is not finite"));
         }
-        Some(Value::of_user_1(code, number).map_err(|error| {
+        Some(SizedKind::of_user_1(code, number).map_err(|error| {
             let reason = format!("Fault refused: {error}");
             match error {
-                ValueError::NoKind { .. } => CommandError::unsupported(reason),
+                SizeError::NoKind { .. } => CommandError::unsupported(reason),
                 _ => CommandError::denied(reason),
             }
         })?)
@@ -195,7 +183,7 @@ fn with_numbers(
     } else {
         None
     };
-    Ok(FaultCommand { value, ramp_s, onset, ..fault })
+    Ok(FaultCommand { value, numbers, ..fault })
 }
 
 /// p3 takes precedence over p4, which counts only where p3 is NaN.

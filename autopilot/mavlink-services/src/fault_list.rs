@@ -8,12 +8,11 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::DEBUG_FLOAT_ARRAY_DATA;
 use icd::EffectorList;
-use icd::fault::{FaultEntry, FaultState, PlantAction, Repeat};
+use icd::fault::{FaultEntry, PlantAction, Repeat};
 
 use crate::codec::Encoded;
-use crate::failure::command::Unit;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared, convert, failure};
+use crate::{Service, Shared, convert};
 use flight_management::command::Outcome;
 use flight_management::event::{EventKind, Snapshot};
 use flight_management::fault_list::FaultList;
@@ -22,7 +21,7 @@ use flight_management::fault_list::FaultList;
 pub fn lines(list: &FaultList, effectors: &EffectorList) -> impl Iterator<Item = String> {
     list.entries().iter().map(|entry| {
         let FaultEntry { id, target, kind, timing, state } = entry;
-        let (unit, instance) = failure::unit_and_instance(*target, effectors);
+        let ((_, unit), instance) = (target.unit(effectors), target.instance(effectors));
         let kind = kind.described(target.class(effectors));
         let name = target.name(effectors);
         format!("Fault {id}: {unit} {instance} ({name}) {kind}{timing}, {state}")
@@ -124,21 +123,15 @@ pub fn messages(shared: &Shared) -> Vec<Encoded> {
 
 fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     let FaultEntry { id, target, kind, timing, state } = *entry;
-    let step = match state {
-        FaultState::Scheduled { .. } => 1.0,
-        FaultState::Active { .. } => 2.0,
-        FaultState::Resting { .. } => 3.0,
-        FaultState::Ended { .. } | FaultState::Cancelled { .. } => 0.0,
-    };
     let [value, second] = kind.values();
     let Repeat { every_s, times } = timing.repeat.unwrap_or(Repeat { every_s: 0.0, times: None });
     [
         f64::from(id),
-        f64::from(Unit::of(target, effectors).code()),
-        f64::from(failure::unit_and_instance(target, effectors).1),
+        f64::from(target.unit(effectors).0),
+        f64::from(target.instance(effectors)),
         f64::from(kind.info().mavlink.failure_type.code()),
         f64::from(kind.code()),
-        step,
+        f64::from(state.code()),
         state.time().as_seconds(),
         value,
         second,

@@ -3,6 +3,8 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use icd::fault::{FaultRequest, PlantAction, Target};
+
 use crate::codec::Encoded;
 use flight_management::command::{Command, FIRST_SCRIPT_REQUEST, Intent};
 
@@ -172,6 +174,22 @@ impl Inbox {
 /// Intents that may wait for room in the channel.
 const INTENTS_MAX: usize = 64;
 
+/// A command to the aircraft without an outcome yet.
+#[derive(Debug, Clone, Copy)]
+pub struct OpenCommand {
+    /// Number of the intent.
+    pub number: u32,
+    /// The fault that it injects or clears.
+    pub fault: Option<FaultRequest>,
+}
+
+impl OpenCommand {
+    /// The target of its fault.
+    pub fn target(&self) -> Option<Target> {
+        self.fault.and_then(|fault| fault.target())
+    }
+}
+
 /// The queue of intents.
 #[derive(Debug, Default)]
 pub struct Intents {
@@ -193,6 +211,15 @@ impl Intents {
         self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
         self.queue.push_back(Intent { number: self.last_number, command: command.into() });
         Some(self.last_number)
+    }
+
+    /// The same for a command whose outcome somebody waits for.
+    pub fn open(&mut self, command: Command) -> Option<OpenCommand> {
+        let fault = match &command {
+            Command::Plant(PlantAction::Fault(request)) => Some(*request),
+            _ => None,
+        };
+        self.push(command).map(|number| OpenCommand { number, fault })
     }
 
     /// Next intent for the control thread.

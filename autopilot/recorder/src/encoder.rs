@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use icd::fault::{FaultReply, Target, TargetClass};
+use icd::fault::{FaultReply, NO_ANSWER, Target, TargetClass};
 use icd::{EffectorList, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
@@ -331,7 +331,7 @@ impl<W: Write> Encoder<W> {
                 refusal.described(TargetClass::of_request(target, &self.effectors)).to_string()
             }
             Outcome::Plant(_) => return None,
-            Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
+            Outcome::NoAnswer => NO_ANSWER.to_owned(),
         };
         let text = format!("Input refused: {input}: {why}");
         self.refusal = Some(why);

@@ -381,28 +381,26 @@ pub fn vehicle_row(
     row.begin(time.as_micros()).f64s(&references).u8(mode as u8).bool(terminated);
 }
 
-/// Row of [`fault`]. The state is 0 scheduled, 1 acting, 2 resting, 3 ended, 4 cancelled.
+/// Number of a fault's state in [`fault`]: 0 scheduled, 1 active, 2 pausing, 3 ended, 4 cancelled.
+pub const fn fault_state(state: &FaultState) -> u8 {
+    state.code() - 1
+}
+
+/// Row of [`fault`].
 pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
-    let (state, next) = match entry.state {
-        FaultState::Scheduled { at } => (0, at),
-        FaultState::Active { .. } => (1, SimTime::ZERO),
-        FaultState::Resting { next, .. } => (2, next),
-        FaultState::Ended { .. } => (3, SimTime::ZERO),
-        FaultState::Cancelled { .. } => (4, SimTime::ZERO),
-    };
     let timing = &entry.timing;
     let (every_s, times) =
         timing.repeat.map_or((0.0, 0), |repeat| (repeat.every_s, repeat.times.unwrap_or(0)));
     let [value, second] = entry.kind.values();
     row.begin(time.as_micros())
         .u64(entry.state.time().as_micros())
-        .u64(next.as_micros())
+        .u64(entry.state.next_onset().unwrap_or_default().as_micros())
         .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
         .u32(entry.id)
         .u32(times)
         .u8(entry.target.into())
         .u8(entry.kind.code())
-        .u8(state);
+        .u8(fault_state(&entry.state));
 }
 
 /// Position of an entry of [`recorded`].

@@ -120,35 +120,14 @@ pub struct FaultStatus {
     /// Effector and kind, as in `left elevator stuck at 30.0 deg`.
     pub what: String,
     /// State of the fault.
-    pub phase: FaultPhase,
-    /// Simulation time since which it has been active, or of its next onset, s.
-    pub at_s: f64,
-}
-
-/// State of a fault on the plant's list.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum FaultPhase {
-    #[serde(rename = "acting")]
-    Active,
-    /// It has been active and will be again.
-    Resting,
-    /// It has not been active yet.
-    Scheduled,
+    pub state: FaultState,
 }
 
 impl FaultStatus {
-    /// `None` for a fault that is over.
-    fn new(entry: &FaultEntry, effectors: &EffectorList) -> Option<Self> {
-        let (phase, at) = match entry.state {
-            FaultState::Active { since } => (FaultPhase::Active, since),
-            FaultState::Resting { next, .. } => (FaultPhase::Resting, next),
-            FaultState::Scheduled { at } => (FaultPhase::Scheduled, at),
-            FaultState::Ended { .. } | FaultState::Cancelled { .. } => return None,
-        };
+    fn new(entry: &FaultEntry, effectors: &EffectorList) -> Self {
         let kind = entry.kind.described(entry.target.class(effectors));
         let what = format!("{} {kind}", entry.target.name(effectors));
-        Some(Self { what, phase, at_s: at.as_seconds() })
+        Self { what, state: entry.state }
     }
 }
 
@@ -161,8 +140,7 @@ impl FlightStatus {
             PlantState::Flying if s.terminated => PlantState::Terminated,
             plant => plant,
         };
-        let mut listed =
-            faults.entries().iter().filter_map(|entry| FaultStatus::new(entry, effectors));
+        let mut listed = faults.entries().iter().map(|entry| FaultStatus::new(entry, effectors));
         Self {
             plant,
             t_s: s.time.as_seconds(),
@@ -308,13 +286,11 @@ mod tests {
                 state,
             }));
         }
-        let mut listed = list
-            .entries()
-            .iter()
-            .filter_map(|entry| FaultStatus::new(entry, &tvc_jet::effectors()));
+        let mut listed =
+            list.entries().iter().map(|entry| FaultStatus::new(entry, &tvc_jet::effectors()));
         let first = listed.next().unwrap();
-        let expected = ("left elevator stuck at 28.6 deg", FaultPhase::Active, 3.0);
-        assert_eq!((first.what.as_str(), first.phase, first.at_s), expected);
-        assert_eq!(listed.next().unwrap().phase, FaultPhase::Scheduled);
+        let expected = ("left elevator stuck at 28.6 deg", FaultState::Active { since: at(3) });
+        assert_eq!((first.what.as_str(), first.state), expected);
+        assert_eq!(listed.next().unwrap().state, FaultState::Scheduled { at: at(2) });
     }
 }

@@ -20,7 +20,7 @@ const EVERY_MIN_S: f64 = 0.1;
 /// Smallest difference between two times, s.
 const MICROSECOND_S: f64 = 1.0e-6;
 /// Smallest and largest number of repetitions, if it is limited.
-const TIMES: [f64; 2] = [2.0, 1_000.0];
+pub(super) const TIMES: [f64; 2] = [2.0, 1_000.0];
 
 /// Checks kind and times of a fault for an effector.
 pub fn check(kind: &FaultKind, timing: &Timing, reach: &Reach) -> Result<(), Refusal> {

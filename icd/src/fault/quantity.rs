@@ -72,6 +72,10 @@ quantities! {
     Noise = 15, "noise", Measure::Position, ["noise_deg", "noise_kn"];
     /// Fraction of the span of a part that is gone, from its tip.
     Lost = 16, "lost part", Measure::Fraction, ["lost_percent"; 2];
+    /// Simulation time of the first onset, s.
+    Onset = 17, "onset", Measure::Seconds, ["onset_s"; 2];
+    /// Simulation time of the end, s: another way to write the duration.
+    End = 18, "end", Measure::Seconds, ["clear_s"; 2];
 }
 
 /// The range that a number must be in.
@@ -127,6 +131,10 @@ impl Unit {
     const fn new(name: &'static str, times: f64, over: f64) -> Self {
         Self { name, times, over }
     }
+
+    /// Those of times.
+    pub(super) const TIMES: [Self; 3] =
+        [Self::new("s", 1.0, 1.0), Self::new("ms", 1.0, 1.0e3), Self::new("min", 60.0, 1.0)];
 
     /// A number with this unit in SI units.
     pub fn to_si(self, value: f64) -> f64 {
@@ -203,6 +211,15 @@ impl Range {
 }
 
 impl Quantity {
+    /// Those of the times, which every kind has.
+    pub const TIMING: [Self; 6] =
+        [Self::Onset, Self::End, Self::Ramp, Self::Duration, Self::Every, Self::Times];
+
+    /// Index in a list of all of them.
+    pub(super) const fn place(self) -> usize {
+        self as usize - 1
+    }
+
     /// The quantity with this number.
     pub fn from_code(code: u8) -> Option<Self> {
         Self::ALL.into_iter().find(|quantity| *quantity as u8 == code)

@@ -108,6 +108,11 @@ impl From<AirframePart> for Target {
 }
 
 impl Target {
+    /// The unit of engines.
+    pub const MOTOR: (u16, &'static str) = (101, "motor");
+    /// The unit of effectors that deflect.
+    pub const SERVO: (u16, &'static str) = (102, "servo");
+
     /// Most targets of an aircraft.
     pub const MAX: usize = Effector::MAX + SensorKind::ALL.len() + AirframePart::ALL.len();
 
@@ -135,6 +140,44 @@ impl Target {
             Self::Sensor(sensor) => sensor.name(),
             Self::Part(part) => part.name(),
         }
+    }
+
+    /// What can fail: the effectors of an aircraft, the sensors, and the parts of the airframe.
+    pub fn all(effectors: &EffectorList) -> impl Iterator<Item = Self> + '_ {
+        let others = SensorKind::ALL.into_iter().map(Self::Sensor);
+        let others = others.chain(AirframePart::ALL.into_iter().map(Self::Part));
+        effectors.all().map(Self::Effector).chain(others)
+    }
+
+    /// Name in files.
+    pub fn key(self, effectors: &EffectorList) -> &str {
+        match self {
+            Self::Effector(effector) => effectors.key(effector),
+            Self::Sensor(sensor) => sensor.key(),
+            Self::Part(part) => part.key(),
+        }
+    }
+
+    /// FAILURE_UNIT of MAVLink and its name in PX4's shell.
+    pub fn unit(self, effectors: &EffectorList) -> (u16, &'static str) {
+        match self {
+            Self::Effector(effector) if effectors.is_angle(effector) => Self::SERVO,
+            Self::Effector(_) => Self::MOTOR,
+            Self::Sensor(sensor) => sensor.failure_unit(),
+            Self::Part(part) => (part.failure_unit(), part.key()),
+        }
+    }
+
+    /// All of these.
+    pub fn units() -> impl Iterator<Item = (u16, &'static str)> {
+        let sensors = SensorKind::ALL.into_iter().map(SensorKind::failure_unit);
+        let parts = AirframePart::ALL.into_iter().map(|part| (part.failure_unit(), part.key()));
+        [Self::MOTOR, Self::SERVO].into_iter().chain(sensors).chain(parts)
+    }
+
+    /// Number within its unit, from 1.
+    pub fn instance(self, effectors: &EffectorList) -> u8 {
+        self.effector().map_or(1, |effector| effectors.instance(effector))
     }
 
     /// The class, which determines the units.
@@ -186,11 +229,6 @@ impl AirframePart {
         }
     }
 
-    /// The part with this name in files.
-    pub fn by_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|part| part.key() == key)
-    }
-
     /// FAILURE_UNIT: a number of this project, because MAVLink has none.
     pub const fn failure_unit(self) -> u16 {
         1_010 + self as u16
@@ -229,7 +267,6 @@ mod tests {
         assert!(known.iter().copied().eq((0..16).chain(128..137).chain(192..197)), "{known:?}");
         for part in AirframePart::ALL {
             assert_eq!(Target::try_from(u8::from(Target::from(part))), Ok(part.into()));
-            assert_eq!(AirframePart::by_key(part.key()), Some(part));
         }
         for sensor in SensorKind::ALL {
             assert_eq!(Target::try_from(u8::from(Target::from(sensor))), Ok(sensor.into()));

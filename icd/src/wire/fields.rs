@@ -212,16 +212,12 @@ impl Field for FaultEntry {
         self.target.write(w);
         self.kind.write(w);
         self.timing.write(w);
-        let (code, at, next) = match self.state {
-            FaultState::Scheduled { at } => (1, at, SimTime::ZERO),
-            FaultState::Active { since } => (2, since, SimTime::ZERO),
-            FaultState::Resting { since, next } => (3, since, next),
-            FaultState::Ended { at } => (4, at, SimTime::ZERO),
-            FaultState::Cancelled { at } => (5, at, SimTime::ZERO),
-        };
-        w.u8(code);
-        w.time(at);
-        w.time(next);
+        w.u8(self.state.code());
+        w.time(self.state.time());
+        w.time(match self.state {
+            FaultState::Resting { next, .. } => next,
+            _ => SimTime::ZERO,
+        });
     }
 
     fn read(r: &mut Reader<'_>, name: &'static str) -> Result<Self, WireError> {
@@ -232,14 +228,8 @@ impl Field for FaultEntry {
         let code = r.u8()?;
         let at = r.time()?;
         let next = r.time()?;
-        let state = match code {
-            1 => FaultState::Scheduled { at },
-            2 => FaultState::Active { since: at },
-            3 => FaultState::Resting { since: at, next },
-            4 => FaultState::Ended { at },
-            5 => FaultState::Cancelled { at },
-            value => return Err(WireError::Code { field: "fault state", value }),
-        };
+        let state = FaultState::from_code(code, at, next)
+            .ok_or(WireError::Code { field: "fault state", value: code })?;
         Ok(Self { id, target, kind, timing, state })
     }
 }

@@ -170,6 +170,13 @@ fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
 }
 
 #[test]
+fn every_key_of_a_fault_is_known_to_the_search_for_keys() {
+    for key in ["effector", "part", "kind", "angle_deg", "travel", "onset_s", "clear_s", "times"] {
+        assert!(known_keys().contains(&format!("plant.fault.N.{key}")), "{key}");
+    }
+}
+
+#[test]
 fn every_kind_of_fault_can_be_written() {
     let text = format!(
         "{NOMINAL}\n[[plant.fault]]\neffector = \"rudder\"\nkind = \"stuck_here\"\nonset_s = 1.0\nclear_s = 2.5\n\
@@ -354,7 +361,7 @@ fn a_fault_with_too_few_or_too_many_keys_is_refused() {
 fn a_fault_that_ends_before_it_begins_is_refused() {
     assert_eq!(
         refusal(CASE1, "onset_s = 3.0", "onset_s = 3.0\nclear_s = 2.0"),
-        "my.toml: [[plant.fault]] number 1: clear_s = 2 is not after onset_s = 3"
+        "my.toml: [plant.fault] clear_s = 2 is outside 3.000001 to 2592000"
     );
 }
 

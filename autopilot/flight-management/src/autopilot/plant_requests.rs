@@ -8,37 +8,58 @@ use icd::pace::Pace;
 use super::{Autopilot, REQUESTS_MAX};
 use crate::command::Outcome;
 use crate::event::EventKind;
+use crate::script::{LineRefusal, ScriptEvent};
 use crate::vehicle::VehicleRefusal;
+
+/// A request to the plant without an answer.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct OpenRequest {
+    pub request: PlantRequest,
+    /// The plant has it. One new flight completes all requests for one, so only the first of them is sent.
+    pub is_sent: bool,
+    pub asker: Asker,
+}
+
+/// Who learns the outcome of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Asker {
+    /// An operator: by the number of the command.
+    Operator,
+    /// A script: only of a refusal, with the line.
+    Line { script: u32, line: u16 },
+    /// Another script has begun since.
+    Nobody,
+}
+
+impl OpenRequest {
+    fn is_restart(&self) -> bool {
+        self.request.action == PlantAction::Restart
+    }
+}
 
 impl Autopilot {
     /// Next request for the plant; at most one leaves with each answer.
     pub fn next_request(&mut self) -> Option<PlantRequest> {
-        let request = self.requests.pop_front()?;
-        match request.action {
-            // The new flight is the answer.
-            PlantAction::Restart => {}
+        let place = self.open.iter().position(|open| !open.is_sent)?;
+        let open = self.open.get_mut(place)?;
+        open.is_sent = true;
+        let open = *open;
+        if open.request.action == PlantAction::ListFaults {
             // The answers are ordinary reports.
-            PlantAction::ListFaults => {
-                let outcome = Outcome::Done;
-                self.publish(EventKind::Outcome { number: request.number, outcome });
-            }
-            PlantAction::Fault(_) | PlantAction::Pace(_) => self.unanswered.push(request.number),
+            self.open.remove(place);
+            self.conclude(&open, Outcome::Done);
         }
-        Some(request)
+        Some(open.request)
     }
 
     /// Handles a report of the plant.
     pub fn handle_report(&mut self, report: &PlantReport) {
         let (at, kind) = match *report {
             PlantReport::FaultReply { request, reply } => {
-                if !self.take_unanswered(request) || self.answer_script(request, Some(&reply)) {
-                    return;
+                if let Some(open) = self.take_answered(request) {
+                    self.conclude(&open, Outcome::Plant(reply));
                 }
-                let outcome = Outcome::Plant(reply);
-                (
-                    time_of_reply(&reply).unwrap_or(self.time),
-                    EventKind::Outcome { number: request, outcome },
-                )
+                return;
             }
             PlantReport::Started { positions } => {
                 if self.latest.is_none() {
@@ -55,8 +76,8 @@ impl Autopilot {
                 (at, EventKind::GroundContact)
             }
             PlantReport::Paced { request, pace, at } => {
-                if let Some(number) = request.filter(|number| self.take_unanswered(*number)) {
-                    self.publish(EventKind::Outcome { number, outcome: Outcome::Done });
+                if let Some(open) = request.and_then(|number| self.take_answered(number)) {
+                    self.conclude(&open, Outcome::Done);
                 }
                 (at, EventKind::Paced(pace))
             }
@@ -64,13 +85,36 @@ impl Autopilot {
         self.events.push(at, kind);
     }
 
-    /// Removes an open request with this number; whether there was one.
-    fn take_unanswered(&mut self, request: u32) -> bool {
-        let place = self.unanswered.iter().position(|number| *number == request);
-        if let Some(place) = place {
-            self.unanswered.swap_remove(place);
-        }
-        place.is_some()
+    /// Removes the request with this number that the plant answers; the answer to a restart is the new flight.
+    fn take_answered(&mut self, number: u32) -> Option<OpenRequest> {
+        let is_it = |open: &OpenRequest| {
+            open.is_sent && open.request.number == number && !open.is_restart()
+        };
+        self.open.iter().position(is_it).and_then(|place| self.open.remove(place))
+    }
+
+    /// Publishes the outcome of a request for whoever made it.
+    fn conclude(&mut self, open: &OpenRequest, outcome: Outcome) {
+        let PlantRequest { number, action } = open.request;
+        let at = match outcome {
+            Outcome::Plant(FaultReply::Applied { at } | FaultReply::Cleared { at }) => at,
+            _ => self.time,
+        };
+        let kind = match (open.asker, outcome) {
+            (Asker::Operator, outcome) => EventKind::Outcome { number, outcome },
+            (Asker::Line { script, line }, outcome) => {
+                let why = match (outcome, action) {
+                    (Outcome::NoAnswer, _) => LineRefusal::NoAnswer,
+                    (Outcome::Plant(FaultReply::Refused(refusal)), PlantAction::Fault(request)) => {
+                        LineRefusal::Plant { target: request.target(), refusal }
+                    }
+                    _ => return,
+                };
+                EventKind::Script { script, event: ScriptEvent::LineRefused { line, why } }
+            }
+            (Asker::Nobody, _) => return,
+        };
+        self.events.push(at, kind);
     }
 
     /// Refuses a pace that is out of range.
@@ -97,29 +141,20 @@ impl Autopilot {
 
     /// Queues a request for the plant, or publishes why it cannot be sent.
     pub(super) fn request(&mut self, number: u32, action: PlantAction) {
-        let outcome = if !self.in_flight {
-            Outcome::Refused(VehicleRefusal::NoFlight)
-        } else if action == PlantAction::Restart && !self.restarts.is_empty() {
-            if self.restarts.len() < REQUESTS_MAX {
-                // One new flight completes all requests for one.
-                self.restarts.push(number);
-                return;
-            }
-            Outcome::NoAnswer
-        } else if !self.has_room_for_request() {
-            Outcome::NoAnswer
+        let request = PlantRequest { number, action };
+        let mut open = OpenRequest { request, is_sent: false, asker: Asker::Operator };
+        if !self.in_flight {
+            self.conclude(&open, Outcome::Refused(VehicleRefusal::NoFlight));
+        } else if self.has_room_for_request() {
+            open.is_sent = open.is_restart() && self.open.iter().any(OpenRequest::is_restart);
+            self.open.push_back(open);
         } else {
-            if action == PlantAction::Restart {
-                self.restarts.push(number);
-            }
-            self.requests.push_back(PlantRequest { number, action });
-            return;
-        };
-        self.publish(EventKind::Outcome { number, outcome });
+            self.conclude(&open, Outcome::NoAnswer);
+        }
     }
 
     pub(super) fn has_room_for_request(&self) -> bool {
-        self.requests.len() + self.unanswered.len() < REQUESTS_MAX
+        self.open.len() < REQUESTS_MAX
     }
 
     /// The plant has been silent for too long: its open requests end without an answer.
@@ -136,29 +171,19 @@ impl Autopilot {
         self.publish(EventKind::PlantBack);
     }
 
+    /// Ends all requests without an answer, except those for a new flight.
     pub(super) fn abandon_requests(&mut self) {
-        let waiting = self.requests.drain(..).map(|request| request.number);
-        let numbers: Vec<u32> = waiting.chain(self.unanswered.drain(..)).collect();
-        for number in numbers {
-            if !self.restarts.contains(&number) && !self.answer_script(number, None) {
-                self.publish(EventKind::Outcome { number, outcome: Outcome::NoAnswer });
-            }
+        while let Some(place) = self.open.iter().position(|open| !open.is_restart())
+            && let Some(open) = self.open.remove(place)
+        {
+            self.conclude(&open, Outcome::NoAnswer);
         }
     }
 
+    /// Ends the requests for a new flight.
     pub(super) fn resolve_restarts(&mut self, outcome: Outcome) {
-        for number in std::mem::take(&mut self.restarts) {
-            self.publish(EventKind::Outcome { number, outcome });
-        }
-    }
-}
-
-/// When a request took effect, if it did.
-fn time_of_reply(reply: &FaultReply) -> Option<SimTime> {
-    match *reply {
-        FaultReply::Applied { at } | FaultReply::Cleared { at } => Some(at),
-        FaultReply::Unchanged { .. } | FaultReply::Scheduled { .. } | FaultReply::Refused(_) => {
-            None
+        while let Some(open) = self.open.pop_front() {
+            self.conclude(&open, outcome);
         }
     }
 }

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use arrayvec::ArrayVec;
 use flight_control::NavigationState;
-use icd::fault::{FaultReply, FaultRequest, PlantAction, PlantRequest, Target};
+use icd::fault::{FaultRequest, PlantAction, PlantRequest};
 
+use super::plant_requests::{Asker, OpenRequest};
 use super::{Autopilot, EVENTS_MAX, REQUESTS_MAX};
 use crate::command::FIRST_SCRIPT_REQUEST;
 use crate::event::EventKind;
@@ -13,8 +13,8 @@ use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::vehicle::VehicleRefusal;
 
 /// Open requests of a script to the plant; the rest of the room is for ground stations.
-const PENDING_MAX: usize = 8;
-const _: () = assert!(PENDING_MAX < REQUESTS_MAX);
+const OPEN_MAX: usize = 8;
+const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
 /// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
 /// three events.
 const LINES_PER_STEP: usize = 32;
@@ -28,48 +28,17 @@ pub(super) struct Scripts {
     /// Scripts may inject faults (`SYS_FAILURE_EN`).
     pub(super) may_fail: bool,
     running: Option<Run>,
-    /// Requests that the plant has not answered.
-    pending: ArrayVec<Pending, PENDING_MAX>,
     last_number: u32,
-    /// The script that these requests belong to.
-    requester: u32,
-}
-
-#[derive(Debug, Clone, Copy)]
-struct Pending {
-    number: u32,
-    line: u16,
-    /// `None` for all targets.
-    target: Option<Target>,
 }
 
 impl Scripts {
     pub(super) fn new(scenario: Option<Arc<Script>>, may_fail: bool) -> Self {
-        let pending = ArrayVec::new();
-        Self {
-            scenario,
-            may_fail,
-            running: None,
-            pending,
-            last_number: FIRST_SCRIPT_REQUEST,
-            requester: 0,
-        }
+        Self { scenario, may_fail, running: None, last_number: FIRST_SCRIPT_REQUEST }
     }
 
     /// Sets the script that begins with each flight.
     pub(super) fn of_scenario(&self) -> Option<&Arc<Script>> {
         self.scenario.as_ref()
-    }
-
-    fn has_room(&self) -> bool {
-        !self.pending.is_full()
-    }
-
-    /// A number for a request of this line, for this target.
-    fn number(&mut self, line: u16, target: Option<Target>) -> u32 {
-        self.last_number = self.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
-        self.pending.push(Pending { number: self.last_number, line, target });
-        self.last_number
     }
 }
 
@@ -77,7 +46,6 @@ impl Autopilot {
     /// Begins a flight: ends the running script and begins the scenario's.
     pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
         self.stop_script();
-        self.scripts.pending.clear();
         // A flight does not depend on earlier flights.
         self.scripts.last_number = FIRST_SCRIPT_REQUEST;
         let Some(script) = self.scripts.scenario.clone() else { return };
@@ -97,8 +65,9 @@ impl Autopilot {
         }
         self.stop_script();
         let id = script.id();
-        self.scripts.pending.clear();
-        self.scripts.requester = id;
+        for open in self.open.iter_mut().filter(|open| open.asker != Asker::Operator) {
+            open.asker = Asker::Nobody;
+        }
         self.scripts.running = Some(Run::new(script));
         self.publish_script_event(id, ScriptEvent::Began);
         Ok(())
@@ -117,10 +86,13 @@ impl Autopilot {
         let id = run.script().id();
         self.vehicle.see(state);
         for _ in 0..LINES_PER_STEP {
-            let has_room = self.scripts.has_room() && self.has_room_for_request();
+            let of_scripts = |open: &&OpenRequest| matches!(open.asker, Asker::Line { .. });
+            let has_room = self.open.iter().filter(of_scripts).count() < OPEN_MAX
+                && self.has_room_for_request();
             let Some(due) = run.next(state, has_room) else { break };
             self.publish_script_event(id, ScriptEvent::Line(due.line));
-            if let Err(refusal) = self.execute(due.line, due.action) {
+            let asker = Asker::Line { script: id, line: due.line };
+            if let Err(refusal) = self.execute(asker, due.action) {
                 let why = LineRefusal::Vehicle(refusal);
                 self.publish_script_event(id, ScriptEvent::LineRefused { line: due.line, why });
             }
@@ -134,10 +106,10 @@ impl Autopilot {
         }
     }
 
-    fn execute(&mut self, line: u16, action: Action) -> Result<(), VehicleRefusal> {
+    fn execute(&mut self, asker: Asker, action: Action) -> Result<(), VehicleRefusal> {
         let Self { vehicle, rules, events, time, .. } = self;
         match action {
-            Action::Fault(request) => self.request_fault(line, request),
+            Action::Fault(request) => self.request_fault(asker, request),
             Action::Refer(reference) => vehicle.refer(reference, rules),
             Action::Mode(mode) => {
                 let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
@@ -147,36 +119,15 @@ impl Autopilot {
         }
     }
 
-    fn request_fault(&mut self, line: u16, request: FaultRequest) -> Result<(), VehicleRefusal> {
+    fn request_fault(&mut self, asker: Asker, request: FaultRequest) -> Result<(), VehicleRefusal> {
         if !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
-        let number = self.scripts.number(line, request.target());
-        self.requests.push_back(PlantRequest { number, action: PlantAction::Fault(request) });
+        let number = self.scripts.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
+        self.scripts.last_number = number;
+        let request = PlantRequest { number, action: PlantAction::Fault(request) };
+        self.open.push_back(OpenRequest { request, is_sent: false, asker });
         Ok(())
-    }
-
-    /// Handles the answer to a request of a script, or `None` if there will be none. False for other requests.
-    pub(super) fn answer_script(&mut self, number: u32, reply: Option<&FaultReply>) -> bool {
-        if number < FIRST_SCRIPT_REQUEST {
-            return false;
-        }
-        let pending = &mut self.scripts.pending;
-        let place = pending.iter().position(|request| request.number == number);
-        let Some(place) = place else { return true };
-        let Pending { line, target, .. } = pending.swap_remove(place);
-        let why = match reply {
-            None => LineRefusal::NoAnswer,
-            Some(FaultReply::Refused(refusal)) => LineRefusal::Plant { target, refusal: *refusal },
-            Some(
-                FaultReply::Applied { .. }
-                | FaultReply::Unchanged { .. }
-                | FaultReply::Scheduled { .. }
-                | FaultReply::Cleared { .. },
-            ) => return true,
-        };
-        self.publish_script_event(self.scripts.requester, ScriptEvent::LineRefused { line, why });
-        true
     }
 
     fn publish_script_event(&mut self, script: u32, event: ScriptEvent) {

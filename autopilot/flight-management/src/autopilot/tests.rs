@@ -7,7 +7,7 @@ use crate::parameters::Parameters;
 use crate::script::{LineRefusal, NotBegun, ScriptEvent};
 use crate::vehicle::{Mode, Reference, VehicleEvent};
 use icd::fault::{FaultReply, FaultRequest, Refusal};
-use icd::fault::{PlantAction, PlantReport};
+use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::tvc_jet;
 use icd::{FaultKind, PerEffector};

@@ -93,11 +93,16 @@ impl<'a> Cursor<'a> {
     ) -> Result<Amount, ScriptError> {
         let column = self.column();
         let value = self.number(what)?;
-        let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
-        let scale = self.choose(units);
-        let scale =
-            scale.ok_or_else(|| self.expected(format!("the unit {}", names.join(" or "))))?;
+        let scale = self.unit(units)?;
         Ok(Amount { what, line: self.line, column, value, scale })
+    }
+
+    /// One of these units.
+    pub(super) fn unit<T: Copy>(&mut self, units: &[(&str, T)]) -> Result<T, ScriptError> {
+        self.choose(units).ok_or_else(|| {
+            let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
+            self.expected(format!("the unit {}", names.join(" or ")))
+        })
     }
 
     pub(super) fn number(&mut self, what: &str) -> Result<f64, ScriptError> {
@@ -112,18 +117,9 @@ impl<'a> Cursor<'a> {
 
     /// A whole number from 1 on.
     pub(super) fn whole(&mut self, what: &'static str, max: u32) -> Result<u32, ScriptError> {
-        self.whole_from(1, what, max)
-    }
-
-    pub(super) fn whole_from(
-        &mut self,
-        min: u32,
-        what: &'static str,
-        max: u32,
-    ) -> Result<u32, ScriptError> {
         let (line, column) = (self.line, self.column());
         let value = self.number(what)?;
-        if value.fract() == 0.0 && (f64::from(min)..=f64::from(max)).contains(&value) {
+        if value.fract() == 0.0 && (1.0..=f64::from(max)).contains(&value) {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -131,7 +127,7 @@ impl<'a> Cursor<'a> {
             )]
             return Ok(value as u32);
         }
-        let (value, min, max) = (value.to_string(), min.to_string(), max.to_string());
+        let (value, min, max) = (value.to_string(), "1".to_owned(), max.to_string());
         Err(Problem::OutOfRange { what, value, min, max, unit: "" }.at(line, column))
     }
 

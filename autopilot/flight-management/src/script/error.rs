@@ -38,12 +38,9 @@ pub enum Problem {
         /// Unit of all three.
         unit: &'static str,
     },
-    /// The target has no such fault.
+    /// No aircraft can have this fault.
     #[error("{0}")]
-    NotForThisTarget(String),
-    /// Repetition without a duration, or with a shorter interval.
-    #[error("`every` needs `for` with a shorter time before it")]
-    EveryWithoutFor,
+    Fault(String),
     /// Two sequences with the same name.
     #[error("there is a sequence {0} already")]
     SameName(String),

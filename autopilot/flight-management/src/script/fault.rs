@@ -1,20 +1,16 @@
 //! `fail` and `clear`: targets, kinds of faults and their timing in words. The words of the kinds are those of the
-//! catalogue.
+//! catalogue; [`FaultDraft`] takes what they say.
 
 use core::cmp::Reverse;
 
-use icd::fault::Measure::{Milliseconds, Seconds};
 use icd::fault::{
-    AirframePart, CATALOGUE, Choice, FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Piece,
-    Repeat, SensorKind, Target, TargetClass, Targets, Timing,
+    AirframePart, CATALOGUE, Choice, FaultDraft, FaultError, KindInfo, Piece, Quantity, SensorKind,
+    Target, TargetClass, Targets,
 };
-use icd::{Effector, EffectorList, FaultRequest, SimTime};
+use icd::{EffectorList, FaultRequest};
 
-use super::cursor::{Cursor, SECONDS};
+use super::cursor::Cursor;
 use super::error::{Problem, ScriptError};
-
-/// Largest number of repetitions of a fault.
-const TIMES_MAX: u32 = 1_000_000;
 
 /// The rest of a line after `fail`.
 pub(super) fn fail(
@@ -22,9 +18,10 @@ pub(super) fn fail(
     effectors: &EffectorList,
 ) -> Result<FaultRequest, ScriptError> {
     let target = target(cursor, effectors, &names(effectors))?;
-    let class = target.class(effectors);
-    let kind = kind(cursor, class)?;
-    let timing = timing(cursor)?;
+    let mut draft = kind(cursor, target.class(effectors))?;
+    let before = cursor.clone();
+    timing(cursor, &mut draft)?;
+    let (kind, timing) = draft.finish().map_err(|error| refused(&before, &error))?;
     Ok(FaultRequest::Inject { target, kind, timing })
 }
 
@@ -41,7 +38,7 @@ pub(super) fn clear(
 }
 
 /// Words of ground stations for servos and motors.
-const UNITS: [(&str, bool); 2] = [("servo", true), ("motor", false)];
+const UNITS: [(&str, bool); 2] = [(Target::SERVO.1, true), (Target::MOTOR.1, false)];
 
 /// The effectors in messages.
 fn names(effectors: &EffectorList) -> String {
@@ -60,68 +57,50 @@ fn names(effectors: &EffectorList) -> String {
     format!("an effector: {names}, a sensor: {sensors}, or a part of the airframe: {parts}")
 }
 
-/// A target: an effector, or a sensor or a part of the airframe by its name.
+/// A target by its display name, its name in files, or as an effector its name in ground stations. The longest name that fits
+/// counts.
 fn target(
     cursor: &mut Cursor,
     effectors: &EffectorList,
     expected: &str,
 ) -> Result<Target, ScriptError> {
-    let named = |sensor: &SensorKind| cursor.take(sensor.name()) || cursor.take(sensor.key());
-    if let Some(sensor) = SensorKind::ALL.into_iter().find(named) {
-        return Ok(sensor.into());
-    }
-    let named = |part: &AirframePart| cursor.take(part.name()) || cursor.take(part.key());
-    if let Some(part) = AirframePart::ALL.into_iter().find(named) {
-        return Ok(part.into());
-    }
-    effector(cursor, effectors, expected).map(Target::from)
-}
-
-/// An effector by its display name, its name in files, or its name in ground stations. The longest name that fits counts.
-fn effector(
-    cursor: &mut Cursor,
-    effectors: &EffectorList,
-    expected: &str,
-) -> Result<Effector, ScriptError> {
-    let mut all: Vec<Effector> = effectors.all().collect();
-    all.sort_by_key(|effector| Reverse(effectors.name(*effector).len()));
-    let named = |cursor: &mut Cursor, effector: &Effector| {
-        cursor.take(effectors.name(*effector)) || cursor.take(effectors.key(*effector))
-    };
-    if let Some(effector) = all.iter().find(|effector| named(cursor, effector)) {
-        return Ok(*effector);
+    let names =
+        |target: Target| [target.name(effectors), target.key(effectors)].map(|name| (name, target));
+    let mut all: Vec<(&str, Target)> = Target::all(effectors).flat_map(names).collect();
+    all.sort_by_key(|(name, _)| Reverse(name.len()));
+    if let Some(target) = cursor.choose(&all) {
+        return Ok(target);
     }
     for (unit, is_angle) in UNITS {
         let members = effectors.by_unit(is_angle);
-        let in_one_word = |cursor: &mut Cursor, effector: &Effector| {
-            cursor.take(&format!("{unit}{}", effectors.instance(*effector)))
-        };
-        if let Some(effector) = members.iter().find(|effector| in_one_word(cursor, effector)) {
-            return Ok(*effector);
+        let instance = |effector| u32::from(effectors.instance(effector));
+        let in_one_word = members
+            .iter()
+            .copied()
+            .find(|effector| cursor.take(&format!("{unit}{}", instance(*effector))));
+        if let Some(effector) = in_one_word {
+            return Ok(effector.into());
         }
         let Some(last) = members.last() else { continue };
         let before = cursor.clone();
         if cursor.take(unit) {
-            let instance = cursor.whole(unit, effectors.instance(*last).into())?;
-            let mut members = members.iter();
-            let found =
-                members.find(|effector| u32::from(effectors.instance(**effector)) == instance);
-            return found.copied().ok_or_else(|| before.expected(expected));
+            let number = cursor.whole(unit, instance(*last))?;
+            let found = members.iter().find(|effector| instance(**effector) == number);
+            return found.copied().map(Target::from).ok_or_else(|| before.expected(expected));
         }
     }
     Err(cursor.expected(expected))
 }
 
-/// A kind by its words; the longest that fit count.
-fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptError> {
-    let mut all: Vec<&KindInfo> = CATALOGUE.iter().collect();
-    all.sort_by_key(|info| Reverse(first_words(info).first().map_or(0, |words| words.len())));
+/// A kind by its words, of which the longest that fit count, with its numbers.
+fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, ScriptError> {
+    let named = |info| first_words(info).iter().map(move |words| (*words, info));
+    let mut all: Vec<(&str, &'static KindInfo)> = CATALOGUE.iter().flat_map(named).collect();
+    all.sort_by_key(|(words, _)| Reverse(words.len()));
     let before = cursor.clone();
-    let begins = |info: &&&KindInfo| match first_words(info) {
-        [] => cursor.is_number(),
-        words => words.iter().any(|words| cursor.take(words)),
-    };
-    let info = all.iter().find(begins).ok_or_else(|| before.expected(kinds()))?;
+    let begins_with_number = CATALOGUE.iter().find(|info| first_words(info).is_empty());
+    let info = cursor.choose(&all).or(begins_with_number.filter(|_| cursor.is_number()));
+    let info = info.ok_or_else(|| before.expected(kinds()))?;
     if !info.targets.allow(class) {
         let why = match (class, info.targets) {
             (TargetClass::Sensor(_), _) => "not for sensors",
@@ -132,28 +111,23 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultKind, ScriptErro
             _ => "not for the engine",
         };
         let why = format!("`{}` is {why}", words(info));
-        return Err(before.problem(Problem::NotForThisTarget(why)));
+        return Err(before.problem(Problem::Fault(why)));
     }
-    let (mut values, mut alternative) = ([0.0; NUMBERS_MAX], 0);
+    let mut draft = FaultDraft::new(info, class);
     for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
         match *piece {
             Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
             Piece::Optional(word) => drop(cursor.take(word)),
-            Piece::Number(quantity) => {
-                let mut numbers = values.iter_mut().zip(info.numbers);
-                let place = numbers.find(|(_, number)| number.quantity == quantity);
-                if let Some((value, number)) = place {
-                    *value = self::number(cursor, number, class)?;
-                }
-            }
+            Piece::Number(quantity) => number(cursor, &mut draft, quantity)?,
             Piece::Choice => {
-                if let Some(choice) = &info.choice {
-                    alternative = self::choice(cursor, choice)?;
+                let alternative = info.choice.map(|choice| self::choice(cursor, &choice));
+                if let Some(alternative) = alternative.transpose()?.flatten() {
+                    draft.choose(alternative);
                 }
             }
         }
     }
-    info.with(alternative, values).ok_or_else(|| before.expected(kinds()))
+    Ok(draft)
 }
 
 /// The words that begin a kind; none: it begins with a number.
@@ -183,66 +157,52 @@ fn kinds() -> String {
     format!("a kind of fault: {}", all.join(", "))
 }
 
-/// A number with its unit, in SI units; times accept any unit of time.
+/// A number with one of its units.
 fn number(
     cursor: &mut Cursor,
-    number: &NumberInfo,
-    class: TargetClass,
-) -> Result<f64, ScriptError> {
-    let (what, measure) = (number.quantity.name(), number.quantity.measure());
-    let unit = measure.unit(class);
-    let [min, max] = number.range.anywhere(measure, class);
-    if matches!(measure, Seconds | Milliseconds) {
-        let range = (unit.to_si(min), unit.to_si(max));
-        return cursor.amount(what, &SECONDS)?.within(range, ("s", 1.0));
-    }
-    let amount = cursor.amount(what, &[(&unit.name.to_ascii_lowercase(), 1.0)])?;
-    amount.within((min, max), (unit.name, 1.0)).map(|value| unit.to_si(value))
+    draft: &mut FaultDraft,
+    quantity: Quantity,
+) -> Result<(), ScriptError> {
+    let before = cursor.clone();
+    let value = cursor.number(quantity.name())?;
+    let units = quantity.measure().units(draft.class);
+    let written: Vec<String> = units.iter().map(|unit| unit.name.to_ascii_lowercase()).collect();
+    let choices: Vec<_> = written.iter().map(String::as_str).zip(units.iter().copied()).collect();
+    let unit = cursor.unit(&choices)?;
+    draft.set(quantity, value, unit).map_err(|error| refused(&before, &error))
 }
 
-/// An alternative by its words, from 0.
-fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<u8, ScriptError> {
+/// A problem with what comes next at the cursor.
+fn refused(cursor: &Cursor, error: &FaultError) -> ScriptError {
+    cursor.problem(Problem::Fault(error.to_string()))
+}
+
+/// An alternative by its words, from 0; `None` for that of a choice without words.
+fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, ScriptError> {
     let all = (0..).zip(choice.alternatives);
     let all: Vec<(&str, u8)> =
         all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
     match choice.default {
-        Some(default) => Ok(cursor.choose(&all).unwrap_or(default)),
-        None => cursor.need_one(choice.title, &all),
+        Some(_) => Ok(cursor.choose(&all)),
+        None => cursor.need_one(choice.title, &all).map(Some),
     }
-}
-
-/// A positive time, s.
-fn duration(cursor: &mut Cursor, what: &'static str) -> Result<f64, ScriptError> {
-    let duration = cursor.amount(what, &SECONDS)?;
-    duration.within((1.0e-6, SimTime::MAX_SECONDS), ("s", 1.0))
 }
 
 /// `, ramp 1 s, for 5 s, every 10 s, 3 times`, in this order, each part once or not at all.
-fn timing(cursor: &mut Cursor) -> Result<Timing, ScriptError> {
-    let mut timing = Timing::from_onset(Onset::AtOnce);
-    if cursor.take(", ramp") {
-        timing.ramp_s = duration(cursor, "the ramp")?;
-    }
-    if cursor.take(", for") {
-        timing.duration_s = Some(duration(cursor, "the duration")?);
-    }
-    if cursor.take(", every") {
-        let problem = cursor.problem(Problem::EveryWithoutFor);
-        let every_s = duration(cursor, "the repetition")?;
-        if timing.duration_s.is_none_or(|duration_s| duration_s >= every_s) {
-            return Err(problem);
+fn timing(cursor: &mut Cursor, draft: &mut FaultDraft) -> Result<(), ScriptError> {
+    use Quantity::{Duration, Every, Ramp, Times};
+    let mut is_repeated = false;
+    for (words, quantity) in [(", ramp", Ramp), (", for", Duration), (", every", Every)] {
+        if cursor.take(words) {
+            number(cursor, draft, quantity)?;
+            is_repeated = quantity == Every;
         }
-        let times = if cursor.take(",") {
-            let times = cursor.whole_from(2, "how often", TIMES_MAX)?;
-            cursor.need("times")?;
-            Some(times)
-        } else {
-            None
-        };
-        timing.repeat = Some(Repeat { every_s, times });
+    }
+    if is_repeated && cursor.take(",") {
+        number(cursor, draft, Times)?;
     }
     if cursor.is_at_end() {
-        Ok(timing)
+        Ok(())
     } else {
         Err(cursor.expected("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
     }

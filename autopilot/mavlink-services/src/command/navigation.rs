@@ -146,8 +146,7 @@ pub fn start_mission(
             plan.items - 1
         ))),
         Some(first) => {
-            let intents =
-                vec![(VehicleCommand::PlanItem(first).into(), None), (begin.into(), None)];
+            let intents = vec![VehicleCommand::PlanItem(first).into(), begin.into()];
             Ok(Decision { intents, ..Decision::default() })
         }
         None => Ok(Decision::pass_on(begin)),

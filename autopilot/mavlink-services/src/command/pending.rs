@@ -4,12 +4,13 @@ use core::time::Duration;
 
 use ::mavlink::dialects::common::MavResult;
 use arrayvec::ArrayVec;
-use icd::fault::{FaultReply, Refusal, Target};
+use icd::fault::{FaultReply, NO_ANSWER, Refusal, Target};
 use icd::{EffectorList, FaultRequest};
 
 use crate::codec::{CommandError, CommandMessage, Encoded, Identity};
 use crate::failure::Reasons;
 use crate::peers::From;
+use crate::queues::OpenCommand;
 use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
 use crate::{Shared, failure};
@@ -24,24 +25,6 @@ const COPIES_MAX: u32 = 32;
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Interval of progress reports for a command in execution: MAVSDK repeats it after 0.5 s.
 const PROGRESS: Duration = Duration::from_millis(400);
-/// Reason reported for a part without an answer.
-const NO_ANSWER: &str = "the aircraft does not answer";
-
-/// One intent of an open command.
-#[derive(Debug, Clone, Copy)]
-pub struct Part {
-    /// Number of the intent.
-    pub number: u32,
-    /// The fault that it injects or clears, for the text.
-    pub fault: Option<FaultRequest>,
-}
-
-impl Part {
-    fn target(&self) -> Option<Target> {
-        self.fault.and_then(|fault| fault.target())
-    }
-}
-
 /// Actions once a command is accepted.
 #[derive(Debug, Default)]
 pub struct OnAcceptance {
@@ -63,7 +46,7 @@ struct Open {
     /// Time of the last progress report, or of the command.
     reported: WallTime,
     on_acceptance: OnAcceptance,
-    parts: ArrayVec<Part, { Target::MAX }>,
+    parts: ArrayVec<OpenCommand, { Target::MAX }>,
     verdict: Verdict,
 }
 
@@ -129,7 +112,7 @@ impl Pending {
         &mut self,
         from: From,
         command: Option<&CommandMessage>,
-        parts: ArrayVec<Part, { Target::MAX }>,
+        parts: ArrayVec<OpenCommand, { Target::MAX }>,
         on_acceptance: OnAcceptance,
         now: WallTime,
     ) {
@@ -239,7 +222,7 @@ impl Default for Verdict {
 
 impl Verdict {
     /// Records the outcome of one part.
-    fn take(&mut self, part: Part, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
+    fn take(&mut self, part: OpenCommand, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
         let target = part.target();
         match outcome {
             Outcome::Done => {}
@@ -257,7 +240,13 @@ impl Verdict {
     }
 
     /// Records the reply of the plant; sends a text at once for what neither an event nor a refusal reports.
-    fn take_reply(&mut self, part: Part, reply: &FaultReply, now: WallTime, shared: &mut Shared) {
+    fn take_reply(
+        &mut self,
+        part: OpenCommand,
+        reply: &FaultReply,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
         let target = part.target();
         match reply {
             FaultReply::Refused(refusal) => {

@@ -20,10 +20,7 @@ pub fn fault(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, 
         return Err(CommandError::without_text(MavResult::MAV_RESULT_COMMAND_LONG_ONLY));
     }
     let requests = failure::requests(command, &caller.shared.parameters, &caller.shared.model)?;
-    let intents = requests
-        .into_iter()
-        .map(|request| (PlantAction::Fault(request).into(), Some(request)))
-        .collect();
+    let intents = requests.into_iter().map(|request| PlantAction::Fault(request).into()).collect();
     Ok(Decision { intents, ..Decision::default() })
 }
 

@@ -9,17 +9,17 @@ use arrayvec::ArrayVec;
 use flight_control::AircraftModel;
 use flight_control::aircraft_model::{EffectorModel, ServoModel};
 use icd::fault::{
-    FaultKind, KindInfo, NUMBERS_MAX, NumberInfo, Onset, Quantity, Reach, Refusal, Repeat,
-    SIZE_OPTION, Target, TargetClass, Timing,
+    Failure, FaultDraft, FaultKind, KindInfo, NumberInfo, Numbers, Quantity, Reach, Refusal,
+    SIZE_OPTION, Size, SizedKind, Target, TargetClass, Timing,
 };
-use icd::{Effector, EffectorList, FaultRequest, SimTime, fault};
+use icd::{Effector, EffectorList, FaultRequest, fault};
 
 use crate::codec::CommandError;
 use crate::convert;
 use crate::failure::{Reasons, units};
 use flight_management::parameters::{FailureParameters, Parameters};
 
-pub use crate::failure::units::{Failure, Size, Targets, Unit, Value, ValueError};
+pub use crate::failure::units::{Targets, Unit};
 
 /// Models come from files with nine digits, and numbers of commands have seven: a value this close to a limit,
 /// as a fraction of it, is left for the plant to decide.
@@ -37,19 +37,9 @@ pub struct FaultCommand {
     /// The instances of the unit.
     pub instances: Instances,
     /// Size of the fault.
-    pub value: Option<Value>,
-    /// Further numbers of the kind, in the operator's units.
-    pub numbers: [Option<(Quantity, f64)>; NUMBERS_MAX],
-    /// Time of the first onset.
-    pub onset: Onset,
-    /// Time from nothing to the full fault, s. Kinds without a size do not use the parameter's.
-    pub ramp_s: Option<f64>,
-    /// Duration of each action, s; 0 for ever.
-    pub duration_s: Option<f64>,
-    /// Time from one onset to the next, s; 0 once only.
-    pub every_s: Option<f64>,
-    /// Number of onsets; 0 without end.
-    pub times: Option<u32>,
+    pub value: Option<SizedKind>,
+    /// Further numbers of the kind, in the operator's units, and times, s; 0 for no ramp, for ever, once only, without end.
+    pub numbers: Numbers,
 }
 
 /// Instances of a unit.
@@ -65,18 +55,7 @@ pub enum Instances {
 impl FaultCommand {
     /// At once, all other values from the parameters.
     pub const fn new(unit: Unit, failure: Failure, instances: Instances) -> Self {
-        Self {
-            unit,
-            failure,
-            instances,
-            value: None,
-            numbers: [None; NUMBERS_MAX],
-            onset: Onset::AtOnce,
-            ramp_s: None,
-            duration_s: None,
-            every_s: None,
-            times: None,
-        }
+        Self { unit, failure, instances, value: None, numbers: Numbers::NONE }
     }
 
     /// The kind has neither size nor time.
@@ -103,19 +82,21 @@ pub fn requests(
         }
         return Ok(targets.into_iter().map(|target| FaultRequest::Clear { target }).collect());
     }
-    check_numbers(command)?;
     let mut requests = Requests::new();
     let mut reasons = Reasons::default();
     for target in targets {
-        match kind(command, target, parameters, model)? {
-            Some(kind) => {
-                let timing = timing(command, &kind, parameters)?;
+        let Some(draft) = draft(command, target, parameters, model)? else {
+            reasons.refuse(&Refusal::NotForThisEffector, Some(target), list);
+            continue;
+        };
+        match draft.finish() {
+            Ok((kind, timing)) => {
                 if let Err(refusal) = check(target, &kind, &timing, model) {
                     reasons.refuse(&refusal, Some(target), list);
                 }
                 requests.push(FaultRequest::Inject { target, kind, timing });
             }
-            None => reasons.refuse(&Refusal::NotForThisEffector, Some(target), list),
+            Err(error) => reasons.add(error.to_string(), Some(target)),
         }
     }
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
@@ -131,8 +112,7 @@ fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Targets, Comman
     // The unit "all" has no instances of its own, so they are counted.
     let instance = |place: usize, target: Target| match target {
         _ if command.unit == Unit::EVERYTHING => place + 1,
-        Target::Effector(effector) => list.instance(effector).into(),
-        Target::Sensor(_) | Target::Part(_) => 1,
+        target => target.instance(list).into(),
     };
     let bit = |place: usize, target: Target| 1_u32 << (instance(place, target) - 1);
     let bits = || targets.iter().enumerate().map(|(place, target)| bit(place, *target));
@@ -157,42 +137,45 @@ fn chosen(command: &FaultCommand, list: &EffectorList) -> Result<Targets, Comman
     Ok(targets.iter().enumerate().filter(named).map(|(_, target)| *target).collect())
 }
 
-/// Checks for numbers that are invalid for every effector.
-fn check_numbers(command: &FaultCommand) -> Result<(), CommandError> {
-    let numbers = [
-        ("ramp", command.ramp_s, fault::RAMP_MAX_S),
-        ("duration", command.duration_s, SimTime::MAX_SECONDS),
-        ("repetition", command.every_s, SimTime::MAX_SECONDS),
-    ];
-    for (what, value, max) in numbers {
-        if let Some(value) = value.filter(|value| !(0.0..=max).contains(value)) {
-            return Err(denied(format!("{what} {value} is outside 0 to {max} s")));
-        }
-    }
-    Ok(())
-}
-
-/// The kind of fault for one target; `None` if it has no such fault.
-fn kind(
+/// The fault of a command for one target; `None` if it has no such fault.
+fn draft(
     command: &FaultCommand,
     target: Target,
     parameters: &FailureParameters,
     model: &AircraftModel,
-) -> Result<Option<FaultKind>, CommandError> {
+) -> Result<Option<FaultDraft>, CommandError> {
+    use Quantity::{Duration, Every, Onset, Ramp, Times};
     let class = target.class(&model.effectors.list);
     let Some((info, alternative)) = entry(command, class, parameters)? else { return Ok(None) };
-    let takes = |quantity| info.numbers.iter().any(|number| number.quantity == quantity);
-    if let Some((quantity, _)) =
-        command.numbers.iter().flatten().find(|(quantity, _)| !takes(*quantity))
-    {
+    let takes = |what: &Quantity| {
+        Quantity::TIMING.contains(what) || info.numbers.iter().any(|one| one.quantity == *what)
+    };
+    if let Some(quantity) = command.numbers.given().find(|what| !takes(what)) {
         let (name, what) = (command.failure.name(), quantity.name());
         return Err(denied(format!("type {name} takes no {what} here")));
     }
-    let mut values = [0.0; NUMBERS_MAX];
-    for (value, number) in values.iter_mut().zip(info.numbers) {
-        *value = self::number(command, number, class, parameters, model)?;
+    let mut draft = FaultDraft::new(info, class);
+    draft.choose(alternative);
+    for number in info.numbers {
+        let value = self::number(command, number, class, parameters, model)?;
+        draft.set_si(number.quantity, value);
     }
-    Ok(info.with(alternative, values))
+    let time = |what, parameter| command.numbers.get(what).unwrap_or(parameter);
+    let ramp_s = time(Ramp, if info.has_size() { parameters.ramp_s } else { 0.0 });
+    let every_s = time(Every, parameters.every_s);
+    // The parameter counts only where there is a repetition; the command's own number needs one.
+    let times = time(Times, if every_s == 0.0 { 0.0 } else { parameters.times.into() });
+    let [every_s, times] = if times == 1.0 { [0.0; 2] } else { [every_s, times] };
+    let duration_s = time(Duration, parameters.duration_s);
+    for (what, time) in [(Ramp, ramp_s), (Duration, duration_s), (Every, every_s), (Times, times)] {
+        if time != 0.0 {
+            draft.set_si(what, time);
+        }
+    }
+    if let Some(onset_s) = command.numbers.get(Onset) {
+        draft.set_si(Onset, onset_s);
+    }
+    Ok(Some(draft))
 }
 
 /// The entry of the catalogue that a command means for such an effector, and the alternative within it; `None` if there is
@@ -258,9 +241,8 @@ fn number(
             Some(Size::None | Size::Alternative(_)) | None => {}
         }
     }
-    let given = command.numbers.iter().flatten().find(|(quantity, _)| *quantity == number.quantity);
-    if let Some((_, value)) = given {
-        return Ok(units::to_si(*value, measure, class, engine_n));
+    if let Some(value) = command.numbers.get(number.quantity) {
+        return Ok(units::to_si(value, measure, class, engine_n));
     }
     if let (Some(largest_n), true) = (engine_n, measure.is_own()) {
         let is_signed = number.range.anywhere(measure, class)[0] < 0.0;
@@ -304,38 +286,6 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
     let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
     let class = TargetClass::of(is_angle);
     Reach { class, min: factor * min, max: factor * max, fastest }
-}
-
-/// When a fault of a kind is active.
-fn timing(
-    command: &FaultCommand,
-    kind: &FaultKind,
-    parameters: &FailureParameters,
-) -> Result<Timing, CommandError> {
-    let by_parameter = if kind.has_size() { parameters.ramp_s } else { 0.0 };
-    let ramp_s = command.ramp_s.unwrap_or(by_parameter);
-    if ramp_s > 0.0 && !kind.has_size() {
-        return Err(denied("this fault has no size that a ramp could change"));
-    }
-    let given = |time_s: f64| (time_s > 0.0).then_some(time_s);
-    let duration_s = given(command.duration_s.unwrap_or(parameters.duration_s));
-    let every_s = given(command.every_s.unwrap_or(parameters.every_s));
-    let times = command.times.unwrap_or(parameters.times);
-    let repeat = match (duration_s, every_s, times) {
-        (_, None, _) | (_, _, 1) => None,
-        (None, Some(_), _) => {
-            return Err(denied("a repetition (FLT_RPT_S) needs a duration (FLT_DUR_S)"));
-        }
-        (Some(duration_s), Some(every_s), _) if every_s <= duration_s => {
-            return Err(denied(format!(
-                "a repetition each {every_s} s must be longer than the duration of {duration_s} s"
-            )));
-        }
-        (Some(_), Some(every_s), times) => {
-            Some(Repeat { every_s, times: (times > 0).then_some(times) })
-        }
-    };
-    Ok(Timing { onset: command.onset, ramp_s, duration_s, repeat })
 }
 
 #[cfg(test)]

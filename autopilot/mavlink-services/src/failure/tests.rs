@@ -2,9 +2,9 @@ use super::*;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::configuration::{self, DEFAULT_MODEL};
 use flight_management::parameters::Parameters;
-use icd::FaultRequest;
 use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::tvc_jet;
+use icd::{FaultRequest, SimTime};
 
 const NAN: f32 = f32::NAN;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
@@ -48,7 +48,8 @@ fn instances_are_the_documented_effectors() {
             requests,
             [FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW }]
         );
-        assert_eq!(unit_and_instance(effector, &tvc_jet::effectors()), ("servo", instance));
+        let (target, list) = (Target::from(effector), tvc_jet::effectors());
+        assert_eq!((target.unit(&list).1, target.instance(&list)), ("servo", instance));
     }
     let requests = inject(101.0, 0.0, 1.0, 0.0).unwrap();
     assert_eq!(requests, [FaultRequest::Clear { target: tvc_jet::ENGINE.into() }]);

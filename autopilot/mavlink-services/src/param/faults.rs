@@ -11,16 +11,16 @@
 use core::time::Duration;
 
 use icd::EffectorList;
-use icd::fault::{FailureType, FaultEntry, FaultReply, PlantAction, Target};
+use icd::fault::{Failure, FailureType, FaultEntry, FaultReply, NO_ANSWER, PlantAction, Target};
 
 use crate::failure::command;
-use crate::failure::command::{Failure, FaultCommand, Instances, Unit};
+use crate::failure::command::{FaultCommand, Instances, Unit};
 use crate::peers::From;
+use crate::queues::OpenCommand;
 use crate::wall_time::WallTime;
 use crate::{Shared, failure};
 use flight_management::command::Outcome;
 use flight_management::fault_list::FaultList;
-use flight_management::parameters::targets;
 
 /// Commands that may be open.
 const OPEN_MAX: usize = 32;
@@ -31,8 +31,7 @@ const ANSWER_TIMEOUT: Duration = Duration::from_millis(700);
 #[derive(Debug)]
 struct Open {
     from: From,
-    /// Number of the intent.
-    number: u32,
+    command: OpenCommand,
     target: Target,
     /// The value that was set.
     value: u8,
@@ -84,7 +83,8 @@ impl FaultParameters {
         now: WallTime,
         shared: &mut Shared,
     ) -> Result<bool, String> {
-        let (unit, instance) = failure::unit_and_instance(target, shared.effectors());
+        let effectors = shared.effectors();
+        let ((_, unit), instance) = (target.unit(effectors), target.instance(effectors));
         let is_it = |known: &FailureType| f64::from(known.code()) == libm::round(value);
         let Some(failure_type) = FailureType::ALL.into_iter().find(is_it) else {
             let (name, last) = (unit.to_ascii_uppercase(), FailureType::ALL.len() - 1);
@@ -107,9 +107,9 @@ impl FaultParameters {
             return Err("Not set: too many faults are waiting".to_owned());
         }
         for request in requests {
-            let number = shared.intents.push(PlantAction::Fault(request));
-            let number = number.ok_or("Not set: too many commands are waiting")?;
-            self.open.push(Open { from, number, target, value, since: now, is_done: false });
+            let command = shared.intents.open(PlantAction::Fault(request).into());
+            let command = command.ok_or("Not set: too many commands are waiting")?;
+            self.open.push(Open { from, command, target, value, since: now, is_done: false });
         }
         Ok(true)
     }
@@ -121,14 +121,14 @@ impl FaultParameters {
         outcome: &Outcome,
         effectors: &EffectorList,
     ) -> Option<Answer> {
-        let place = self.open.iter().position(|open| open.number == number)?;
+        let place = self.open.iter().position(|open| open.command.number == number)?;
         let open = self.open.get_mut(place)?;
         let refused = match outcome {
             Outcome::Plant(FaultReply::Refused(refusal)) => {
                 failure::refused(refusal, Some(open.target), effectors)
             }
             Outcome::Refused(refusal) => refusal.to_string(),
-            Outcome::NoAnswer => "the aircraft does not answer".to_owned(),
+            Outcome::NoAnswer => NO_ANSWER.to_owned(),
             Outcome::Done | Outcome::Plant(_) => {
                 open.is_done = true;
                 return None;
@@ -156,7 +156,7 @@ impl FaultParameters {
                 (value(target, faults) != set).then(|| not_as_set(target, faults, effectors))
             } else {
                 let name = target.name(effectors);
-                Some(format!("Not confirmed: {name}: the aircraft does not answer"))
+                Some(format!("Not confirmed: {name}: {NO_ANSWER}"))
             };
             Answer { from, target, refused }
         })
@@ -168,7 +168,7 @@ impl FaultParameters {
     pub(super) fn changed(&mut self, faults: &FaultList, effectors: &EffectorList) -> Vec<Target> {
         let Self { open, published } = self;
         let is_free = |target: &Target| open.iter().all(|open| open.target != *target);
-        let changed = targets(effectors).filter(is_free).filter(|target| {
+        let changed = Target::all(effectors).filter(is_free).filter(|target| {
             let value = value(*target, faults);
             match published.iter_mut().find(|(known, _)| known == target) {
                 Some((_, before)) => std::mem::replace(before, value) != value,

@@ -10,7 +10,7 @@ use crate::convert;
 use crate::peers::From;
 use flight_management::parameters::{
     COMPATIBILITY, CompatibilityParameter, FaultParameter, Kind, ParameterName, Parameters,
-    compatibility, fault_of, fault_parameters, table, targets,
+    compatibility, fault_of, fault_parameters, table,
 };
 use icd::EffectorList;
 use icd::fault::Target;
@@ -41,7 +41,7 @@ pub(crate) enum Source {
 
 /// Rows of all tables.
 pub(super) fn count(effectors: &EffectorList) -> usize {
-    table().len() + COMPATIBILITY.len() + targets(effectors).count()
+    table().len() + COMPATIBILITY.len() + Target::all(effectors).count()
 }
 
 /// A name of a table; none of the tables has a longer one.
@@ -69,7 +69,7 @@ pub(super) fn row_with(index: usize, parameters: &Parameters, shared: &Shared) -
         return Some(Row { index, name, kind: row.kind, value, source });
     }
     let effectors = shared.effectors();
-    let target = targets(effectors).nth(place.checked_sub(COMPATIBILITY.len())?)?;
+    let target = Target::all(effectors).nth(place.checked_sub(COMPATIBILITY.len())?)?;
     let FaultParameter { name, target } = fault_of(target, effectors);
     let value = faults::value(target, shared.aircraft.faults()).into();
     Some(Row { index, name, kind: Kind::Int, value, source: Source::Fault(target) })
@@ -103,7 +103,7 @@ pub(super) fn meant(named: &Row, shared: &Shared) -> (Row, Vec<usize>) {
 /// The fault parameter of a target.
 pub(super) fn row_of(target: Target, shared: &Shared) -> Option<Row> {
     let effectors = shared.effectors();
-    let place = targets(effectors).position(|other| other == target)?;
+    let place = Target::all(effectors).position(|other| other == target)?;
     row(table().len() + COMPATIBILITY.len() + place, shared)
 }
 
@@ -154,7 +154,6 @@ pub(super) fn number(set: &ParamSet) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::failure;
     use flight_management::parameters::is_fault;
     use icd::tvc_jet;
 
@@ -162,7 +161,7 @@ mod tests {
     fn each_parameter_of_a_fault_has_the_name_of_its_effector_and_hides_no_other_parameter() {
         let list = tvc_jet::effectors();
         for row in fault_parameters(&list) {
-            let (unit, instance) = failure::unit_and_instance(row.target, &list);
+            let (unit, instance) = (row.target.unit(&list).1, row.target.instance(&list));
             assert_eq!(&row.name, format!("FLT_{}{instance}", unit.to_uppercase()).as_str());
             assert!(table().iter().all(|other| *other.name != *row.name), "{}", row.name);
             assert!(compatibility(&row.name).is_none() && is_fault(&row.name), "{}", row.name);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use icd::EffectorList;
-use icd::fault::{PlantAction, Target};
+use icd::fault::PlantAction;
 use icd::pace::Pace;
 
 use crate::codec::CommandError;
@@ -26,8 +26,7 @@ pub(super) type Answer = Result<Output, String>;
 pub(super) struct Output {
     /// Printed when the aircraft has executed every command; at once if there is none. Lines with their ends.
     pub(super) text: String,
-    /// Each with the target of its fault.
-    pub(super) commands: Vec<(Command, Option<Target>)>,
+    pub(super) commands: Vec<Command>,
 }
 
 impl Output {
@@ -38,7 +37,7 @@ impl Output {
 
     /// One command, and the text to print once it is executed.
     fn command(command: impl Into<Command>, text: impl Into<String>) -> Self {
-        Self { text: text.into(), commands: vec![(command.into(), None)] }
+        Self { text: text.into(), commands: vec![command.into()] }
     }
 }
 

@@ -5,10 +5,11 @@ use std::collections::VecDeque;
 
 use ::mavlink::dialects::common::MavSeverity;
 use icd::EffectorList;
-use icd::fault::{FaultReply, Target};
+use icd::fault::{FaultReply, NO_ANSWER, Target};
 
 use crate::codec::printable;
 use crate::peers::From;
+use crate::queues::OpenCommand;
 use crate::shell::commands::{Answer, Output};
 use crate::wall_time::WallTime;
 use crate::{Shared, command, failure};
@@ -21,22 +22,14 @@ const LINES_MAX: usize = 32;
 const OUTPUT_FULL: usize = 8 * 1024;
 /// A command without an answer is given up after this.
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
-const NO_ANSWER: &str = "the aircraft does not answer";
 /// Text to print when a line is done.
 pub(super) const PROMPT: &str = "two-step> ";
-
-/// One intent of the running command.
-#[derive(Debug)]
-struct Part {
-    number: u32,
-    target: Option<Target>,
-}
 
 /// The running command, which waits for the aircraft.
 #[derive(Debug)]
 struct Running {
     since: WallTime,
-    parts: Vec<Part>,
+    parts: Vec<OpenCommand>,
     /// The text to print when every part is done.
     done: String,
     has_failed: bool,
@@ -136,11 +129,9 @@ impl Session {
             return self.finish("ERROR: too many commands are waiting\n");
         }
         let steers =
-            commands.iter().any(|(command, _)| command::steers(command, shared.aircraft.mode()));
-        let mode = commands.iter().find_map(|(command, _)| command::mode_of(command));
-        let parts = commands.into_iter().filter_map(|(command, target)| {
-            shared.intents.push(command).map(|number| Part { number, target })
-        });
+            commands.iter().any(|command| command::steers(command, shared.aircraft.mode()));
+        let mode = commands.iter().find_map(command::mode_of);
+        let parts = commands.into_iter().filter_map(|command| shared.intents.open(command));
         let parts = parts.collect();
         self.running = Some(Running {
             since: now,
@@ -169,7 +160,7 @@ impl Session {
         if let Outcome::Plant(FaultReply::Cleared { .. }) = outcome {
             // A fault on the list leaves it after this answer.
             let faults = shared.aircraft.faults();
-            let is_news = match part.target {
+            let is_news = match part.target() {
                 Some(target) => faults.names(target),
                 None => !faults.entries().is_empty(),
             };
@@ -179,7 +170,7 @@ impl Session {
             }
             running.has_mended = true;
         }
-        let (line, has_failed) = line_of(part.target, outcome, shared.effectors());
+        let (line, has_failed) = line_of(part.target(), outcome, shared.effectors());
         running.has_failed |= has_failed;
         if has_failed {
             // This client reads it here; the others find it in the flight log.
@@ -198,7 +189,7 @@ impl Session {
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);
         for part in parts {
-            let (line, _) = line_of(part.target, &Outcome::NoAnswer, shared.effectors());
+            let (line, _) = line_of(part.target(), &Outcome::NoAnswer, shared.effectors());
             self.print(&line);
         }
         self.close_if_done(shared);

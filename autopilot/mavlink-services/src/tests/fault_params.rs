@@ -2,7 +2,6 @@
 
 use super::params::{set_int, set_real};
 use super::world::*;
-use crate::failure;
 use ::mavlink::dialects::common::PARAM_ERROR_DATA;
 use flight_management::command::Command;
 use flight_management::parameters::{fault_parameters, is_fault};
@@ -178,10 +177,6 @@ fn fault_parameters_are_never_saved() {
     world.send(&set_int("FLT_SERVO1", 2));
     assert_eq!(values(&mut world), one("FLT_SERVO1", 2));
     assert_eq!(world.ground.pop_save(), None);
-    assert_eq!(
-        failure::unit_and_instance(tvc_jet::LEFT_AILERON, &tvc_jet::effectors()),
-        ("servo", 1)
-    );
 }
 
 /// The plant's report of a fault of the first servo.

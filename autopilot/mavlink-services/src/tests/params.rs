@@ -6,7 +6,7 @@ use ::mavlink::dialects::common::{
 use flight_management::command::Command;
 use flight_management::command::Configuration;
 use flight_management::parameters::COMPATIBILITY;
-use flight_management::parameters::{Kind, Parameters, table, targets};
+use flight_management::parameters::{Kind, Parameters, table};
 use flight_management::vehicle::LinkLossAction;
 use icd::tvc_jet;
 
@@ -48,7 +48,7 @@ fn read(name: &str, param_index: i16) -> MavMessage {
 }
 
 fn total() -> usize {
-    table().len() + COMPATIBILITY.len() + targets(&tvc_jet::effectors()).count()
+    table().len() + COMPATIBILITY.len() + icd::fault::Target::all(&tvc_jet::effectors()).count()
 }
 
 fn only_value(world: &mut World) -> PARAM_VALUE_DATA {

@@ -4,7 +4,6 @@ use super::mission::client::{self, ACCEPTED, Client, QGC};
 use super::world::*;
 use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavResult};
 use flight_management::command::Command;
-use flight_management::parameters::targets;
 use icd::FaultRequest;
 use icd::fault::{PlantAction, Target};
 use icd::tvc_jet;
@@ -80,7 +79,7 @@ fn everything_ok_mends_every_effector() {
             _ => None,
         })
         .collect();
-    assert_eq!(mended, targets(&tvc_jet::effectors()).collect::<Vec<_>>());
+    assert_eq!(mended, Target::all(&tvc_jet::effectors()).collect::<Vec<_>>());
 }
 
 #[test]

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 
 use autopilot::command::Command;
 use autopilot::command::VehicleCommand;
+use autopilot::recorder::topics::fault_state;
 use autopilot::recorder::{Recorded, command_text};
 use autopilot::vehicle::Mode;
 use flight_control::CompensatorMode;
-use icd::fault::{FaultKind, TargetClass};
+use icd::fault::{FaultKind, FaultState, TargetClass};
 use icd::record::effector_field;
-use icd::{ControlPeriod, Effector, EffectorList};
+use icd::{ControlPeriod, Effector, EffectorList, SimTime};
 use plant_sim::Attained;
 use ulog::reader::Topic;
 
@@ -130,9 +131,6 @@ struct Report {
     state: u64,
 }
 
-/// State of a fault that acts, as the topic `fault` has it.
-const ACTING: u64 = 1;
-
 impl Report {
     fn text(&self, effectors: &EffectorList) -> String {
         let is_angle = self.effector.is_none_or(|effector| effectors.is_angle(effector));
@@ -210,10 +208,11 @@ fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
     let reports = Reports::of(&topic).all;
     // The next report about the same fault, looked for from the end.
     let mut next: HashMap<u64, f64> = HashMap::new();
+    let active = u64::from(fault_state(&FaultState::Active { since: SimTime::ZERO }));
     let mut faults = Vec::new();
     for report in reports.iter().rev() {
         let later = next.insert(report.id, report.at_s);
-        let Some(effector) = report.effector.filter(|_| report.state == ACTING) else { continue };
+        let Some(effector) = report.effector.filter(|_| report.state == active) else { continue };
         let span = (report.at_s, later.unwrap_or(flight.span.1));
         faults.push(FaultSpan {
             effector,

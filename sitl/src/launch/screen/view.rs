@@ -2,7 +2,8 @@
 
 use std::collections::VecDeque;
 
-use autopilot::io::status::{FaultPhase, FaultStatus, FlightStatus, Listening, PlantState};
+use autopilot::io::status::{FaultStatus, FlightStatus, Listening, PlantState};
+use icd::fault::FaultState;
 
 use super::text::{self, Advice, cut, fields};
 use crate::launch::keys::{self, PaceState};
@@ -203,11 +204,12 @@ const AUTHORITY_LOW_PCT: f64 = 10.0;
 
 /// A fault and where it stands.
 pub(super) fn fault_text(fault: &FaultStatus) -> String {
-    let FaultStatus { what, phase, at_s } = fault;
-    match phase {
-        FaultPhase::Active => format!("{what}, since {at_s:.1} s"),
-        FaultPhase::Resting => format!("{what}, again at {at_s:.1} s"),
-        FaultPhase::Scheduled => format!("{what}, from {at_s:.1} s on"),
+    let FaultStatus { what, state } = fault;
+    let at_s = state.next_onset().unwrap_or_else(|| state.time()).as_seconds();
+    match state {
+        FaultState::Scheduled { .. } => format!("{what}, from {at_s:.1} s on"),
+        FaultState::Resting { .. } => format!("{what}, again at {at_s:.1} s"),
+        _ => format!("{what}, since {at_s:.1} s"),
     }
 }
 

@@ -2,7 +2,7 @@ use super::*;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::configuration::{self, DEFAULT_MODEL};
 use icd::SimTime;
-use icd::fault::{CATALOGUE, Side, Travel};
+use icd::fault::{CATALOGUE, Onset, Repeat, Side, Travel};
 use icd::tvc_jet;
 
 fn model() -> AircraftModel {
@@ -20,8 +20,15 @@ fn command(unit: Unit, failure: &str) -> FaultCommand {
 }
 
 /// A size as written in the shell.
-fn value(failure: &str, text: &str) -> Option<Value> {
-    Some(Value::parse(Failure::parse(failure).unwrap(), text).unwrap())
+fn value(failure: &str, text: &str) -> Option<SizedKind> {
+    let class = if text.ends_with('%') { TargetClass::Thrust } else { TargetClass::Angle };
+    Some(SizedKind::read(Failure::parse(failure).unwrap(), text, class).unwrap())
+}
+
+fn numbers(given: &[(Quantity, f64)]) -> Numbers {
+    let mut numbers = Numbers::NONE;
+    given.iter().for_each(|(what, value)| numbers.set(*what, *value));
+    numbers
 }
 
 /// Kind and timing of a command for one effector, or the reason.
@@ -129,7 +136,7 @@ fn every_kind_can_be_commanded_by_its_value_its_name_and_the_mode_of_its_type() 
             fault(command, settings).unwrap_or_else(|reason| panic!("{}: {reason}", info.key)).0
         };
         if let Some(code) = mavlink.user_1 {
-            let value = Some(Value::of_user_1(code.into(), 1.0).unwrap());
+            let value = Some(SizedKind::of_user_1(code.into(), 1.0).unwrap());
             let kind = kind_by(&FaultCommand { value, ..by_type }, &[]);
             assert_eq!(kind.info().key, info.key, "by its value");
         }
@@ -183,12 +190,14 @@ fn a_fault_that_an_effector_cannot_have_is_refused_with_its_name() {
 fn a_command_can_describe_every_fault() {
     let whole = FaultCommand {
         value: value("oscillate", "3deg"),
-        numbers: [Some((Quantity::Frequency, 4.0)), None],
-        onset: Onset::At(SimTime::from_micros(5_000_000)),
-        ramp_s: Some(1.0),
-        duration_s: Some(10.0),
-        every_s: Some(30.0),
-        times: Some(3),
+        numbers: numbers(&[
+            (Quantity::Frequency, 4.0),
+            (Quantity::Onset, 5.0),
+            (Quantity::Ramp, 1.0),
+            (Quantity::Duration, 10.0),
+            (Quantity::Every, 30.0),
+            (Quantity::Times, 3.0),
+        ]),
         ..command(Unit::SERVO, "oscillate")
     };
     let timing = Timing {
@@ -240,24 +249,28 @@ fn times_that_do_not_fit_together_are_refused() {
     let no_duration = fault(&stuck, &[("FLT_RPT_S", 20.0)]).unwrap_err();
     assert!(no_duration.contains("needs a duration"), "{no_duration}");
     let too_often = fault(&stuck, &[("FLT_RPT_S", 5.0), ("FLT_DUR_S", 5.0)]).unwrap_err();
-    assert!(too_often.contains("longer than the duration"), "{too_often}");
+    assert!(too_often.contains("repetition 5 s is outside 5.000001 to"), "{too_often}");
     for bad in [-1.0, f64::NAN, f64::INFINITY] {
         for command in [
-            FaultCommand { ramp_s: Some(bad), ..stuck },
-            FaultCommand { duration_s: Some(bad), ..stuck },
-            FaultCommand { every_s: Some(bad), ..stuck },
-            FaultCommand { numbers: [Some((Quantity::Period, bad)), None], ..intermittent },
-            FaultCommand { numbers: [Some((Quantity::Frequency, bad)), None], ..garbage },
+            FaultCommand { numbers: numbers(&[(Quantity::Ramp, bad)]), ..garbage },
+            FaultCommand { numbers: numbers(&[(Quantity::Duration, bad)]), ..stuck },
+            FaultCommand { numbers: numbers(&[(Quantity::Every, bad)]), ..stuck },
+            FaultCommand { numbers: numbers(&[(Quantity::Times, bad)]), ..stuck },
+            FaultCommand { numbers: numbers(&[(Quantity::Onset, bad)]), ..stuck },
+            FaultCommand { numbers: numbers(&[(Quantity::Period, bad)]), ..intermittent },
+            FaultCommand { numbers: numbers(&[(Quantity::Frequency, bad)]), ..garbage },
         ] {
             assert!(fault(&command, &[]).is_err(), "{command:?}");
         }
     }
-    let no_such_number =
-        FaultCommand { numbers: [Some((Quantity::Frequency, 2.0)), None], ..stuck };
+    let no_such_number = FaultCommand { numbers: numbers(&[(Quantity::Frequency, 2.0)]), ..stuck };
     assert!(fault(&no_such_number, &[]).unwrap_err().contains("takes no frequency"));
-    let ramp = FaultCommand { ramp_s: Some(1.0), ..stuck };
-    assert!(fault(&ramp, &[]).unwrap_err().contains("no size"));
-    let mended_later = FaultCommand { duration_s: Some(1.0), ..command(Unit::SERVO, "ok") };
+    let ramp = FaultCommand { numbers: numbers(&[(Quantity::Ramp, 1.0)]), ..stuck };
+    assert!(fault(&ramp, &[]).unwrap_err().contains("this kind of fault has no ramp"));
+    let mended_later = FaultCommand {
+        numbers: numbers(&[(Quantity::Duration, 1.0)]),
+        ..command(Unit::SERVO, "ok")
+    };
     assert!(fault(&mended_later, &[]).unwrap_err().contains("mended at once"));
 }
 
@@ -315,26 +328,22 @@ fn values_are_accepted_here_exactly_if_the_plant_accepts_them() {
 #[test]
 fn times_that_the_plant_refuses_are_refused_for_all() {
     let loss = FaultCommand { instances: Instances::All, ..command(Unit::SERVO, "loss") };
-    for (command, words) in [
-        (FaultCommand { ramp_s: Some(3_601.0), ..loss }, "ramp 3601 is outside 0 to 3600 s"),
+    use Quantity::{Duration, Every, Ramp, Times};
+    for (times, words) in [
+        (&[(Ramp, 3_601.0)][..], "ramp 3601 s is outside 0 to 3600 s"),
+        (&[(Ramp, 5.0), (Duration, 2.0)], "duration 2 s is outside 5 to"),
+        (&[(Duration, 0.02), (Every, 0.05)], "repetition 0.05 s is outside 0.1 to"),
         (
-            FaultCommand { ramp_s: Some(5.0), duration_s: Some(2.0), ..loss },
-            "duration 2 s is outside 5 to",
-        ),
-        (
-            FaultCommand { duration_s: Some(0.02), every_s: Some(0.05), ..loss },
-            "repetition 0.05 s is outside 0.1 to",
-        ),
-        (
-            FaultCommand { duration_s: Some(1.0), every_s: Some(2.0), times: Some(1_001), ..loss },
+            &[(Duration, 1.0), (Every, 2.0), (Times, 1_001.0)],
             "number of repetitions 1001 times is outside 2 to 1000 times",
         ),
+        (&[(Duration, 1.0), (Every, 2.0), (Times, 2.5)], "number of repetitions 2.5 times"),
     ] {
-        let refused = fault(&command, &[]).unwrap_err();
+        let refused = fault(&FaultCommand { numbers: numbers(times), ..loss }, &[]).unwrap_err();
         assert!(refused.contains(words), "{refused}");
     }
     let period = FaultCommand {
-        numbers: [Some((Quantity::Period, 61.0)), None],
+        numbers: numbers(&[(Quantity::Period, 61.0)]),
         ..command(Unit::SERVO, "intermittent")
     };
     assert!(fault(&period, &[]).unwrap_err().contains("period 61 s is outside 0.02 to 60 s"));

@@ -4,14 +4,14 @@
 use std::fmt::Write as _;
 
 use icd::fault::{
-    AirframePart, CATALOGUE, KindInfo, NumberInfo, Onset, PlantAction, Quantity, SIZE_OPTION,
-    SensorKind, TargetClass,
+    AirframePart, CATALOGUE, Failure, KindInfo, NumberInfo, PlantAction, Quantity, SIZE_OPTION,
+    SensorKind, SizedKind, TargetClass,
 };
-use icd::{Effector, EffectorList, FaultRequest, SimTime};
+use icd::{Effector, EffectorList, FaultRequest};
 
 use crate::Shared;
 use crate::failure::command;
-use crate::failure::command::{Failure, FaultCommand, Instances, Size, Unit, Value};
+use crate::failure::command::{FaultCommand, Instances, Unit};
 use crate::shell::commands::{Answer, Output, number, usage};
 use crate::wall_time::WallTime;
 
@@ -49,10 +49,19 @@ pub(super) fn details(effectors: &EffectorList) -> String {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {option} {value:<5} {what} of {name}");
     }
-    text + TIMES
+    text + TIMES_DETAILS
 }
 
-const TIMES: &str = "\
+/// Options for times.
+const TIMES: [(&str, Quantity); 5] = [
+    ("-t", Quantity::Onset),
+    ("-r", Quantity::Ramp),
+    ("-d", Quantity::Duration),
+    ("-e", Quantity::Every),
+    ("-n", Quantity::Times),
+];
+
+const TIMES_DETAILS: &str = "\
 \x20 -t TIME  onset, simulation time; without it at once
   -r TIME  ramp
   -d TIME  duration
@@ -74,12 +83,10 @@ pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answe
         ["list"] => Ok(Output::text(super::faults(shared))),
         ["clear"] => clear(shared),
         [component, failure, options @ ..] => {
-            let command = parse(component, failure, options)?;
+            let command = parse(component, failure, options, shared.effectors())?;
             let requests = command::requests(&command, &shared.parameters, &shared.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
-            let commands = requests
-                .into_iter()
-                .map(|request| (PlantAction::Fault(request).into(), request.target()));
+            let commands = requests.into_iter().map(|request| PlantAction::Fault(request).into());
             Ok(Output { text: String::new(), commands: commands.collect() })
         }
         _ => Err(usage("failure")),
@@ -94,7 +101,12 @@ fn clear(shared: &Shared) -> Answer {
     }
 }
 
-fn parse(component: &str, failure: &str, words: &[&str]) -> Result<FaultCommand, String> {
+fn parse(
+    component: &str,
+    failure: &str,
+    words: &[&str],
+    effectors: &EffectorList,
+) -> Result<FaultCommand, String> {
     let unit = Unit::parse(component).ok_or_else(|| {
         let names: Vec<&str> = Unit::names().collect();
         format!("there is no component {component}: there are {}", names.join(" "))
@@ -114,24 +126,17 @@ fn parse(component: &str, failure: &str, words: &[&str]) -> Result<FaultCommand,
             }
             "-i" => command.instances = Instances::One(count(name, word)?),
             "-m" => command.instances = Instances::Mask(count(name, word)?),
-            SIZE_OPTION => command.value = Some(value(failure, unit, word)?),
-            "-t" => command.onset = onset(number(name, word, "s")?)?,
-            "-r" => command.ramp_s = Some(number(name, word, "s")?),
-            "-d" => command.duration_s = Some(number(name, word, "s")?),
-            "-e" => command.every_s = Some(number(name, word, "s")?),
-            "-n" => command.times = Some(count(name, word)?),
+            SIZE_OPTION => {
+                let value = SizedKind::read(failure, word, unit.class(effectors));
+                command.value = Some(value.map_err(|error| error.to_string())?);
+            }
             _ => {
-                let (_, _, info) = options()
-                    .find(|(option, ..)| *option == name)
+                let of_kinds = options().map(|(option, _, number)| (option, number.quantity));
+                let quantity = TIMES.into_iter().chain(of_kinds).find(|(known, _)| *known == name);
+                let (_, quantity) = quantity
                     .ok_or_else(|| format!("there is no option {name}, see help failure"))?;
-                let unit = info.quantity.measure().unit(TargetClass::Angle);
-                let value = number(name, word, unit.name)?;
-                let is_room = |known: &&mut Option<(Quantity, f64)>| {
-                    known.is_none_or(|(quantity, _)| quantity == info.quantity)
-                };
-                let room = command.numbers.iter_mut().find(is_room);
-                *room.ok_or_else(|| format!("option {name} is one too many"))? =
-                    Some((info.quantity, value));
+                let unit = quantity.measure().unit(TargetClass::Angle);
+                command.numbers.set(quantity, number(name, word, unit.name)?);
             }
         }
     }
@@ -140,21 +145,6 @@ fn parse(component: &str, failure: &str, words: &[&str]) -> Result<FaultCommand,
         command.instances = Instances::All;
     }
     Ok(command)
-}
-
-fn onset(seconds: f64) -> Result<Onset, String> {
-    let at = SimTime::from_seconds(seconds);
-    at.map(Onset::At).ok_or_else(|| format!("-t {seconds} s is no simulation time"))
-}
-
-/// A size with its unit; thrusts are for motors.
-fn value(failure: Failure, unit: Unit, word: &str) -> Result<Value, String> {
-    let sensor = unit.sensor();
-    let value = Value::parse_for(failure, word, sensor).map_err(|error| error.to_string())?;
-    if unit != Unit::MOTOR && sensor.is_none() && matches!(value.size, Size::Si(_)) {
-        return Err(format!("{} of {unit} takes no thrust {word}", failure.name()));
-    }
-    Ok(value)
 }
 
 fn count(name: &str, word: &str) -> Result<u32, String> {

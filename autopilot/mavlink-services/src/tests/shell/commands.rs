@@ -4,7 +4,7 @@ use super::*;
 use flight_management::command::Command;
 use flight_management::command::Configuration;
 use flight_management::command::VehicleCommand;
-use flight_management::parameters::{COMPATIBILITY, table, targets};
+use flight_management::parameters::{COMPATIBILITY, table};
 use flight_management::vehicle::{Mode, Reference};
 use icd::fault::PlantAction;
 use icd::fault::{FaultReply, Onset, Refusal, Repeat, Side};
@@ -67,7 +67,7 @@ fn status_shows_the_flight_the_compensator_and_each_effector() {
 fn parameters_are_shown_found_by_pattern_and_explained() {
     let mut world = World::flying();
     let all = output(&mut world, "param show");
-    let faults = targets(&tvc_jet::effectors()).count();
+    let faults = icd::fault::Target::all(&tvc_jet::effectors()).count();
     assert_eq!(all.lines().count(), table().len() + COMPATIBILITY.len() + faults);
     assert!(output(&mut world, "param get FLT_SERVO1").contains("  2 stuck"));
     assert!(output(&mut world, "param set FLT_SERVO1 2").contains("see help failure"));

@@ -1,6 +1,7 @@
 use super::super::text::columns;
 use super::*;
 use autopilot::io::status::{AppliedCompensation, References};
+use icd::SimTime;
 use std::net::SocketAddr;
 
 const WIDTHS: [usize; 5] = [40, 60, 80, 110, 200];
@@ -33,7 +34,8 @@ pub(in super::super) fn flight() -> FlightStatus {
 
 pub(in super::super) fn faults(count: usize) -> Vec<FaultStatus> {
     let what = "left elevator stuck at 30.0 deg".to_owned();
-    vec![FaultStatus { what, phase: FaultPhase::Active, at_s: 3.0 }; count]
+    let state = FaultState::Active { since: SimTime::from_micros(3_000_000) };
+    vec![FaultStatus { what, state }; count]
 }
 
 fn state(flight: FlightStatus) -> State {

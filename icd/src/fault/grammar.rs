@@ -1,0 +1,303 @@
+//! The grammar of faults: fields and values, whatever the syntax they were written in, become a kind and its times.
+//!
+//! A scenario's table, a line of a script, a line of the shell and a message of MAVLink are split into fields and values by
+//! their readers. What a field means, which units and words it takes, its range, and what a kind needs is decided here.
+
+use core::fmt;
+
+use arrayvec::ArrayVec;
+
+use super::catalogue::FaultKind;
+use super::check::{Refusal, TIMES, check_timing};
+use super::kind::{Choice, KindInfo};
+use super::parts::NUMBERS_MAX;
+use super::quantity::{Measure, Quantity, Unit};
+use super::target::TargetClass;
+use super::{Onset, Repeat, Timing};
+use crate::time::SimTime;
+
+/// A fault while it is read.
+#[derive(Debug, Clone, Copy)]
+pub struct FaultDraft {
+    /// Its kind.
+    pub info: &'static KindInfo,
+    /// The class of its target, which determines the units.
+    pub class: TargetClass,
+    alternative: Option<u8>,
+    numbers: Numbers,
+}
+
+/// Numbers of a fault, each at most once, in any unit that the owner defines.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Numbers([Option<f64>; Quantity::ALL.len()]);
+
+impl Numbers {
+    /// No number.
+    pub const NONE: Self = Self([None; Quantity::ALL.len()]);
+
+    /// The number, if it is given.
+    pub fn get(&self, what: Quantity) -> Option<f64> {
+        self.0.get(what.place()).copied().flatten()
+    }
+
+    /// Gives a number.
+    pub fn set(&mut self, what: Quantity, value: f64) {
+        if let Some(place) = self.0.get_mut(what.place()) {
+            *place = Some(value);
+        }
+    }
+
+    /// The quantities that have a number.
+    pub fn given(&self) -> impl Iterator<Item = Quantity> + '_ {
+        Quantity::ALL.into_iter().filter(|what| self.get(*what).is_some())
+    }
+}
+
+/// The value of a field.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value<'a> {
+    /// A number, in the unit of its key.
+    Number(f64),
+    /// A word.
+    Word(&'a str),
+}
+
+/// A field of a fault.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Field {
+    /// A number.
+    Number(Quantity),
+    /// A choice.
+    Choice(&'static Choice),
+}
+
+/// Why something is no fault: the field, its value and the allowed range.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FaultError {
+    /// No kind of fault has this alternative.
+    NoSuchAlternative,
+    /// A number is outside the range for any aircraft; NaN is outside every range.
+    OutOfRange {
+        /// The quantity.
+        what: Quantity,
+        /// The value as written.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+        /// Unit of all three.
+        unit: Unit,
+    },
+    /// The kind or another field needs this one.
+    Missing(Field),
+    /// Only one of the two is possible.
+    Excludes(Quantity, Quantity),
+    /// The choice has no such word.
+    NoSuchWord(&'static Choice),
+}
+
+impl Field {
+    /// Key in scenario files.
+    pub const fn key(self, class: TargetClass) -> &'static str {
+        match self {
+            Self::Number(quantity) => quantity.key(class),
+            Self::Choice(choice) => choice.key,
+        }
+    }
+
+    /// Display name.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Number(quantity) => quantity.name(),
+            Self::Choice(choice) => choice.key,
+        }
+    }
+}
+
+impl FaultDraft {
+    /// A fault of this kind for a target of this class.
+    pub const fn new(info: &'static KindInfo, class: TargetClass) -> Self {
+        Self { info, class, alternative: None, numbers: Numbers::NONE }
+    }
+
+    /// Gives the field with this key its value; false if the kind has no such field for a target of this class.
+    pub fn put(&mut self, key: &str, value: Value<'_>) -> Result<bool, FaultError> {
+        match value {
+            Value::Number(value) => {
+                let own = self.info.numbers.iter().map(|number| number.quantity);
+                let mut all = own.chain(Quantity::TIMING);
+                let Some(what) = all.find(|what| what.key(self.class) == key) else {
+                    return Ok(false);
+                };
+                self.set(what, value, what.measure().unit(self.class)).map(|()| true)
+            }
+            Value::Word(word) => {
+                let choice = self.info.choice.as_ref().filter(|choice| choice.key == key);
+                let Some(choice) = choice else { return Ok(false) };
+                let place = choice.alternatives.iter().position(|one| one.key == word);
+                let place = place.and_then(|place| u8::try_from(place).ok());
+                self.choose(place.ok_or(FaultError::NoSuchWord(choice))?);
+                Ok(true)
+            }
+        }
+    }
+
+    /// Gives a number with its unit.
+    pub fn set(&mut self, what: Quantity, value: f64, unit: Unit) -> Result<(), FaultError> {
+        let measure = what.measure();
+        let number = self.info.numbers.iter().find(|number| number.quantity == what);
+        // The ranges of times depend on each other.
+        if let Some(number) = number {
+            let usual = measure.unit(self.class);
+            let as_written = |end| if unit == usual { end } else { unit.from_si(usual.to_si(end)) };
+            let [min, max] = number.range.anywhere(measure, self.class).map(as_written);
+            if !(min..=max).contains(&value) {
+                return Err(FaultError::OutOfRange { what, value, min, max, unit });
+            }
+        }
+        self.set_si(what, unit.to_si(value));
+        Ok(())
+    }
+
+    /// Gives a number in SI units, which the plant checks.
+    pub fn set_si(&mut self, what: Quantity, value: f64) {
+        self.numbers.set(what, value);
+    }
+
+    /// Gives the alternative, from 0.
+    pub const fn choose(&mut self, alternative: u8) {
+        self.alternative = Some(alternative);
+    }
+
+    /// The kind; each of its numbers has to be given.
+    pub fn kind(&self) -> Result<FaultKind, FaultError> {
+        let mut values = [0.0; NUMBERS_MAX];
+        for (value, number) in values.iter_mut().zip(self.info.numbers) {
+            *value = self.need(number.quantity)?;
+        }
+        let usual = match &self.info.choice {
+            Some(choice) => choice.default.ok_or(FaultError::Missing(Field::Choice(choice))),
+            None => Ok(0),
+        };
+        let alternative = self.alternative.map_or(usual, Ok)?;
+        self.info.with(alternative, values).ok_or(FaultError::NoSuchAlternative)
+    }
+
+    /// Kind and times, checked as far as it is possible without the aircraft.
+    pub fn finish(&self) -> Result<(FaultKind, Timing), FaultError> {
+        let (kind, timing) = (self.kind()?, self.timing()?);
+        match check_timing(&kind, &timing) {
+            Ok(()) => Ok((kind, timing)),
+            Err(Refusal::OutOfRange { what, value, min, max }) => {
+                Err(self.outside(what, value, [min, max]))
+            }
+            Err(_) => Err(FaultError::NoSuchAlternative),
+        }
+    }
+
+    /// The times; without an onset at once.
+    fn timing(&self) -> Result<Timing, FaultError> {
+        use Quantity::{Duration, End, Every, Ramp};
+        let onset = match self.time(Quantity::Onset)? {
+            Some(at) => Onset::At(at),
+            None => Onset::AtOnce,
+        };
+        let given = |what| self.numbers.get(what);
+        let duration_s = match (self.time(End)?, given(Duration), onset) {
+            (None, duration_s, _) => duration_s,
+            (Some(_), Some(_), _) => return Err(FaultError::Excludes(End, Duration)),
+            (Some(_), None, Onset::AtOnce) => {
+                return Err(FaultError::Missing(Field::Number(Quantity::Onset)));
+            }
+            (Some(end), None, Onset::At(at)) if end <= at => {
+                let range = [at.as_seconds() + 1.0e-6, SimTime::MAX_SECONDS];
+                return Err(self.outside(End, end.as_seconds(), range));
+            }
+            (Some(end), None, Onset::At(at)) => {
+                Some(SimTime::from_micros(end.micros_since(at)).as_seconds())
+            }
+        };
+        let repeat = match (given(Every), self.times()?) {
+            (None, None) => None,
+            (None, Some(_)) => return Err(FaultError::Missing(Field::Number(Every))),
+            (Some(_), _) if duration_s.is_none() => {
+                return Err(FaultError::Missing(Field::Number(Duration)));
+            }
+            (Some(every_s), times) => Some(Repeat { every_s, times }),
+        };
+        Ok(Timing { onset, ramp_s: given(Ramp).unwrap_or(0.0), duration_s, repeat })
+    }
+
+    fn need(&self, what: Quantity) -> Result<f64, FaultError> {
+        self.numbers.get(what).ok_or(FaultError::Missing(Field::Number(what)))
+    }
+
+    fn time(&self, what: Quantity) -> Result<Option<SimTime>, FaultError> {
+        let Some(value) = self.numbers.get(what) else { return Ok(None) };
+        let range = [0.0, SimTime::MAX_SECONDS];
+        SimTime::from_seconds(value).map(Some).ok_or_else(|| self.outside(what, value, range))
+    }
+
+    fn times(&self) -> Result<Option<u32>, FaultError> {
+        let Some(value) = self.numbers.get(Quantity::Times) else { return Ok(None) };
+        let [min, max] = TIMES;
+        if (min..=max).contains(&value) && libm::trunc(value) == value {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole and in range, as just checked"
+            )]
+            return Ok(Some(value as u32));
+        }
+        Err(self.outside(Quantity::Times, value, TIMES))
+    }
+
+    /// A number outside its range, all in SI units.
+    fn outside(&self, what: Quantity, value: f64, [min, max]: [f64; 2]) -> FaultError {
+        let unit = what.measure().unit(self.class);
+        let [value, min, max] = [value, min, max].map(|si| unit.from_si(si));
+        FaultError::OutOfRange { what, value, min, max, unit }
+    }
+}
+
+impl Measure {
+    /// The units that a number can be written with, the most common one first.
+    pub fn units(self, class: TargetClass) -> ArrayVec<Unit, 3> {
+        match self {
+            Self::Seconds | Self::Milliseconds => Unit::TIMES.into(),
+            other => core::iter::once(other.unit(class)).collect(),
+        }
+    }
+}
+
+impl fmt::Display for FaultError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoSuchAlternative => f.write_str("there is no such alternative"),
+            Self::OutOfRange { what: Quantity::Ramp, max: 0.0, .. } => {
+                f.write_str("this kind of fault has no ramp")
+            }
+            Self::OutOfRange { what, value, min, max, unit } => {
+                // Without the last digits, in which a conversion shows.
+                let [value, min, max] = [value, min, max].map(|number| {
+                    let rounded = libm::round(number * 1.0e6) / 1.0e6;
+                    if rounded.is_finite() { rounded } else { *number }
+                });
+                let (what, unit) = (what.name(), unit.name);
+                write!(f, "{what} {value} {unit} is outside {min} to {max} {unit}")
+            }
+            Self::Missing(Field::Number(Quantity::Duration)) => {
+                f.write_str("a repetition needs a duration")
+            }
+            Self::Missing(field) => write!(f, "{} is missing", field.name()),
+            Self::Excludes(what, other) => write!(f, "{} excludes {}", what.name(), other.name()),
+            Self::NoSuchWord(choice) => {
+                write!(f, "{} is one of", choice.key)?;
+                choice.alternatives.iter().try_for_each(|one| write!(f, " {}", one.key))
+            }
+        }
+    }
+}
+
+impl core::error::Error for FaultError {}
