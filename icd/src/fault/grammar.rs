@@ -301,3 +301,61 @@ impl fmt::Display for FaultError {
 }
 
 impl core::error::Error for FaultError {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::fault::CATALOGUE;
+    use std::string::{String, ToString as _};
+    use std::vec::Vec;
+
+    /// What the grammar makes of these fields of a surface's fault, or says of them.
+    fn read(kind: &str, fields: &[(&str, Value<'_>)]) -> Result<(FaultKind, Timing), String> {
+        let info = CATALOGUE.iter().find(|info| info.key == kind).expect("a kind");
+        let mut draft = FaultDraft::new(info, TargetClass::Angle);
+        for (key, value) in fields {
+            assert!(draft.put(key, *value).map_err(|error| error.to_string())?, "{key}");
+        }
+        draft.finish().map_err(|error| error.to_string())
+    }
+
+    fn numbers<'a>(fields: &[(&'a str, f64)]) -> Vec<(&'a str, Value<'static>)> {
+        fields.iter().map(|(key, value)| (*key, Value::Number(*value))).collect()
+    }
+
+    #[test]
+    fn fields_become_a_kind_and_its_times() {
+        let fields = [("angle_deg", 30.0), ("onset_s", 2.0), ("clear_s", 5.0)];
+        let (kind, timing) = read("stuck_at", &numbers(&fields)).expect("a fault");
+        let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
+        assert_eq!(angle_rad, 30.0_f64.to_radians());
+        assert_eq!(timing.onset, Onset::At(SimTime::from_micros(2_000_000)));
+        assert_eq!(timing.duration_s, Some(3.0));
+    }
+
+    #[test]
+    fn what_is_no_fault_is_refused_with_field_value_and_range() {
+        type Case<'a> = (&'a [(&'a str, f64)], &'a [&'a str]);
+        let angle = ("angle_deg", 10.0);
+        let cases: [Case<'_>; 9] = [
+            (&[], &["angle is missing"]),
+            (&[("angle_deg", f64::NAN)], &["angle NaN deg", "-90 to 90 deg"]),
+            (&[("angle_deg", f64::INFINITY)], &["angle inf deg", "-90 to 90 deg"]),
+            (&[("angle_deg", 400.0)], &["angle 400 deg is outside -90 to 90 deg"]),
+            (&[angle, ("onset_s", -1.0)], &["onset -1 s is outside 0 to "]),
+            (&[angle, ("onset_s", 4.0), ("clear_s", 3.0)], &["end 3 s is outside 4.000001 to "]),
+            (&[angle, ("clear_s", 3.0)], &["onset is missing"]),
+            (&[angle, ("every_s", 3.0)], &["a repetition needs a duration"]),
+            (
+                &[angle, ("duration_s", 1.0), ("every_s", 3.0), ("times", 1.5)],
+                &["number of repetitions 1.5 times is outside 1 to 1000 times"],
+            ),
+        ];
+        for (fields, parts) in cases {
+            let text = read("stuck_at", &numbers(fields)).expect_err("no fault");
+            assert!(parts.iter().all(|part| text.contains(part)), "{fields:?}: {text}");
+        }
+        let text = read("hard_over", &[("side", Value::Word("left"))]).expect_err("no fault");
+        assert_eq!(text, "side is one of positive negative");
+    }
+}
