@@ -348,7 +348,7 @@ mod tests {
             (&[angle, ("every_s", 3.0)], &["a repetition needs a duration"]),
             (
                 &[angle, ("duration_s", 1.0), ("every_s", 3.0), ("times", 1.5)],
-                &["number of repetitions 1.5 times is outside 1 to 1000 times"],
+                &["number of repetitions 1.5 times is outside 2 to 1000 times"],
             ),
         ];
         for (fields, parts) in cases {
