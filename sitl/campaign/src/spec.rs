@@ -40,8 +40,6 @@ macro_rules! suite {
         [$((
             concat!("ftc-", $number),
             concat!(
-                // The files stay as they are, and so do the flights.
-                "step_us = 1000\n",
                 include_str!(concat!("../suite/ftc-", $number, ".toml")),
                 include_str!("../suite/laws.toml")
             ),
@@ -230,7 +228,12 @@ impl SpecFile {
     /// Reads a campaign that comes with the program, or a file.
     pub fn read(name: &str) -> Result<Self, SpecError> {
         if let Some((_, text)) = SHIPPED.iter().chain(&SUITE).find(|(known, _)| *known == name) {
-            return Self::parse(name, (*text).to_owned(), PathBuf::new());
+            let mut file = Self::parse(name, (*text).to_owned(), PathBuf::new())?;
+            if SUITE.iter().any(|(known, _)| *known == name) {
+                // Its files stay as they are, and so do its flights.
+                let _ = file.spec.step_us.get_or_insert(1_000);
+            }
+            return Ok(file);
         }
         let path = Path::new(name);
         let text = file::read_text(path, TEXT_MAX)
