@@ -87,6 +87,15 @@ pub enum SetupError {
         class: TargetClass,
         refusal: Refusal,
     },
+    /// A fault that will be requested, and that the aircraft cannot have.
+    #[error("{request}: {}", refusal.described(*class))]
+    Request {
+        /// The request, with its place.
+        request: String,
+        /// The units of the refusal.
+        class: TargetClass,
+        refusal: Refusal,
+    },
     /// The controller's model is of another aircraft.
     #[error("the airframe is {airframe}, the controller's model is of {model}")]
     OtherAircraft {
@@ -155,13 +164,18 @@ impl PlantSetup {
     /// Checks that the aircraft's effectors can have the faults.
     pub fn check_faults(&self) -> Result<(), SetupError> {
         for (index, fault) in self.faults.iter().enumerate() {
-            let ScheduledFault { target, kind, timing } = fault;
-            let Airframe { effectors, servos, .. } = &self.airframe;
-            let has = self.sensors.fitted_with(&self.airframe);
-            faults::check(effectors, servos, &has, *target, kind, timing)
-                .map_err(|refusal| fault_error(effectors, index, fault, refusal))?;
+            self.check_fault(fault)
+                .map_err(|refusal| fault_error(&self.airframe.effectors, index, fault, refusal))?;
         }
         Ok(())
+    }
+
+    /// Checks that the aircraft can have a fault.
+    pub fn check_fault(&self, fault: &ScheduledFault) -> Result<(), Refusal> {
+        let ScheduledFault { target, kind, timing } = fault;
+        let Airframe { effectors, servos, .. } = &self.airframe;
+        let has = self.sensors.fitted_with(&self.airframe);
+        faults::check(effectors, servos, &has, *target, kind, timing)
     }
 }
 

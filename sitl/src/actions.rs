@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
 use host_io::folder::OutFolder;
-use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing};
+use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing, check};
 use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
 use serde_json::json;
@@ -110,6 +110,10 @@ fn button(text: &str, airframe: &Airframe) -> Result<Button, Box<dyn Error>> {
     let params = match request {
         FaultRequest::ClearAll => [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         FaultRequest::Inject { target: Target::Effector(effector), kind, timing } => {
+            let reach = airframe.servos[effector].reach(Target::from(effector).class(list));
+            let class = reach.class;
+            check(&kind, &timing, &reach)
+                .map_err(|refusal| refused(refusal.described(class).to_string()))?;
             params(airframe, effector, &kind, &timing)
                 .map_err(|problem| refused(problem.to_owned()))?
         }
@@ -132,6 +136,11 @@ fn params(
         return Err(
             "a button has no duration and no repetition: they are the parameters FLT_DUR_S and FLT_RPT_S",
         );
+    }
+    let usual = info.choice.and_then(|choice| choice.default).unwrap_or(0);
+    let is_other = info.size().is_some() && kind.code() != info.code + usual;
+    if info.numbers.len() > 1 || is_other {
+        return Err("a button has one number: the others are parameters FLT_*");
     }
     let is_angle = list.is_angle(effector);
     let (unit, _) = Target::from(effector).unit(list);

@@ -256,8 +256,11 @@ fn values() -> String {
             if measure.is_own() && kind.targets.sensors {
                 engine += "; sensor: its unit";
             }
-            let unit = if kind.targets == Targets::SENSORS { "" } else { unit };
-            format!("{}, {unit}{engine}", number.quantity.name())
+            let unit = match kind.targets == Targets::SENSORS {
+                true => String::new(),
+                false => format!(", {unit}"),
+            };
+            format!("{}{unit}{engine}", number.quantity.name())
         });
         let choice = kind.choice.iter().flat_map(|choice| choice.alternatives);
         let choice = choice.filter_map(|one| Some(format!("{} {}", one.value?.1, one.key)));

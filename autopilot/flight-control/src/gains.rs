@@ -260,7 +260,8 @@ pub struct GainError {
 impl fmt::Display for GainError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, unit, value, min, max } = self;
-        write!(f, "{name} = {value} is outside {min} to {max} {unit}")
+        write!(f, "{name} = {value} is outside {min} to {max}")?;
+        if *unit == "-" { Ok(()) } else { write!(f, " {unit}") }
     }
 }
 

@@ -171,7 +171,7 @@ pub enum ParameterError {
     )]
     OnlyInFlight { name: String },
     /// Not finite or outside the range.
-    #[error("{name} = {value} is outside {min} to {max} {unit}")]
+    #[error("{name} = {value} is outside {min} to {max}{}", after(unit))]
     OutOfRange {
         name: &'static str,
         value: f64,
@@ -210,6 +210,11 @@ pub enum ParameterError {
 fn values(choices: &[Choice]) -> String {
     let values: Vec<String> = choices.iter().map(|choice| choice.value.to_string()).collect();
     values.join(", ")
+}
+
+/// A unit after a range, if there is one.
+fn after(unit: &str) -> String {
+    if unit == "-" { String::new() } else { format!(" {unit}") }
 }
 
 impl Parameter {

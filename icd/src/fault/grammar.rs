@@ -89,6 +89,8 @@ pub enum FaultError {
         /// Unit of all three.
         unit: Unit,
     },
+    /// A number that counts is not whole.
+    NotWhole(Quantity, f64),
     /// The kind or another field needs this one.
     Missing(Field),
     /// Only one of the two is possible.
@@ -242,7 +244,10 @@ impl FaultDraft {
     fn times(&self) -> Result<Option<u32>, FaultError> {
         let Some(value) = self.numbers.get(Quantity::Times) else { return Ok(None) };
         let [min, max] = TIMES;
-        if (min..=max).contains(&value) && libm::trunc(value) == value {
+        if !(min..=max).contains(&value) {
+            return Err(self.outside(Quantity::Times, value, TIMES));
+        }
+        if libm::trunc(value) == value {
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
@@ -250,7 +255,7 @@ impl FaultDraft {
             )]
             return Ok(Some(value as u32));
         }
-        Err(self.outside(Quantity::Times, value, TIMES))
+        Err(FaultError::NotWhole(Quantity::Times, value))
     }
 
     /// A number outside its range, all in SI units.
@@ -286,6 +291,9 @@ impl fmt::Display for FaultError {
                 });
                 let (what, unit) = (what.name(), unit.name);
                 write!(f, "{what} {value} {unit} is outside {min} to {max} {unit}")
+            }
+            Self::NotWhole(what, value) => {
+                write!(f, "{} {value} is no whole number", what.name())
             }
             Self::Missing(Field::Number(Quantity::Duration)) => {
                 f.write_str("a repetition needs a duration")
@@ -347,8 +355,8 @@ mod tests {
             (&[angle, ("clear_s", 3.0)], &["onset is missing"]),
             (&[angle, ("every_s", 3.0)], &["a repetition needs a duration"]),
             (
-                &[angle, ("duration_s", 1.0), ("every_s", 3.0), ("times", 1.5)],
-                &["number of repetitions 1.5 times is outside 2 to 1000 times"],
+                &[angle, ("duration_s", 1.0), ("every_s", 3.0), ("times", 2.5)],
+                &["number of repetitions 2.5 is no whole number"],
             ),
         ];
         for (fields, parts) in cases {

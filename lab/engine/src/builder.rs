@@ -10,6 +10,7 @@ use std::sync::Arc;
 use autopilot::config::Model;
 use autopilot::parameters::Parameters;
 use autopilot::run::{Ftc, LawArgs};
+use flight_control::MainLaw;
 use flight_control::estimator::EstimatorPreset;
 use icd::{ControlPeriod, SimTime};
 use plant_sim::io::{parse_period, whole};
@@ -92,7 +93,16 @@ impl SetupOptions {
 
     /// Reads aircraft and model.
     pub fn builder(&self) -> Result<SetupBuilder, ConfigurationError> {
-        self.aircraft.check()?;
+        let LawArgs { law, compensator, allocation, .. } = &self.laws;
+        // A law that the program brings may be replaced.
+        let law = law.filter(|law| *law != MainLaw::Own);
+        let given = [
+            self.ftc.map(|_| ("FTC_MODE", "--ftc")),
+            law.map(|_| ("CTL_LAW", "--law")),
+            compensator.map(|_| ("FTC_LAW", "--compensator")),
+            allocation.map(|_| ("FTC_ALLOC", "--allocation")),
+        ];
+        self.aircraft.check_beside(given.into_iter().flatten())?;
         let (airframe, model) = (self.aircraft.airframe()?, self.aircraft.model()?);
         Ok(SetupBuilder::of(airframe, model, self.clone()))
     }

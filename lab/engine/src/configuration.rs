@@ -216,13 +216,13 @@ impl AircraftArgs {
         }
     }
 
-    /// The same for a command that has `options` of its own for some keys, whatever a scenario has.
+    /// The same beside options for some keys: those that are given, or that count whatever a scenario has.
     pub fn check_beside(
         &self,
-        options: &[(&'static str, &'static str)],
+        options: impl IntoIterator<Item = (&'static str, &'static str)>,
     ) -> Result<(), ConfigurationError> {
         self.check()?;
-        for (key, option) in options.iter().copied() {
+        for (key, option) in options {
             if self.settings.iter().any(|setting| setting.key == key) {
                 return Err(ConfigurationError::HasOption { key, option });
             }

@@ -17,13 +17,13 @@ use autopilot::event::{Event, Snapshot};
 use autopilot::own_law::{FlightLaw, OwnLaw};
 use autopilot::parameters::Parameters;
 use autopilot::recorder::{Moment, Recorded};
-use autopilot::script::Script;
+use autopilot::script::{Action, Line, Script};
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{AircraftModel, Estimator, StepLog};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
-use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use plant_sim::{Plant, PlantSetup, SetupError, Truth};
+use icd::{Actuators, ControlPeriod, FaultRequest, Sensors, SimTime};
+use plant_sim::{Plant, PlantSetup, ScheduledFault, SetupError, Truth};
 use serde::{Deserialize, Serialize};
 
 use crate::fault_known::FaultKnown;
@@ -62,6 +62,25 @@ impl FlightSetup {
             own_law: self.own_law.clone(),
             fault_injection: failure.enabled,
         }
+    }
+}
+
+impl FlightSetup {
+    /// Checks that the aircraft can have the faults of the script: the plant would refuse them one by one while it flies.
+    fn check_script(&self) -> Result<(), SetupError> {
+        let Some(script) = &self.script else { return Ok(()) };
+        for Line { number, text, action, .. } in script.lines() {
+            let Action::Fault(FaultRequest::Inject { target, kind, timing }) = *action else {
+                continue;
+            };
+            let class = target.class(script.effectors());
+            let fault = ScheduledFault { target, kind, timing };
+            self.plant.check_fault(&fault).map_err(|refusal| {
+                let request = format!("{}: line {number}: `{text}`", script.name());
+                SetupError::Request { request, class, refusal }
+            })?;
+        }
+        Ok(())
     }
 }
 
@@ -187,6 +206,7 @@ pub struct Flight {
 impl Flight {
     /// Ready for the first step.
     pub fn new(setup: &FlightSetup) -> Result<Self, SetupError> {
+        setup.check_script()?;
         let mut flight = Self::of(&setup.plant, &setup.settings(), setup.duration)?;
         let gains = &setup.parameters.gains;
         let known = || FaultKnown::new(&setup.model, gains, setup.plant.period);

@@ -49,6 +49,9 @@ pub enum SettingError {
         /// The one that looks most like it.
         nearest: Option<String>,
     },
+    /// A key has two values.
+    #[error("--set {key}: this key is set twice")]
+    Twice { key: String },
     /// An entry that a list does not have.
     #[error("--set {key}: entry {number} of {list} is outside 1 to {max}")]
     Entry {
@@ -142,6 +145,11 @@ pub fn of(settings: &[Setting], target: Target) -> Vec<&Setting> {
 
 /// Checks that every key exists.
 pub fn check_keys(settings: &[Setting]) -> Result<(), SettingError> {
+    for (place, Setting { key, .. }) in settings.iter().enumerate() {
+        if settings[..place].iter().any(|before| before.key == *key) {
+            return Err(SettingError::Twice { key: key.clone() });
+        }
+    }
     settings.iter().try_for_each(|setting| setting.target().map(drop))
 }
 

@@ -84,7 +84,16 @@ impl FaultTable {
             FaultError::Excludes(what, other) => {
                 refused(what.key(class), format!("excludes {}", other.key(class)))
             }
-            other => refused(KIND, other.to_string()),
+            FaultError::NotWhole(what, value) => {
+                refused(what.key(class), format!("= {value} is no whole number"))
+            }
+            FaultError::NoSuchWord(choice) => {
+                let word = self.words.iter().find(|(key, _)| *key == choice.key);
+                let word = word.map_or("", |(_, word)| word);
+                let words: Vec<&str> = choice.alternatives.iter().map(|one| one.key).collect();
+                refused(choice.key, format!("= {word:?} is none of {}", words.join(", ")))
+            }
+            FaultError::NoSuchAlternative => refused(KIND, error.to_string()),
         };
         let mut draft = FaultDraft::new(info, class);
         let numbers = self.numbers.iter().map(|(key, value)| (*key, Value::Number(*value)));

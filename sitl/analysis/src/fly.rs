@@ -331,6 +331,16 @@ impl FlyArgs {
 
     /// The flight of the options.
     fn setup(&self) -> Result<FlightSetup, FlyError> {
+        let turbulence = self.turbulence_m_s.map(|_| "--turbulence-m-s");
+        let given = [
+            ("plant.seed", self.seed.map(|_| "--seed")),
+            ("plant.earth", self.earth.map(|_| "--earth")),
+            ("plant.sensors.gyro_noise_deg_s", self.gyro_noise_deg_s.map(|_| "--gyro-noise-deg-s")),
+            ("plant.wind.turbulence", turbulence),
+            ("plant.wind.turbulence_m_s", turbulence),
+        ];
+        let given = given.into_iter().filter_map(|(key, option)| Some((key, option?)));
+        self.options.aircraft.check_beside(given)?;
         let mut setup = self.options.setup(&self.scenario)?;
         let plant = &mut setup.plant;
         plant.earth = self.earth.unwrap_or(plant.earth);

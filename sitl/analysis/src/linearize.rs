@@ -48,8 +48,11 @@ impl std::str::FromStr for Condition {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let numbers: Vec<f64> =
-            text.split(',').filter_map(|word| word.trim().parse().ok()).collect();
+        let numbers: Vec<f64> = text
+            .split(',')
+            .filter_map(|word| word.trim().parse().ok())
+            .filter(|n| f64::is_finite(*n))
+            .collect();
         match (numbers.as_slice(), text.split(',').count()) {
             ([altitude_m, airspeed_m_s], 2) => {
                 Ok(Self { altitude_m: *altitude_m, airspeed_m_s: *airspeed_m_s })

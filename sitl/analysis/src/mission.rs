@@ -146,7 +146,7 @@ pub fn demo(setup: &FlightSetup) -> Plan {
 /// An aircraft in level flight, with a wind.
 pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
     let aircraft = &options.aircraft;
-    aircraft.check_beside(&OPTIONS)?;
+    aircraft.check_beside(OPTIONS)?;
     let (aircraft, laws) = (aircraft.clone(), options.laws.clone());
     let mut setup = SetupOptions { aircraft, laws, ..SetupOptions::default() }.setup("nominal")?;
     let plant = &mut setup.plant;

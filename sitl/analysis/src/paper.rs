@@ -181,7 +181,7 @@ const OPTIONS: [(&str, &str); 4] = [
 impl Options {
     /// Checks the keys of the settings.
     pub fn check(&self) -> Result<(), PaperError> {
-        Ok(self.aircraft.check_beside(&OPTIONS)?)
+        Ok(self.aircraft.check_beside(OPTIONS)?)
     }
 
     /// Step of the plant's integration, us.

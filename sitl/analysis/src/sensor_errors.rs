@@ -94,7 +94,11 @@ fn sensor_of(place: usize) -> usize {
 pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
     let SensorErrorsArgs { grade, seconds, seed, aircraft, .. } = args;
     aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
-    aircraft.check_beside(&[("plant.seed", "--seed"), ("plant.sensors.grade", "--grade")])?;
+    aircraft.check_beside([
+        ("plant.seed", "--seed"),
+        ("plant.sensors.grade", "--grade"),
+        ("plant.duration_s", "--seconds"),
+    ])?;
     let mut options = SetupOptions { aircraft: aircraft.clone(), ..SetupOptions::default() };
     let _ = options.set("plant.sensors.grade", grade.key());
     let mut setup = options.setup("nominal")?.plant;

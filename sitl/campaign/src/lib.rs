@@ -68,8 +68,7 @@ pub enum Command {
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
-    #[arg(value_name = "SPEC")]
+    #[arg(value_name = "SPEC", help = spec::help())]
     spec: String,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
     #[arg(long, value_name = "DIR")]
@@ -85,8 +84,7 @@ pub struct RunArgs {
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
-    #[arg(value_name = "SPEC")]
+    #[arg(value_name = "SPEC", help = spec::help())]
     spec: String,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
@@ -102,8 +100,7 @@ pub struct MergeArgs {
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    /// What was flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
-    #[arg(value_name = "SPEC")]
+    #[arg(value_name = "SPEC", help = spec::help())]
     spec: String,
     /// Number of the run
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
@@ -119,8 +116,7 @@ pub struct ReplayArgs {
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    /// What is flown: jams, jams-tuned, aircraft, combinations, robustness, delay, gust, engine-fade, smoke, ftc-01 to ftc-12, or a file
-    #[arg(value_name = "SPEC")]
+    #[arg(value_name = "SPEC", help = spec::help())]
     spec: String,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
     #[arg(long, value_name = "KEY")]

@@ -51,6 +51,12 @@ macro_rules! suite {
 pub const SUITE: [(&str, &str); 12] =
     suite!["01", "02", "03", "04", "05", "06", "07", "08", "09", "10", "11", "12"];
 
+/// Help on a specification.
+pub(crate) fn help() -> String {
+    let names = SHIPPED.map(|(name, _)| name).join(", ");
+    format!("The campaign: {names}, ftc-01 to ftc-12, or a file")
+}
+
 /// Names of all campaigns that come with the program.
 fn names() -> String {
     let names: Vec<&str> = SHIPPED.iter().chain(&SUITE).map(|(name, _)| *name).collect();
@@ -331,9 +337,11 @@ impl Spec {
         let laws: Vec<_> = self.law.iter().map(|law| &law.set).collect();
         // A factor multiplies what is set.
         let by = |v: &Variable| {
-            v.meaning == Meaning::Value && v.key == key || v.sets.iter().any(|set| set == key)
+            v.meaning != Meaning::Factor && v.key == key || v.sets.iter().any(|set| set == key)
         };
         let places = [
+            (key == "plant.seed", "seed"),
+            (key == "plant.duration_s", "duration_s"),
             (self.vary.iter().any(by), "[[vary]]"),
             (in_all(&airframes), "each [[airframe]]"),
             (in_all(&laws), "each [[law]]"),

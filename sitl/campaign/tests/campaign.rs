@@ -260,6 +260,8 @@ fn a_setting_without_an_effect_is_refused() {
         ("FTC_MODE", "each [[law]]"),
         ("plant.wind.turbulence_m_s", "[[vary]]"),
         ("plant.fault.1.onset_s", "[[vary]]"),
+        ("plant.seed", "seed"),
+        ("plant.duration_s", "duration_s"),
     ] {
         let message = with(key).expect_err("it has no effect").to_string();
         assert!(message.contains(&format!("{place} sets this one")), "{message}");

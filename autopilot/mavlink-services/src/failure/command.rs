@@ -165,10 +165,12 @@ fn draft(
     let every_s = time(Every, parameters.every_s);
     // The parameter counts only where there is a repetition; the command's own number needs one.
     let times = time(Times, if every_s == 0.0 { 0.0 } else { parameters.times.into() });
-    let [every_s, times] = if times == 1.0 { [0.0; 2] } else { [every_s, times] };
+    let once = times == 1.0 && command.numbers.get(Times).is_none();
+    let [every_s, times] = if once { [0.0; 2] } else { [every_s, times] };
     let duration_s = time(Duration, parameters.duration_s);
     for (what, time) in [(Ramp, ramp_s), (Duration, duration_s), (Every, every_s), (Times, times)] {
-        if time != 0.0 {
+        // Zero of a parameter means that there is none; zero of the command is a number.
+        if time != 0.0 || command.numbers.get(what).is_some() {
             draft.set_si(what, time);
         }
     }
