@@ -338,6 +338,35 @@ fn a_flight_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
 }
 
 #[test]
+fn a_script_with_a_fault_that_the_aircraft_cannot_have_is_refused_before_the_flight() {
+    let folder = folder();
+    let script = folder.path().join("b.txt");
+    for (line, expected) in [
+        ("at 1 s: fail left elevator stuck at 31 deg", "angle 31 deg is outside -30 to 30 deg"),
+        ("at 1 s: fail left elevator slow at 1000 deg/s", "line 1"),
+        ("at 1 s: fail engine limited to 900 kN", "kN is outside"),
+    ] {
+        fs::write(&script, line).expect("the folder takes a file");
+        assert_refused(&["nominal", "--script", text(&script)], expected);
+        let seeds = ["nominal", "--seed", "1..2", "--script", text(&script)];
+        assert_refused(&seeds, expected);
+    }
+}
+
+#[test]
+fn what_is_set_twice_is_refused() {
+    for (words, expected) in [
+        (&["--ftc", "armed", "--set", "FTC_MODE=0"][..], "the option --ftc for it"),
+        (&["--law", "pid", "--set", "CTL_LAW=2"], "the option --law for it"),
+        (&["--seed", "3", "--set", "plant.seed=4"], "the option --seed for it"),
+        (&["--earth", "flat", "--set", "plant.earth=wgs84"], "the option --earth for it"),
+        (&["--set", "FTC_MODE=0", "--set", "FTC_MODE=1"], "this key is set twice"),
+    ] {
+        assert_refused(&[&["nominal"], words].concat(), expected);
+    }
+}
+
+#[test]
 fn the_setup_in_the_outcome_is_enough_to_fly_the_flight_again() {
     let folder = folder();
     let options = "case1 --law ndi --compensator linear-eso --allocation wls --ftc always --turbulence-m-s 2 --seed 5 \

@@ -71,6 +71,27 @@ fn a_place_that_cannot_be_written_is_named_before_the_work() {
     assert!(error.contains("/proc/self/x"), "{error}");
 }
 
+/// Tables begin with numbers, by which the program must not know them.
+#[test]
+fn a_study_with_other_options_replaces_its_own_tables() {
+    let home = tempfile::tempdir().expect("a folder");
+    for (study, others) in [
+        (STUDIES[0], &[&["--seed", "7"][..], &["--turbulence-m-s", "1"]][..]),
+        (STUDIES[1], &[&["--seed", "7"], &["--gyro-noise-deg-s", "0.2"]]),
+        (STUDIES[2], &[&["--seed", "7"], &["--turbulence-m-s", "1"]]),
+    ] {
+        let out = home.path().join(study[0]);
+        for more in [&[][..]].into_iter().chain(others.iter().copied()) {
+            let out = ["--out", out.to_str().expect("a name")];
+            assert_eq!(sitl(&[&["study"], study, more, &out].concat()), Ok(ExitCode::SUCCESS));
+        }
+    }
+    let out = home.path().join("estimator");
+    let out = ["--out", out.to_str().expect("a name"), "--set", "plant.duration_s=25"];
+    let two = [&["study", "estimator", "--flights", "2"], &out[..]].concat();
+    assert_eq!(sitl(&two), Ok(ExitCode::SUCCESS));
+}
+
 /// A sensor's number that is set stays set in the flights of a study.
 #[test]
 fn a_number_of_a_sensor_has_an_effect_in_a_study() {
