@@ -177,8 +177,9 @@ pub struct CannotCopy;
 /// A flight in progress. The same setup and the same inputs give the same bits.
 #[derive(Debug)]
 pub struct Flight {
-    plant: Plant,
-    autopilot: Autopilot,
+    // Large: on the stack of a thread there is no room for many copies of them.
+    plant: Box<Plant>,
+    autopilot: Box<Autopilot>,
     fault_known: Option<FaultKnown>,
     period: ControlPeriod,
     until: SimTime,
@@ -217,8 +218,8 @@ impl Flight {
     /// The same from its two sides, as a flight log has them.
     pub fn of(setup: &PlantSetup, settings: &Settings, until: SimTime) -> Result<Self, SetupError> {
         setup.check_model(settings.model.aircraft())?;
-        let plant = Plant::new(setup)?;
-        let mut autopilot = Autopilot::new(settings);
+        let plant = Box::new(Plant::new(setup)?);
+        let mut autopilot = Box::new(Autopilot::new(settings));
         autopilot.begin_flight(setup.period, plant.time(), false);
         Ok(Self {
             plant,

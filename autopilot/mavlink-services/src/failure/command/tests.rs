@@ -337,7 +337,10 @@ fn times_that_the_plant_refuses_are_refused_for_all() {
             &[(Duration, 1.0), (Every, 2.0), (Times, 1_001.0)],
             "number of repetitions 1001 times is outside 2 to 1000 times",
         ),
-        (&[(Duration, 1.0), (Every, 2.0), (Times, 2.5)], "number of repetitions 2.5 times"),
+        (
+            &[(Duration, 1.0), (Every, 2.0), (Times, 2.5)],
+            "number of repetitions 2.5 is no whole number",
+        ),
     ] {
         let refused = fault(&FaultCommand { numbers: numbers(times), ..loss }, &[]).unwrap_err();
         assert!(refused.contains(words), "{refused}");
