@@ -30,7 +30,7 @@ mod setups;
 pub use aircraft::Aircraft;
 use inputs::{InputText, inputs};
 
-/// Longest step of the plant without `step_us`, µs. Of 2,256 flights of the shipped campaigns none ends otherwise than with 1 ms.
+/// Longest step of the plant without `step_us`, µs. None of the 5,740 flights of `jams` is kept or lost otherwise than with 1 ms.
 const STEP_US: u32 = 2_000;
 
 /// What keeps a campaign, or one of its runs, from being flown.
