@@ -379,8 +379,14 @@ fn the_setup_in_the_outcome_is_enough_to_fly_the_flight_again() {
     {
         assert_eq!(written[key].as_str(), Some(expected), "{key}");
     }
-    let part = |name: &str| written["setup"][name].clone();
-    assert_eq!(part("plant")["wind"]["turbulence_m_s"].as_f64(), Some(2.0));
+    assert_eq!(written["setup"]["plant"]["wind"]["turbulence_m_s"].as_f64(), Some(2.0));
+    assert_flown_again(&written, &written);
+    assert_eq!(written["control_steps"].as_u64(), Some(4_001));
+}
+
+/// Flies the setup that a file has, and compares the outcome.
+fn assert_flown_again(of: &serde_json::Value, outcome: &serde_json::Value) {
+    let part = |name: &str| of["setup"][name].clone();
     let plant: PlantSetup = serde_json::from_value(part("plant")).expect("a plant");
     let control: Settings = serde_json::from_value(part("control")).expect("a control side");
     let Settings { model, gains, limits, navigation, references, script, .. } = control;
@@ -392,14 +398,33 @@ fn the_setup_in_the_outcome_is_enough_to_fly_the_flight_again() {
         references,
         script,
         duration: duration.expect("seconds"),
+        knows_fault: of["fault_known"].as_bool().expect("a flag"),
         ..SetupOptions::default().setup("nominal").expect("it is shipped")
     };
     let flown = sitl::fly::outcome(&again, &[]).expect("it can start");
     let flown = serde_json::to_value(flown).expect("numbers");
     for (key, value) in flown.as_object().expect("a table") {
-        assert_eq!(value, &written[key], "{key}");
+        assert_eq!(value, &outcome[key], "{key}");
     }
-    assert_eq!(flown["control_steps"].as_u64(), Some(4_001));
+}
+
+#[test]
+fn the_setups_of_a_campaign_are_enough_to_fly_their_runs_again() {
+    let folder = folder();
+    let [campaign, alone] = ["campaign", "alone"].map(|name| folder.path().join(name));
+    let run = sitl(&["campaign", "run", "smoke", "--out", text(&campaign)]);
+    assert!(run.status.success(), "{}", err(&run));
+    let json = fs::read(campaign.join("setup.json")).expect("it was written");
+    let json: serde_json::Value = serde_json::from_slice(&json).expect("it is JSON");
+    let flights = json["flights"].as_array().expect("a list");
+    assert!(flights.len() > 1 && json["specification"].as_str().is_some());
+    for flight in flights {
+        let number = flight["run"].to_string();
+        let words = ["campaign", "replay", "smoke", "--run", &number, "--out", text(&alone)];
+        let replay = sitl(&words);
+        assert!(replay.status.success(), "{}", err(&replay));
+        assert_flown_again(flight, &outcome(&alone));
+    }
 }
 
 #[test]

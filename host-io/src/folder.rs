@@ -16,6 +16,9 @@ pub struct FolderError {
     pub source: FileProblem,
 }
 
+/// First line of a text in Markdown.
+const MARKDOWN: &str = "<!-- Written by sitl; do not edit. -->";
+
 /// A folder that takes files.
 #[derive(Debug, Clone)]
 pub struct OutFolder(PathBuf);
@@ -58,6 +61,11 @@ impl OutFolder {
         let mut output = self.begin(name, mark)?;
         output.write(content)?;
         output.finish()
+    }
+
+    /// Writes text in Markdown, which may begin with anything, after a line by which it is known again.
+    pub fn write_markdown(&self, name: &str, text: &str) -> Result<(), FolderError> {
+        self.write_marked(name, MARKDOWN.as_bytes(), format!("{MARKDOWN}\n\n{text}").as_bytes())
     }
 
     /// Writes a whole table or picture that replaces one of its kind.

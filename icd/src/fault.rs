@@ -24,7 +24,7 @@ pub use crate::sensors::SensorKind;
 pub use catalogue::{CATALOGUE, FaultKind, Side, Travel};
 pub use check::{Refusal, check, check_timing};
 pub use failure::{Failure, Size, SizeError, SizedKind};
-pub use grammar::{FaultDraft, FaultError, Field, Numbers, Value};
+pub use grammar::{FaultDraft, FaultError, FaultField, FaultValue, Numbers};
 pub use kind::{
     Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
     NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,

@@ -270,6 +270,11 @@ mod tests {
         assert!(refusal("rudder stuck at 300 deg").contains("300"));
         assert!(refusal("rudder stuck").contains("FLT_"));
         assert!(refusal("rudder stuck at 3 deg, for 5 s").contains("FLT_DUR_S"));
+        assert!(refusal("rudder stuck at 31 deg").contains("angle 31 deg is outside"));
+        assert!(refusal("engine limited to 900 kN").contains("kN is outside"));
+        for two in ["oscillating 5 deg at 3 Hz", "stuck at 10 deg at the actuator's rate"] {
+            assert!(refusal(&format!("rudder {two}")).contains("one number"), "{two}");
+        }
         assert!(refusal(": all").contains("label"));
         let many = ["Everything OK: all"; BUTTONS_MAX + 1];
         assert!(args(&many).buttons(&Airframe::paper()).is_err());

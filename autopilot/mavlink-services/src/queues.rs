@@ -213,7 +213,7 @@ impl Intents {
         Some(self.last_number)
     }
 
-    /// The same for a command whose outcome somebody waits for.
+    /// The same for a command whose outcome is waited for.
     pub fn open(&mut self, command: Command) -> Option<OpenCommand> {
         let fault = match &command {
             Command::Plant(PlantAction::Fault(request)) => Some(*request),

@@ -55,7 +55,7 @@ impl Numbers {
 
 /// The value of a field.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Value<'a> {
+pub enum FaultValue<'a> {
     /// A number, in the unit of its key.
     Number(f64),
     /// A word.
@@ -64,7 +64,7 @@ pub enum Value<'a> {
 
 /// A field of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Field {
+pub enum FaultField {
     /// A number.
     Number(Quantity),
     /// A choice.
@@ -92,14 +92,14 @@ pub enum FaultError {
     /// A number that counts is not whole.
     NotWhole(Quantity, f64),
     /// The kind or another field needs this one.
-    Missing(Field),
+    Missing(FaultField),
     /// Only one of the two is possible.
     Excludes(Quantity, Quantity),
     /// The choice has no such word.
     NoSuchWord(&'static Choice),
 }
 
-impl Field {
+impl FaultField {
     /// Key in scenario files.
     pub const fn key(self, class: TargetClass) -> &'static str {
         match self {
@@ -124,9 +124,9 @@ impl FaultDraft {
     }
 
     /// Gives the field with this key its value; false if the kind has no such field for a target of this class.
-    pub fn put(&mut self, key: &str, value: Value<'_>) -> Result<bool, FaultError> {
+    pub fn put(&mut self, key: &str, value: FaultValue<'_>) -> Result<bool, FaultError> {
         match value {
-            Value::Number(value) => {
+            FaultValue::Number(value) => {
                 let own = self.info.numbers.iter().map(|number| number.quantity);
                 let mut all = own.chain(Quantity::TIMING);
                 let Some(what) = all.find(|what| what.key(self.class) == key) else {
@@ -134,7 +134,7 @@ impl FaultDraft {
                 };
                 self.set(what, value, what.measure().unit(self.class)).map(|()| true)
             }
-            Value::Word(word) => {
+            FaultValue::Word(word) => {
                 let choice = self.info.choice.as_ref().filter(|choice| choice.key == key);
                 let Some(choice) = choice else { return Ok(false) };
                 let place = choice.alternatives.iter().position(|one| one.key == word);
@@ -179,7 +179,7 @@ impl FaultDraft {
             *value = self.need(number.quantity)?;
         }
         let usual = match &self.info.choice {
-            Some(choice) => choice.default.ok_or(FaultError::Missing(Field::Choice(choice))),
+            Some(choice) => choice.default.ok_or(FaultError::Missing(FaultField::Choice(choice))),
             None => Ok(0),
         };
         let alternative = self.alternative.map_or(usual, Ok)?;
@@ -210,7 +210,7 @@ impl FaultDraft {
             (None, duration_s, _) => duration_s,
             (Some(_), Some(_), _) => return Err(FaultError::Excludes(End, Duration)),
             (Some(_), None, Onset::AtOnce) => {
-                return Err(FaultError::Missing(Field::Number(Quantity::Onset)));
+                return Err(FaultError::Missing(FaultField::Number(Quantity::Onset)));
             }
             (Some(end), None, Onset::At(at)) if end <= at => {
                 let range = [at.as_seconds() + 1.0e-6, SimTime::MAX_SECONDS];
@@ -222,9 +222,9 @@ impl FaultDraft {
         };
         let repeat = match (given(Every), self.times()?) {
             (None, None) => None,
-            (None, Some(_)) => return Err(FaultError::Missing(Field::Number(Every))),
+            (None, Some(_)) => return Err(FaultError::Missing(FaultField::Number(Every))),
             (Some(_), _) if duration_s.is_none() => {
-                return Err(FaultError::Missing(Field::Number(Duration)));
+                return Err(FaultError::Missing(FaultField::Number(Duration)));
             }
             (Some(every_s), times) => Some(Repeat { every_s, times }),
         };
@@ -232,7 +232,7 @@ impl FaultDraft {
     }
 
     fn need(&self, what: Quantity) -> Result<f64, FaultError> {
-        self.numbers.get(what).ok_or(FaultError::Missing(Field::Number(what)))
+        self.numbers.get(what).ok_or(FaultError::Missing(FaultField::Number(what)))
     }
 
     fn time(&self, what: Quantity) -> Result<Option<SimTime>, FaultError> {
@@ -295,7 +295,7 @@ impl fmt::Display for FaultError {
             Self::NotWhole(what, value) => {
                 write!(f, "{} {value} is no whole number", what.name())
             }
-            Self::Missing(Field::Number(Quantity::Duration)) => {
+            Self::Missing(FaultField::Number(Quantity::Duration)) => {
                 f.write_str("a repetition needs a duration")
             }
             Self::Missing(field) => write!(f, "{} is missing", field.name()),
@@ -318,7 +318,7 @@ mod tests {
     use std::vec::Vec;
 
     /// What the grammar makes of these fields of a surface's fault, or says of them.
-    fn read(kind: &str, fields: &[(&str, Value<'_>)]) -> Result<(FaultKind, Timing), String> {
+    fn read(kind: &str, fields: &[(&str, FaultValue<'_>)]) -> Result<(FaultKind, Timing), String> {
         let info = CATALOGUE.iter().find(|info| info.key == kind).expect("a kind");
         let mut draft = FaultDraft::new(info, TargetClass::Angle);
         for (key, value) in fields {
@@ -327,8 +327,8 @@ mod tests {
         draft.finish().map_err(|error| error.to_string())
     }
 
-    fn numbers<'a>(fields: &[(&'a str, f64)]) -> Vec<(&'a str, Value<'static>)> {
-        fields.iter().map(|(key, value)| (*key, Value::Number(*value))).collect()
+    fn numbers<'a>(fields: &[(&'a str, f64)]) -> Vec<(&'a str, FaultValue<'static>)> {
+        fields.iter().map(|(key, value)| (*key, FaultValue::Number(*value))).collect()
     }
 
     #[test]
@@ -363,7 +363,7 @@ mod tests {
             let text = read("stuck_at", &numbers(fields)).expect_err("no fault");
             assert!(parts.iter().all(|part| text.contains(part)), "{fields:?}: {text}");
         }
-        let text = read("hard_over", &[("side", Value::Word("left"))]).expect_err("no fault");
+        let text = read("hard_over", &[("side", FaultValue::Word("left"))]).expect_err("no fault");
         assert_eq!(text, "side is one of positive negative");
     }
 }

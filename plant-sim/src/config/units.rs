@@ -3,9 +3,9 @@
 //! The last words of a key are its unit, and each quantity has several. A key that the reader does not know is converted to the
 //! one that it knows, with the same words before the unit.
 
-use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use std::collections::BTreeSet;
 
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use toml::{Table, Value};
 
 use super::ConfigError;

@@ -9,7 +9,8 @@ use std::sync::LazyLock;
 
 use icd::EffectorList;
 use icd::fault::{
-    CATALOGUE, FaultDraft, FaultError, KindInfo, Quantity, SensorKind, Target, TargetClass, Value,
+    CATALOGUE, FaultDraft, FaultError, FaultValue, KindInfo, Quantity, SensorKind, Target,
+    TargetClass,
 };
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
@@ -96,8 +97,8 @@ impl FaultTable {
             FaultError::NoSuchAlternative => refused(KIND, error.to_string()),
         };
         let mut draft = FaultDraft::new(info, class);
-        let numbers = self.numbers.iter().map(|(key, value)| (*key, Value::Number(*value)));
-        let words = self.words.iter().map(|(key, word)| (*key, Value::Word(word)));
+        let numbers = self.numbers.iter().map(|(key, value)| (*key, FaultValue::Number(*value)));
+        let words = self.words.iter().map(|(key, word)| (*key, FaultValue::Word(word)));
         let mut stray = None;
         for (key, value) in numbers.chain(words) {
             if !draft.put(key, value).map_err(error)? {

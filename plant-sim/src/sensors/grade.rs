@@ -2,12 +2,12 @@
 //!
 //! A grade file and the table `[plant.sensors]` of a scenario have the same form; the latter changes single numbers of the former.
 
-use icd::units::DEG;
 use std::fmt;
 use std::sync::LazyLock;
 
 use icd::Sensors;
 use icd::fault::SensorKind;
+use icd::units::DEG;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 

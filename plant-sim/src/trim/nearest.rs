@@ -1,6 +1,7 @@
 //! If there is no steady level flight: the flight that comes closest to it, and what prevents a steady one.
 
 use core::fmt;
+
 use icd::units::DEG_PER_RAD;
 
 use super::{Problem, TOLERANCE, Unknowns};

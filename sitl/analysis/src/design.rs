@@ -5,7 +5,6 @@
 //! algorithms for periodic discrete-time algebraic Riccati equations", Int. J. Control 77(8), 2004). Servos and the
 //! engine's lag are not in the design model, which is why the gains are modest.
 
-use icd::units::STANDARD_GRAVITY_M_S2;
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -15,6 +14,7 @@ use flight_control::main_controller::lqr::{LateralRow, LongitudinalRow, LqrGains
 use flight_control::{AircraftModel, DesignModel, Gains, NavigationState};
 use host_io::file;
 use icd::ControlPeriod;
+use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use nalgebra::{SMatrix, SVector, Vector3};
 use plant_sim::airframe::DEFAULT_NAME;
 
@@ -161,22 +161,21 @@ fn longitudinal(model: &DesignModel) -> System<7, 2> {
     let aircraft = model.aircraft();
     let (at, v) = (model.condition(model.design_point()), aircraft.trim.airspeed_m_s);
     let q_s = at.q_s_c / aircraft.geometry.chord_m;
-    let weight = aircraft.mass.mass_kg * STANDARD_GRAVITY_M_S2;
+    let weight = aircraft.mass.mass_kg * G_M_S2;
     let (lift, effectors) = (&aircraft.lift, &aircraft.effectors);
     let c_lift_elevator = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     // Vertical acceleration per angle of attack, pitch rate, elevator and airspeed.
-    let g_n_alpha =
-        STANDARD_GRAVITY_M_S2 * (q_s * lift.c_lift_alpha + aircraft.trim.thrust_n) / weight;
-    let g_n_q = STANDARD_GRAVITY_M_S2 * q_s * lift.c_lift_q * at.chord_time / weight;
-    let g_n_e = STANDARD_GRAVITY_M_S2 * q_s * c_lift_elevator / weight;
-    let g_n_v = 2.0 * STANDARD_GRAVITY_M_S2 / v;
+    let g_n_alpha = G_M_S2 * (q_s * lift.c_lift_alpha + aircraft.trim.thrust_n) / weight;
+    let g_n_q = G_M_S2 * q_s * lift.c_lift_q * at.chord_time / weight;
+    let g_n_e = G_M_S2 * q_s * c_lift_elevator / weight;
+    let g_n_v = 2.0 * G_M_S2 / v;
     let m_alpha = slope(model, |state, d| state.alpha += d).y;
     let m_q = slope(model, |state, d| state.rates.y += d).y;
     let m_e = per_command(model, |command| command.elevator_rad = DIFFERENCE).y;
     #[rustfmt::skip]
     let a = Square::<7>::from_row_slice(&[
         -g_n_alpha / v,   g_n_v, g_n_alpha, g_n_q, 0.0, 0.0, 0.0,
-        -STANDARD_GRAVITY_M_S2 / v, 0.0,  0.0,       0.0,   0.0, 0.0, 0.0,
+        -G_M_S2 / v,       0.0,  0.0,       0.0,   0.0, 0.0, 0.0,
         0.0,               0.0,  0.0,       1.0,   0.0, 0.0, 0.0,
         -m_alpha / v,      0.0,  m_alpha,   m_q,   0.0, 0.0, 0.0,
         1.0,               0.0,  0.0,       0.0,   0.0, 0.0, 0.0,
@@ -200,7 +199,7 @@ fn lateral(model: &DesignModel) -> System<5, 2> {
     let r_c = per_command(model, |command| command.rudder_rad = DIFFERENCE);
     #[rustfmt::skip]
     let a = Square::<5>::from_row_slice(&[
-        0.0,    alpha, -1.0, STANDARD_GRAVITY_M_S2 / v, 0.0,
+        0.0,    alpha, -1.0, G_M_S2 / v,       0.0,
         beta.x, p.x,   r.x,  0.0,              0.0,
         beta.z, p.z,   r.z,  0.0,              0.0,
         0.0,    1.0,   alpha, 0.0,             0.0,

@@ -1,10 +1,10 @@
 //! Where the healthy aircraft holds its altitude: a sweep over airspeed, altitude, bank and climb.
 
 use core::ops::ControlFlow;
-use icd::units::STANDARD_GRAVITY_M_S2;
 use std::fmt::Write as _;
 
 use flight_control::{AltitudeLimit, CompensatorMode};
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Body, EffectorKind, SimTime};
 use lab_judges::Judge as _;
 use lab_judges::altitude::AltitudeJudge;

@@ -99,9 +99,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     let flown = study(options, &sides)?;
     write_figure::<StudyError>(&folder, &results::figure(duration_s, &flown))?;
     let summary = results::summary(options, duration_s, &flown);
-    // Words that every such table has: the numbers before them differ.
-    let mark = b"A consistent estimator has a mean NEES of 3";
-    folder.write_marked("estimator.md", mark, summary.as_bytes())?;
+    folder.write_markdown("estimator.md", &summary)?;
     folder.write("nees.csv", results::csv(&flown).as_bytes())?;
     print_line!("{summary}\nwrote {}", folder.path().display());
     Ok(())

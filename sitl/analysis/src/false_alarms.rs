@@ -166,9 +166,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     folder.write("alarms.csv", results::alarms_csv(&at, &study).as_bytes())?;
     folder.write("delays.csv", results::delays_csv(&study).as_bytes())?;
     let summary = results::summary(options, &at, &study);
-    // Words that every such table has: the numbers before them differ.
-    let mark = b"h of healthy flight";
-    folder.write_marked("summary.md", mark, summary.as_bytes())?;
+    folder.write_markdown("summary.md", &summary)?;
     write_page(&folder, &results::page(options, &at, &study, &figure))?;
     print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
     Ok(())

@@ -146,9 +146,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     folder.write("pairs.csv", results::pairs_csv(&study).as_bytes())?;
     folder.write("confusion.csv", results::confusion_csv(&study).as_bytes())?;
     let summary = results::summary(options, &study);
-    // Words that every such table has: the numbers before them differ.
-    let mark = b"flights with a fault for each of";
-    folder.write_marked("summary.md", mark, summary.as_bytes())?;
+    folder.write_markdown("summary.md", &summary)?;
     write_page(&folder, &results::page(&summary, &figure))?;
     print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
     Ok(())

@@ -3,12 +3,12 @@
 //! Two aircraft fly the same steady flight, one with exact sensors and one with those of the grade. An error is the difference of a
 //! sample from the exact one of the time at which it was measured, so a delay is no error.
 
-use icd::units::DEG;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
+use icd::units::DEG;
 use icd::{Actuators, Sensors};
 use plant_sim::io::whole;
 use plant_sim::{GradeName, Plant, SensorSettings};

@@ -383,9 +383,7 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
         false => options.sensors.iter().copied().map(Some).collect(),
     };
     text += &loss_table(options, &losses(options, &sides, &sensors)?);
-    // Words that every such table has: the numbers before them differ.
-    let mark = b"| sensor | fault | aircraft |";
-    folder.write_marked("sensor-faults.md", mark, text.as_bytes())?;
+    folder.write_markdown("sensor-faults.md", &text)?;
     print_line!("{text}\nwrote {}", folder.path().display());
     Ok(())
 }

@@ -56,6 +56,9 @@ pub enum PlanError {
         /// What is wrong with it.
         problem: String,
     },
+    /// A setup cannot be written.
+    #[error("setup.json: {0}")]
+    Json(#[from] serde_json::Error),
     /// More runs than there can be.
     #[error("{file}: more than {RUNS_MAX} runs")]
     TooMany { file: String },

@@ -1,7 +1,8 @@
 //! What a campaign needs of its runs for summary and map, without all of their measures.
 
-use icd::units::DEG_PER_RAD;
 use std::ops::Range;
+
+use icd::units::DEG_PER_RAD;
 
 use crate::plan::{Aircraft, Plan};
 use crate::store::{Row, RunEnd};

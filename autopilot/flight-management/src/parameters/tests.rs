@@ -41,6 +41,7 @@ fn a_value_that_a_limit_would_change_is_refused_with_the_range() {
         ("RTL_RETURN_ALT", 12_001.0, "RTL_RETURN_ALT = 12001 is outside 500 to 12000 m"),
         ("REF_ALT_MIN", 6_000.0, "RTL_RETURN_ALT = 5000 is outside 6000 to 12000 m"),
         ("NAV_BANK_MAX", 60.0, "NAV_BANK_MAX = 60 is outside 1 to 45 deg"),
+        ("FTC_MODE", 7.0, "FTC_MODE = 7 is outside 0 to 2"),
         ("REF_ROLL_MAX", 30.0, "NAV_BANK_MAX = 45 is outside 1 to 30 deg"),
     ] {
         assert_eq!(parameters.set(name, value).unwrap_err().to_string(), text);

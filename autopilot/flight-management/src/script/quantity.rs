@@ -1,10 +1,10 @@
 //! Conditions of a line: a quantity that a pilot sees, and the value that it crosses.
 
 use core::f64::consts::PI;
-use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 
 use flight_control::NavigationState;
 use icd::SimTime;
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 
 /// A quantity of the flight, as the sensors report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,5 @@
 //! `sitl study jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
 
-use icd::units::DEG;
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,6 +9,7 @@ use autopilot::run::LawArgs;
 use flight_control::CompensatorMode;
 use host_io::file::{self, FileProblem};
 use icd::EffectorKind;
+use icd::units::DEG;
 use plant_sim::Airframe;
 
 use super::FlyError;

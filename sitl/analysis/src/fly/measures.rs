@@ -2,10 +2,10 @@
 //!
 //! Nothing grows with the length of the flight: sums, the last 10 s, and the 10 s after the fault.
 
-use icd::units::DEG;
 use std::collections::VecDeque;
 
 use flight_control::{AircraftModel, DesignModel, ObserverMode, StepLog};
+use icd::units::DEG;
 use icd::{EffectorList, EulerAngles};
 use nalgebra::Vector3;
 use plant_sim::{Airframe, Truth};

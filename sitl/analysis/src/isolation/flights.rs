@@ -1,11 +1,11 @@
 //! The flights of the study: faults drawn for each class, and healthy flights.
 
 use core::ops::ControlFlow;
-use icd::units::DEG;
 use std::fmt::Write as _;
 
 use autopilot::event::EventKind;
 use flight_control::isolation::Verdict;
+use icd::units::DEG;
 use icd::{Effector, EffectorList};
 use plant_sim::{Airframe, Scenario};
 

@@ -1,9 +1,9 @@
 //! Every two effectors jammed, each pair flown without and with the verdict in use: which aircraft does it lose, which does it keep?
 
-use icd::units::DEG;
 use std::fmt::Write as _;
 
 use flight_control::CompensatorMode;
+use icd::units::DEG;
 use icd::{Effector, EffectorList};
 use plant_sim::{GradeName, Scenario};
 

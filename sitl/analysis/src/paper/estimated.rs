@@ -115,7 +115,7 @@ pub fn run(options: &Options) -> Result<(), PaperError> {
     let folder = OutFolder::create(&options.out)?;
     let flown = study(options)?;
     let text = summary(options, &flown);
-    folder.write("estimated.md", text.as_bytes())?;
+    folder.write_markdown("estimated.md", &text)?;
     folder.write("limits.csv", csv(options, &flown).as_bytes())?;
     print_line!("{text}\nwrote {}", options.out.display());
     Ok(())

@@ -1,8 +1,8 @@
 //! Figures 4 to 9 of the paper and the survival curve.
 
-use icd::units::DEG;
 use std::fmt;
 
+use icd::units::DEG;
 use icd::{Effector, tvc_jet};
 
 use super::cases::Flown;

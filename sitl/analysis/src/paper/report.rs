@@ -1,9 +1,9 @@
 //! Results for people: one page that opens without a network, and a table for the terminal.
 
-use icd::units::DEG;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
+use icd::units::DEG;
 use maud::{Markup, PreEscaped, html};
 use plant_sim::FlightLimits;
 

@@ -1,6 +1,5 @@
 //! Every limit can fail: the real flights pass, and each one spoilt in one way fails the one limit meant for it.
 
-use icd::units::DEG;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -11,6 +10,7 @@ use super::trace::{Sample, Trace};
 use super::*;
 use crate::configuration::AircraftArgs;
 use flight_control::gains::{ActivationGains, Gains};
+use icd::units::DEG;
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
 const LEVELS: ActivationGains = Gains::REFERENCE.activation;

@@ -1,7 +1,8 @@
 //! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
 
+use autopilot::own_law::OwnLaw;
 use flight_analysis::study::WholeSetup;
-use serde_json::{Value, json};
+use serde_json::json;
 
 use super::{Plan, PlanError};
 
@@ -15,16 +16,16 @@ impl Plan {
             for law in 0..laws {
                 let run = self.run(aircraft.first * laws + law)?;
                 let setup = self.setup(&run)?;
-                let values: Vec<String> =
-                    self.settings(&run).iter().map(ToString::to_string).collect();
+                let settings = self.settings(&run);
                 flights.push(json!({
                     "run": run.number,
                     "aircraft": aircraft.name,
                     "law": self.laws[run.law].name,
                     "seed": run.seed,
-                    "settings": values,
-                    "own_law": setup.own_law.as_ref().map(autopilot::own_law::OwnLaw::name),
-                    "setup": serde_json::to_value(WholeSetup::of(&setup)).unwrap_or(Value::Null),
+                    "settings": settings.iter().map(ToString::to_string).collect::<Vec<_>>(),
+                    "fault_known": setup.knows_fault,
+                    "own_law": setup.own_law.as_ref().map(OwnLaw::name),
+                    "setup": serde_json::to_value(WholeSetup::of(&setup))?,
                 }));
             }
         }

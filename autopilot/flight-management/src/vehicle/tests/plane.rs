@@ -1,11 +1,11 @@
 //! A point mass that flies what the vehicle demands: enough of an aircraft for modes and plans.
 
-use icd::units::STANDARD_GRAVITY_M_S2;
 use std::sync::Arc;
 
 use flight_control::NavigationState;
 use flight_control::guidance::Horizontal;
 use flight_control::navigation::Validity;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, EulerAngles, Ned, SimTime};
 
 use super::rules;

@@ -286,6 +286,10 @@ fn failures_that_cannot_be_are_refused_with_the_reason() {
         ("failure gps float", "this sensor has no such fault"),
         ("failure gps wrong -v 5deg", "no value \"5deg\""),
         ("failure optical_flow off", "OPTICAL_FLOW (5)"),
+        // A zero that is written is a number, and one that a parameter has means that there is none.
+        ("failure servo off -i 4 -d 0s", "duration 0 s is outside"),
+        ("failure servo off -i 4 -d 1s -e 0s", "0 s is outside"),
+        ("failure servo off -i 4 -d 5s -e 20s -n 1", "repetitions 1 times is outside 2 to 1000"),
         ("failure servo melted", "there is no type melted: there are ok off stuck"),
         ("failure wing off", "there is no component wing: there are gyro accel"),
         ("failure gyro slow", "this sensor has no such fault"),
