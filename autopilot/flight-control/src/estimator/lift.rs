@@ -15,7 +15,8 @@ const EVERY_US: u64 = 500_000;
 const ERROR: f64 = 0.02;
 /// Part of the gusts, rms, that the wing has not answered to yet, or averages over its span.
 const UNSTEADY: f64 = 0.1;
-/// Beyond this airspeed, m/s, about M 0.3, lift depends on the Mach number, which the model does not have: it accuses no pitot tube.
+/// Beyond this airspeed, m/s, about M 0.3, lift depends on the Mach number, which the model does not have: it shows no airspeed
+/// and accuses no pitot tube.
 const SLOW_M_S: f64 = 100.0;
 
 /// Sum of what the wing carried beyond what it should have, as a part of it, since the last comparison.
@@ -54,6 +55,10 @@ impl Estimator {
             return self.lift.begin(now);
         }
         let Some(present) = self.present() else { return };
+        // With vanes lift adds the airspeed alone, and a part of a fast one is more than the last good wind is wrong by.
+        if has_vanes && present.through_air.norm() > SLOW_M_S {
+            return self.lift.begin(now);
+        }
         let inertial = self.inertial();
         let Some(wing) = self.wing(&present.through_air) else { return self.lift.begin(now) };
         self.lift.sum += -inertial.force.z / wing.value - 1.0;

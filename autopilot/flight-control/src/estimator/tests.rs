@@ -247,6 +247,24 @@ fn late_fixes_do_not_tell_roll_from_the_bias_of_the_accelerometers() {
     }
 }
 
+/// The lift of a fast aircraft follows the Mach number, which the design model does not have: with vanes the last good wind is better.
+#[test]
+fn the_lift_of_a_fast_aircraft_does_not_replace_its_pitot_tube() {
+    let wind = |lift_factor: f64| {
+        let mut aircraft = testing::aircraft_model();
+        aircraft.lift.c_lift_alpha *= lift_factor;
+        let gains = EstimatorGains::REFERENCE;
+        let mut estimator = Estimator::new(&aircraft, &gains, EarthShape::Wgs84);
+        let mut flight = Flight::new(Grade::Tactical, 1);
+        let lose_pitot = |at_s: f64, sensors: &mut Sensors| {
+            sensors.pitot.valid = at_s < 20.0;
+        };
+        fly(&mut flight, &mut estimator, 60.0, lose_pitot, |_, _, _| ());
+        estimator.estimate().steady_wind
+    };
+    assert_eq!(wind(1.0), wind(1.3));
+}
+
 #[test]
 fn a_flight_that_is_joined_in_a_turn_aligns() {
     let mut flight = Flight::new(Grade::Tactical, 4);
