@@ -55,7 +55,7 @@ impl Estimator {
             return self.lift.begin(now);
         }
         let Some(present) = self.present() else { return };
-        // With vanes lift adds the airspeed alone, and a part of a fast one is more than the last good wind is wrong by.
+        // With vanes, lift shows the airspeed alone, to a few per cent: of a fast aircraft the last good wind knows it better.
         if has_vanes && present.through_air.norm() > SLOW_M_S {
             return self.lift.begin(now);
         }

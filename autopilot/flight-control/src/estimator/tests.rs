@@ -249,20 +249,21 @@ fn late_fixes_do_not_tell_roll_from_the_bias_of_the_accelerometers() {
 
 /// The lift of a fast aircraft follows the Mach number, which the design model does not have: with vanes the last good wind is better.
 #[test]
-fn the_lift_of_a_fast_aircraft_does_not_replace_its_pitot_tube() {
-    let wind = |lift_factor: f64| {
+fn the_lift_of_a_fast_aircraft_replaces_its_vanes_and_not_its_pitot_tube() {
+    let wind = |lost: SensorKind, lift_factor: f64| {
         let mut aircraft = testing::aircraft_model();
         aircraft.lift.c_lift_alpha *= lift_factor;
         let gains = EstimatorGains::REFERENCE;
         let mut estimator = Estimator::new(&aircraft, &gains, EarthShape::Wgs84);
         let mut flight = Flight::new(Grade::Tactical, 1);
-        let lose_pitot = |at_s: f64, sensors: &mut Sensors| {
-            sensors.pitot.valid = at_s < 20.0;
+        let lose = |at_s: f64, sensors: &mut Sensors| {
+            sensors.invalidate(|sensor| sensor == lost && at_s >= 20.0);
         };
-        fly(&mut flight, &mut estimator, 60.0, lose_pitot, |_, _, _| ());
-        estimator.estimate().steady_wind
+        fly(&mut flight, &mut estimator, 60.0, lose, |_, _, _| ());
+        estimator.estimate().wind
     };
-    assert_eq!(wind(1.0), wind(1.3));
+    assert_eq!(wind(SensorKind::Pitot, 1.0), wind(SensorKind::Pitot, 1.3));
+    assert_ne!(wind(SensorKind::Vanes, 1.0), wind(SensorKind::Vanes, 1.3));
 }
 
 #[test]
