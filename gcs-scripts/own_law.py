@@ -17,12 +17,17 @@ import time
 import zlib
 
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
-MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 8, 1, 2, 3
-SAMPLES = "gyro accelerometer attitude gnss barometer pitot vanes engine_monitor magnetometer".split()
+SAMPLE = struct.Struct("<BBBQ")  # number of a sensor, count of its values, valid, time in us; its values follow
+MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 9, 1, 2, 3
 START_S, SILENCE_S = 30.0, 10.0  # How long it waits for a plant to begin, and for one that has begun.
 COMMANDS = 8  # What `law` gives.
-NAMES = ("p q r fx fy fz qw qx qy qz vn ve vd pn pe pd latitude longitude altitude airspeed alpha beta thrust "
-         "gnss_altitude year static_pressure impact_pressure mx my mz").split()
+SIGNALS = {  # The sensors by their numbers, each with the names of its values here.
+    0: ("gyro", "p q r"), 1: ("accelerometer", "fx fy fz"), 2: ("attitude", "qw qx qy qz"),
+    3: ("gnss", "vn ve vd pn pe pd latitude longitude gnss_altitude year"),
+    4: ("barometer", "static_pressure altitude"), 5: ("pitot", "impact_pressure airspeed"),
+    6: ("vanes", "alpha beta"), 7: ("engine_monitor", "thrust"), 8: ("magnetometer", "mx my mz"),
+}
+NEEDED = "p q r qw qx qy qz vd altitude airspeed".split()  # What `law` reads.
 
 
 def law(s, demand, memory, h):
@@ -44,14 +49,27 @@ def samples(data):
     """A packet of samples: the aircraft as in its bytes, the period, s, and the samples by name. An error says what is wrong."""
     name = HEADER.size + 1 + data[HEADER.size]
     end = name + 5  # Name of the aircraft, number and identity of its effectors.
-    period_us, *rest = struct.unpack_from("<I" + 9 * "QB" + "30d", data[:-4], end)
-    s = dict(zip(NAMES, rest[18:]))
-    if not (all(map(math.isfinite, rest[18:])) and abs(math.hypot(s["qw"], s["qx"], s["qy"], s["qz"]) - 1) < 1e-3):
-        raise ValueError("samples that no aircraft has")
+    period_us, sensors = struct.unpack_from("<IB", data[:-4], end)
+    # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
+    s, place = {"time_us": {}, "valid": {}}, end + 5
+    for _ in range(sensors):
+        number, count, valid, time_us = SAMPLE.unpack_from(data[:-4], place)
+        values = struct.unpack_from("<%dd" % count, data[:-4], place + SAMPLE.size)
+        place += SAMPLE.size + 8 * count
+        sensor, names = SIGNALS.get(number, (None, ""))
+        if sensor is None:
+            continue  # Of a later version.
+        if len(names.split()) != count or not all(map(math.isfinite, values)):
+            raise ValueError("%s: values that no sensor has" % sensor)
+        s.update(zip(names.split(), values))
+        s["time_us"][sensor], s["valid"][sensor] = time_us, valid
+    missing = [name for name in NEEDED if name not in s]
+    if missing:
+        raise ValueError("this law needs %s, which no sensor of the aircraft measures" % ", ".join(missing))
+    if abs(math.hypot(s["qw"], s["qx"], s["qy"], s["qz"]) - 1) > 1e-3:
+        raise ValueError("an attitude that no aircraft has")
     if data[end - 5] != COMMANDS:
         raise ValueError("%d effectors; this law has %d" % (data[end - 5], COMMANDS))
-    # When each sensor took its values, us, and whether they are valid; with ideal sensors they are.
-    s["time_us"], s["valid"] = dict(zip(SAMPLES, rest[0:18:2])), dict(zip(SAMPLES, rest[1:18:2]))
     return data[HEADER.size:end], period_us * 1e-6, s
 
 

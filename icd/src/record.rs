@@ -144,7 +144,7 @@ pub const fn piece_max(truth: usize) -> usize {
 }
 
 /// Even the largest aircraft leaves room for a piece.
-const _: () = assert!(piece_max(TRUTH_MAX) > 50);
+const _: () = assert!(piece_max(TRUTH_MAX) > 40);
 
 /// An encoded envelope.
 pub type EnvelopeBytes = ArrayVec<u8, ENVELOPE_MAX>;

@@ -3,77 +3,12 @@
 //! An ideal sensor has a new, valid sample in every control period. A sensor with a lower rate repeats its last sample, with
 //! the time of measurement, until it has a new one.
 
+use core::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use crate::frames::{Attitude, Body, Ned};
 use crate::time::SimTime;
-
-/// Sensors that an aircraft can have.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[repr(u8)]
-pub enum SensorKind {
-    /// Body rates.
-    Gyro = 0,
-    /// Specific force.
-    Accelerometer = 1,
-    /// Attitude of the inertial navigation.
-    Attitude = 2,
-    /// Position and velocity.
-    Gnss = 3,
-    /// Static pressure, as altitude.
-    Barometer = 4,
-    /// Dynamic pressure, as airspeed.
-    Pitot = 5,
-    /// Angle of attack and sideslip.
-    Vanes = 6,
-    /// Thrust.
-    EngineMonitor = 7,
-    /// Magnetic field.
-    Magnetometer = 8,
-}
-
-impl SensorKind {
-    /// All sensors, in the order of their numbers.
-    pub const ALL: [Self; 9] = [
-        Self::Gyro,
-        Self::Accelerometer,
-        Self::Attitude,
-        Self::Gnss,
-        Self::Barometer,
-        Self::Pitot,
-        Self::Vanes,
-        Self::EngineMonitor,
-        Self::Magnetometer,
-    ];
-
-    /// Name in texts and scripts.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::EngineMonitor => "engine monitor",
-            other => other.key(),
-        }
-    }
-
-    /// Name in scenario files.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Gyro => "gyro",
-            Self::Accelerometer => "accelerometer",
-            Self::Attitude => "attitude",
-            Self::Gnss => "gnss",
-            Self::Barometer => "barometer",
-            Self::Magnetometer => "magnetometer",
-            Self::Pitot => "pitot",
-            Self::Vanes => "vanes",
-            Self::EngineMonitor => "engine_monitor",
-        }
-    }
-
-    /// The sensor with this name, in scenario files or in texts.
-    pub fn by_key(key: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|sensor| sensor.key() == key || sensor.name() == key)
-    }
-}
 
 /// The latest sample of a sensor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -141,27 +76,84 @@ pub struct FlowAngles {
     pub sideslip_rad: f64,
 }
 
-/// The latest sample of each sensor.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Sensors {
-    /// Body rates p, q, r relative to inertial space, rad/s.
-    pub gyro: Sample<Body>,
-    /// Specific force, m/s²: (0, 0, -g) at rest on the ground.
-    pub accelerometer: Sample<Body>,
-    /// Attitude relative to the local NED axes (inertial navigation unit).
-    pub attitude: Sample<Attitude>,
-    /// Position and velocity.
-    pub gnss: Sample<GnssFix>,
-    /// Static pressure and the altitude by it.
-    pub barometer: Sample<StaticPressure>,
-    /// Impact pressure and the true airspeed by it.
-    pub pitot: Sample<ImpactPressure>,
-    /// Angle of attack and sideslip.
-    pub vanes: Sample<FlowAngles>,
-    /// Thrust by the engine monitor, N.
-    pub engine_n: Sample<f64>,
-    /// Magnetic field, nT, body axes.
-    pub magnetometer_nt: Sample<Body>,
+/// A value as the numbers of the wire and the log.
+trait Measured<const N: usize>: Sized {
+    fn numbers(&self) -> [f64; N];
+    /// Bit for bit: this does not normalise a quaternion.
+    fn of(numbers: [f64; N]) -> Self;
+    /// What stands for the value of a sensor that the aircraft lacks.
+    fn none() -> Self {
+        Self::of([0.0; N])
+    }
+}
+
+impl Measured<1> for f64 {
+    fn numbers(&self) -> [f64; 1] {
+        [*self]
+    }
+
+    fn of([value]: [f64; 1]) -> Self {
+        value
+    }
+}
+
+impl Measured<3> for Body {
+    fn numbers(&self) -> [f64; 3] {
+        self.0.into()
+    }
+
+    fn of([x, y, z]: [f64; 3]) -> Self {
+        Self::new(x, y, z)
+    }
+}
+
+impl Measured<4> for Attitude {
+    fn numbers(&self) -> [f64; 4] {
+        self.wxyz()
+    }
+
+    fn of(wxyz: [f64; 4]) -> Self {
+        Self::from_unit_wxyz(wxyz)
+    }
+
+    fn none() -> Self {
+        Self::of([1.0, 0.0, 0.0, 0.0])
+    }
+}
+
+impl Measured<10> for GnssFix {
+    fn numbers(&self) -> [f64; 10] {
+        let ([vn, ve, vd], [n, e, d]) = (self.velocity.0.into(), self.position.0.into());
+        let Self { latitude_rad, longitude_rad, altitude_m, decimal_year, .. } = *self;
+        [vn, ve, vd, n, e, d, latitude_rad, longitude_rad, altitude_m, decimal_year]
+    }
+
+    fn of(numbers: [f64; 10]) -> Self {
+        let [vn, ve, vd, n, e, d, latitude_rad, longitude_rad, altitude_m, decimal_year] = numbers;
+        let (velocity, position) = (Ned::new(vn, ve, vd), Ned::new(n, e, d));
+        Self { velocity, position, latitude_rad, longitude_rad, altitude_m, decimal_year }
+    }
+}
+
+/// Types whose fields are their numbers.
+macro_rules! measured {
+    ($($type:ident { $first:ident, $second:ident };)+) => {
+        $(impl Measured<2> for $type {
+            fn numbers(&self) -> [f64; 2] {
+                [self.$first, self.$second]
+            }
+
+            fn of([$first, $second]: [f64; 2]) -> Self {
+                Self { $first, $second }
+            }
+        })+
+    };
+}
+
+measured! {
+    StaticPressure { pressure_pa, altitude_m };
+    ImpactPressure { impact_pa, airspeed_m_s };
+    FlowAngles { angle_of_attack_rad, sideslip_rad };
 }
 
 impl<T> Sample<T> {
@@ -169,188 +161,193 @@ impl<T> Sample<T> {
     pub const fn at(time: SimTime, value: T) -> Self {
         Self { time, valid: true, value }
     }
-
-    fn stamped(Stamp { time, valid }: Stamp, value: T) -> Self {
-        Self { time, valid, value }
-    }
-
-    const fn stamp(&self) -> Stamp {
-        Stamp { time: self.time, valid: self.valid }
-    }
 }
 
+/// The table of sensors: number on the wire, key in files (with another name in texts), field of [`Sensors`], type, and the names
+/// of its numbers, whose last word is the unit. Everything about the list of sensors follows from it.
+macro_rules! sensors {
+    ($($(#[$doc:meta])* $kind:ident = $code:literal, $key:literal $(($text:literal))?,
+        $field:ident: $type:ty, [$($name:literal),+];)+) => {
+        /// Sensors that an aircraft can have.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+        #[repr(u8)]
+        pub enum SensorKind {
+            $($(#[$doc])* $kind = $code,)+
+        }
+
+        impl SensorKind {
+            /// All sensors, in the order of their numbers.
+            pub const ALL: [Self; [$($code),+].len()] = [$(Self::$kind),+];
+
+            /// Name in scenario files.
+            pub const fn key(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $key,)+
+                }
+            }
+
+            /// Name in texts and scripts.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $($(Self::$kind => $text,)?)+
+                    other => other.key(),
+                }
+            }
+
+            /// The sensor with this name, in scenario files or in texts.
+            pub fn by_key(key: &str) -> Option<Self> {
+                Self::ALL.into_iter().find(|sensor| sensor.key() == key || sensor.name() == key)
+            }
+
+            /// Names of its numbers; the last word is the unit.
+            pub const fn signals(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$kind => &[$($name),+],)+
+                }
+            }
+
+            /// Places of its numbers in [`Sensors::to_array`].
+            pub fn places(self) -> Range<usize> {
+                FIRST[self as usize]..FIRST[self as usize] + self.signals().len()
+            }
+        }
+
+        /// The latest sample of each sensor.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        pub struct Sensors {
+            $($(#[$doc])* pub $field: Sample<$type>,)+
+            /// Which sensors the aircraft has, in the order of [`SensorKind::ALL`]. The sample of another one is never valid and
+            /// has no value; it is neither sent nor hashed.
+            pub fitted: [bool; SensorKind::ALL.len()],
+        }
+
+        impl Sensors {
+            /// Number of sensors: all of [`SensorKind::ALL`].
+            pub const SENSORS: usize = SensorKind::ALL.len();
+
+            /// Number of scalar values of all samples together.
+            pub const COUNT: usize = Self::NAMES.len();
+
+            /// Names of the scalar values in the order of [`Sensors::to_array`].
+            pub const NAMES: [&'static str; [$($($name),+),+].len()] = [$($($name),+),+];
+
+            /// Names of the samples' times in the order of [`Sensors::stamps`].
+            pub const TIMES: [&'static str; Self::SENSORS] = [$(concat!($key, "_time_us")),+];
+
+            /// Names of the samples' validity in the order of [`Sensors::stamps`].
+            pub const VALID: [&'static str; Self::SENSORS] = [$(concat!($key, "_valid")),+];
+
+            /// The scalar values, sensor by sensor.
+            pub fn to_array(&self) -> [f64; Self::COUNT] {
+                let mut all = [0.0; Self::COUNT];
+                let mut left = &mut all[..];
+                $(
+                    let numbers: [f64; [$($name),+].len()] = self.$field.value.numbers();
+                    let (these, others) = left.split_at_mut(numbers.len());
+                    these.copy_from_slice(&numbers);
+                    left = others;
+                )+
+                debug_assert!(left.is_empty());
+                all
+            }
+
+            /// Time and validity of each sample, in the order of [`SensorKind::ALL`].
+            pub fn stamps(&self) -> [Stamp; Self::SENSORS] {
+                [$(Stamp { time: self.$field.time, valid: self.$field.valid }),+]
+            }
+
+            /// From the scalar values, bit for bit, of an aircraft with all sensors.
+            pub fn new(stamps: &[Stamp; Self::SENSORS], values: &[f64; Self::COUNT]) -> Self {
+                let mut left = &values[..];
+                $(
+                    let (numbers, others) = left.split_at([$($name),+].len());
+                    let mut these = [0.0; [$($name),+].len()];
+                    these.copy_from_slice(numbers);
+                    let Stamp { time, valid } = stamps[SensorKind::$kind as usize];
+                    let $field = Sample { time, valid, value: Measured::of(these) };
+                    left = others;
+                )+
+                debug_assert!(left.is_empty());
+                Self { $($field,)+ fitted: [true; Self::SENSORS] }
+            }
+
+            /// Leaves these sensors, in the order of [`SensorKind::ALL`]; the aircraft lacks the others.
+            pub fn keep(&mut self, fitted: &[bool; Self::SENSORS]) {
+                self.fitted = *fitted;
+                $(if !fitted[SensorKind::$kind as usize] {
+                    self.$field = Sample { time: SimTime::ZERO, valid: false, value: Measured::none() };
+                })+
+            }
+
+            /// Declares the samples of these sensors invalid.
+            pub fn invalidate(&mut self, is_meant: impl Fn(SensorKind) -> bool) {
+                $(self.$field.valid &= !is_meant(SensorKind::$kind);)+
+            }
+
+            /// Takes the sample of a sensor from others.
+            pub fn copy_sample(&mut self, sensor: SensorKind, from: &Self) {
+                match sensor {
+                    $(SensorKind::$kind => self.$field = from.$field,)+
+                }
+            }
+
+            /// Takes the value of a sensor from others; its time and validity stay.
+            pub fn copy_value(&mut self, sensor: SensorKind, from: &Self) {
+                match sensor {
+                    $(SensorKind::$kind => self.$field.value = from.$field.value,)+
+                }
+            }
+        }
+    };
+}
+
+sensors! {
+    /// Body rates p, q, r relative to inertial space, rad/s.
+    Gyro = 0, "gyro", gyro: Body, ["body_rate_p_rad_s", "body_rate_q_rad_s", "body_rate_r_rad_s"];
+    /// Specific force, m/s²: (0, 0, -g) at rest on the ground.
+    Accelerometer = 1, "accelerometer", accelerometer: Body,
+        ["specific_force_x_m_s2", "specific_force_y_m_s2", "specific_force_z_m_s2"];
+    /// Attitude relative to the local NED axes (inertial navigation unit).
+    Attitude = 2, "attitude", attitude: Attitude,
+        ["attitude_w", "attitude_x", "attitude_y", "attitude_z"];
+    /// Position and velocity.
+    Gnss = 3, "gnss", gnss: GnssFix, [
+        "velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s",
+        "position_north_m", "position_east_m", "position_down_m",
+        "latitude_rad", "longitude_rad", "gnss_altitude_m", "decimal_year"
+    ];
+    /// Static pressure and the altitude by it.
+    Barometer = 4, "barometer", barometer: StaticPressure, ["static_pressure_pa", "altitude_m"];
+    /// Impact pressure and the true airspeed by it.
+    Pitot = 5, "pitot", pitot: ImpactPressure, ["impact_pressure_pa", "airspeed_m_s"];
+    /// Angle of attack and sideslip.
+    Vanes = 6, "vanes", vanes: FlowAngles, ["angle_of_attack_rad", "sideslip_rad"];
+    /// Thrust by the engine monitor, N.
+    EngineMonitor = 7, "engine_monitor" ("engine monitor"), engine_n: f64, ["thrust_n"];
+    /// Magnetic field, nT, body axes.
+    Magnetometer = 8, "magnetometer", magnetometer_nt: Body,
+        ["magnetic_field_x_nt", "magnetic_field_y_nt", "magnetic_field_z_nt"];
+}
+
+/// Place of each sensor's first number.
+const FIRST: [usize; Sensors::SENSORS] = {
+    let mut first = [0; Sensors::SENSORS];
+    let mut sensor = 1;
+    while sensor < first.len() {
+        first[sensor] = first[sensor - 1] + SensorKind::ALL[sensor - 1].signals().len();
+        sensor += 1;
+    }
+    first
+};
+
 impl Sensors {
-    /// Number of sensors: all of [`SensorKind::ALL`].
-    pub const SENSORS: usize = SensorKind::ALL.len();
-
-    /// Number of scalar values of all samples together.
-    pub const COUNT: usize = 30;
-
-    /// Names of the scalar values in the order of [`Sensors::to_array`].
-    pub const NAMES: [&'static str; Self::COUNT] = [
-        "body_rate_p_rad_s",
-        "body_rate_q_rad_s",
-        "body_rate_r_rad_s",
-        "specific_force_x_m_s2",
-        "specific_force_y_m_s2",
-        "specific_force_z_m_s2",
-        "attitude_w",
-        "attitude_x",
-        "attitude_y",
-        "attitude_z",
-        "velocity_north_m_s",
-        "velocity_east_m_s",
-        "velocity_down_m_s",
-        "position_north_m",
-        "position_east_m",
-        "position_down_m",
-        "latitude_rad",
-        "longitude_rad",
-        "altitude_m",
-        "airspeed_m_s",
-        "angle_of_attack_rad",
-        "sideslip_rad",
-        "thrust_n",
-        "gnss_altitude_m",
-        "decimal_year",
-        "static_pressure_pa",
-        "impact_pressure_pa",
-        "magnetic_field_x_nt",
-        "magnetic_field_y_nt",
-        "magnetic_field_z_nt",
-    ];
-
-    /// Names of the samples' times in the order of [`Sensors::stamps`].
-    pub const TIMES: [&'static str; Self::SENSORS] = [
-        "gyro_time_us",
-        "accelerometer_time_us",
-        "attitude_time_us",
-        "gnss_time_us",
-        "barometer_time_us",
-        "pitot_time_us",
-        "vanes_time_us",
-        "engine_monitor_time_us",
-        "magnetometer_time_us",
-    ];
-
-    /// Names of the samples' validity in the order of [`Sensors::stamps`].
-    pub const VALID: [&'static str; Self::SENSORS] = [
-        "gyro_valid",
-        "accelerometer_valid",
-        "attitude_valid",
-        "gnss_valid",
-        "barometer_valid",
-        "pitot_valid",
-        "vanes_valid",
-        "engine_monitor_valid",
-        "magnetometer_valid",
-    ];
-
-    /// The scalar values in wire order.
-    pub fn to_array(&self) -> [f64; Self::COUNT] {
-        let (rates, force) = (&self.gyro.value.0, &self.accelerometer.value.0);
-        let [w, x, y, z] = self.attitude.value.wxyz();
-        let GnssFix { velocity, position, latitude_rad, longitude_rad, altitude_m, decimal_year } =
-            &self.gnss.value;
-        let (velocity, position) = (&velocity.0, &position.0);
-        let (barometer, pitot) = (&self.barometer.value, &self.pitot.value);
-        let field = &self.magnetometer_nt.value.0;
-        let FlowAngles { angle_of_attack_rad, sideslip_rad } = self.vanes.value;
-        [
-            rates.x,
-            rates.y,
-            rates.z,
-            force.x,
-            force.y,
-            force.z,
-            w,
-            x,
-            y,
-            z,
-            velocity.x,
-            velocity.y,
-            velocity.z,
-            position.x,
-            position.y,
-            position.z,
-            *latitude_rad,
-            *longitude_rad,
-            barometer.altitude_m,
-            pitot.airspeed_m_s,
-            angle_of_attack_rad,
-            sideslip_rad,
-            self.engine_n.value,
-            *altitude_m,
-            *decimal_year,
-            barometer.pressure_pa,
-            pitot.impact_pa,
-            field.x,
-            field.y,
-            field.z,
-        ]
+    /// The sensors that the aircraft has.
+    pub fn present(&self) -> impl Iterator<Item = SensorKind> + use<> {
+        let fitted = self.fitted;
+        SensorKind::ALL.into_iter().filter(move |sensor| fitted[*sensor as usize])
     }
 
-    /// Time and validity of each sample, in the order of [`SensorKind::ALL`].
-    pub fn stamps(&self) -> [Stamp; Self::SENSORS] {
-        [
-            self.gyro.stamp(),
-            self.accelerometer.stamp(),
-            self.attitude.stamp(),
-            self.gnss.stamp(),
-            self.barometer.stamp(),
-            self.pitot.stamp(),
-            self.vanes.stamp(),
-            self.engine_n.stamp(),
-            self.magnetometer_nt.stamp(),
-        ]
-    }
-
-    /// Declares the samples of these sensors invalid.
-    pub fn invalidate(&mut self, is_meant: impl Fn(SensorKind) -> bool) {
-        let flags = [
-            &mut self.gyro.valid,
-            &mut self.accelerometer.valid,
-            &mut self.attitude.valid,
-            &mut self.gnss.valid,
-            &mut self.barometer.valid,
-            &mut self.pitot.valid,
-            &mut self.vanes.valid,
-            &mut self.engine_n.valid,
-            &mut self.magnetometer_nt.valid,
-        ];
-        for (sensor, valid) in SensorKind::ALL.into_iter().zip(flags) {
-            *valid &= !is_meant(sensor);
-        }
-    }
-
-    /// From the scalar values in wire order, bit for bit: this does not normalise the quaternion.
-    pub fn new(stamps: &[Stamp; Self::SENSORS], v: &[f64; Self::COUNT]) -> Self {
-        let fix = GnssFix {
-            velocity: Ned::new(v[10], v[11], v[12]),
-            position: Ned::new(v[13], v[14], v[15]),
-            latitude_rad: v[16],
-            longitude_rad: v[17],
-            altitude_m: v[23],
-            decimal_year: v[24],
-        };
-        let barometer = StaticPressure { pressure_pa: v[25], altitude_m: v[18] };
-        let pitot = ImpactPressure { impact_pa: v[26], airspeed_m_s: v[19] };
-        let angles = FlowAngles { angle_of_attack_rad: v[20], sideslip_rad: v[21] };
-        let attitude = Attitude::from_unit_wxyz([v[6], v[7], v[8], v[9]]);
-        Self {
-            gyro: Sample::stamped(stamps[0], Body::new(v[0], v[1], v[2])),
-            accelerometer: Sample::stamped(stamps[1], Body::new(v[3], v[4], v[5])),
-            attitude: Sample::stamped(stamps[2], attitude),
-            gnss: Sample::stamped(stamps[3], fix),
-            barometer: Sample::stamped(stamps[4], barometer),
-            pitot: Sample::stamped(stamps[5], pitot),
-            vanes: Sample::stamped(stamps[6], angles),
-            engine_n: Sample::stamped(stamps[7], v[22]),
-            magnetometer_nt: Sample::stamped(stamps[8], Body::new(v[27], v[28], v[29])),
-        }
-    }
-
-    /// The same with every sample valid and measured at `time`.
+    /// As [`Sensors::new`] with every sample valid and measured at `time`.
     pub fn at(time: SimTime, values: &[f64; Self::COUNT]) -> Self {
         Self::new(&[Stamp { time, valid: true }; Self::SENSORS], values)
     }
@@ -361,11 +358,49 @@ mod tests {
     use super::*;
 
     #[test]
-    fn times_and_validity_are_named_as_their_sensors() {
-        let names = SensorKind::ALL.into_iter().zip(Sensors::TIMES).zip(Sensors::VALID);
-        for ((kind, time), valid) in names {
-            assert_eq!(time.strip_suffix("_time_us"), Some(kind.key()));
-            assert_eq!(valid.strip_suffix("_valid"), Some(kind.key()));
+    fn the_numbers_of_the_sensors_follow_each_other_and_have_names_of_their_own() {
+        let mut names = std::collections::BTreeSet::new();
+        let mut next = 0;
+        for (place, kind) in SensorKind::ALL.into_iter().enumerate() {
+            assert_eq!((kind as usize, kind.places().start), (place, next));
+            assert_eq!(&Sensors::NAMES[kind.places()], kind.signals());
+            assert!(kind.signals().iter().all(|name| names.insert(*name)), "{kind:?}");
+            next = kind.places().end;
+        }
+        assert_eq!(next, Sensors::COUNT);
+    }
+
+    #[test]
+    fn a_sensor_that_the_aircraft_lacks_has_no_sample() {
+        let mut sensors = Sensors::at(SimTime::from_micros(5), &[0.5; Sensors::COUNT]);
+        let lacking = [SensorKind::Attitude, SensorKind::Vanes];
+        sensors.keep(&SensorKind::ALL.map(|kind| !lacking.contains(&kind)));
+        for kind in SensorKind::ALL {
+            let stamp = sensors.stamps()[kind as usize];
+            assert_eq!(stamp.valid, !lacking.contains(&kind));
+            assert_eq!(sensors.present().any(|other| other == kind), stamp.valid);
+        }
+        assert_eq!(sensors.attitude.value.wxyz(), [1.0, 0.0, 0.0, 0.0]);
+        assert_eq!(sensors.vanes.value.sideslip_rad, 0.0);
+    }
+
+    #[test]
+    fn a_copy_changes_one_sensor() {
+        let from = Sensors::at(SimTime::from_micros(5), &[2.0; Sensors::COUNT]);
+        let to = Sensors::at(SimTime::ZERO, &[1.0; Sensors::COUNT]);
+        for kind in SensorKind::ALL {
+            for keeps_time in [false, true] {
+                let mut changed = to;
+                match keeps_time {
+                    false => changed.copy_sample(kind, &from),
+                    true => changed.copy_value(kind, &from),
+                }
+                for (place, value) in changed.to_array().into_iter().enumerate() {
+                    assert_eq!(value, if kind.places().contains(&place) { 2.0 } else { 1.0 });
+                }
+                let copied = if keeps_time { to } else { from };
+                assert_eq!(changed.stamps()[kind as usize], copied.stamps()[kind as usize]);
+            }
         }
     }
 
@@ -379,6 +414,6 @@ mod tests {
         let sensors = Sensors::new(&stamps, &values);
         assert_eq!((sensors.stamps(), sensors.to_array()), (stamps, values));
         assert_eq!(sensors.vanes.time, SimTime::from_micros(6));
-        assert_eq!(sensors.vanes.value.sideslip_rad, values[21]);
+        assert_eq!(sensors.vanes.value.sideslip_rad, values[25]);
     }
 }

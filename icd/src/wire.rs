@@ -20,9 +20,10 @@
 //! The body begins with the aircraft: the length of its name, u8, and the name, the number of effectors, u8, and
 //! the identity of their list, u32. A packet has one command or position for each effector.
 //!
-//! In a sensor packet the control period follows, us, u32, then for each sensor's sample the time, us, u64, and its
-//! validity, u8, then the numbers of all samples, in the order of [`Sensors::stamps`] and [`Sensors::to_array`]. No sample is
-//! newer than its packet.
+//! In a sensor packet the control period follows, us, u32, then the number of sensors, u8, and for each sensor that the aircraft has,
+//! in ascending order: its number ([`SensorKind`]), u8, the count of its numbers, u8, its validity, u8, the time of its sample,
+//! us, u64, and the numbers ([`SensorKind::signals`]). A reader skips a sensor that it does not know. No sample is newer than its
+//! packet.
 //!
 //! A sensor packet ends with an envelope and its length, u16: the plant's data for the recorder of the flight
 //! ([`crate::record`]). No other code reads it; it is not part of [`SensorPacket`].
@@ -32,7 +33,7 @@ use arrayvec::ArrayVec;
 use crate::effector::Actuators;
 use crate::effector_list::{EffectorList, Name};
 use crate::fault::{PlantReport, PlantRequest};
-use crate::sensors::{Sensors, Stamp};
+use crate::sensors::{SensorKind, Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};
 
 mod cursor;
@@ -45,13 +46,13 @@ pub use packets::{decode, encode_actuators, encode_refusal, encode_sensors, enve
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 8;
+pub const VERSION: u16 = 9;
 
 /// Largest packet, bytes.
-pub const PACKET_MAX: usize = 1440;
+pub const PACKET_MAX: usize = 1472;
 
 /// Longest envelope, bytes: the data that a sensor packet carries for the recorder ([`crate::record`]).
-pub const ENVELOPE_MAX: usize = 724;
+pub const ENVELOPE_MAX: usize = 712;
 
 /// Reports that one sensor packet can carry; more wait for the next one.
 pub const REPORTS_MAX: usize = 3;

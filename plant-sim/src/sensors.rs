@@ -108,10 +108,9 @@ impl SensorSet {
                 sensors
             }
         };
-        if self.fitted != [true; Sensors::SENSORS] {
-            sensors.invalidate(|sensor| !self.fitted[sensor as usize]);
-        }
-        self.faulty.apply(truth.time, faults, sensors)
+        sensors = self.faulty.apply(truth.time, faults, sensors);
+        sensors.keep(&self.fitted);
+        sensors
     }
 
     /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
@@ -175,6 +174,7 @@ impl SensorSet {
             vanes: Sample::at(time, angles),
             engine_n: Sample::at(time, thrust_n),
             magnetometer_nt: Sample::at(time, field_nt),
+            fitted: [true; Sensors::SENSORS],
         }
     }
 

@@ -52,7 +52,7 @@ impl World {
         let mut values = [0.0; Sensors::COUNT];
         values[6] = 1.0;
         values[10] = 264.0;
-        (values[18], values[19], values[22]) = (5_000.0, 264.0, 27_000.0);
+        (values[21], values[23], values[26]) = (5_000.0, 264.0, 27_000.0);
         let sensors = Sensors::at(SimTime::ZERO, &values);
         let mut ground = Ground::new(&parameters, &model, &[station(14_550)]);
         assert!(ground.open(TCP, true, WallTime::ZERO));

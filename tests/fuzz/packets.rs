@@ -14,7 +14,7 @@ const CHECKSUM: usize = 4;
 fn level_flight() -> Sensors {
     let mut values = [0.0; Sensors::COUNT];
     values[6] = 1.0;
-    (values[18], values[19]) = (5_000.0, 264.0);
+    (values[21], values[23]) = (5_000.0, 264.0);
     Sensors::at(SimTime::ZERO, &values)
 }
 

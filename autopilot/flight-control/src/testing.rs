@@ -23,14 +23,13 @@ pub fn level_sensors() -> Sensors {
     let trim = aircraft_model().trim;
     let euler = EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 };
     let [w, x, y, z] = Attitude::from_euler(euler).wxyz();
-    let (rates, force, velocity) = ([0.0; 3], [0.0, 0.0, -9.8], [264.0, 0.0, 0.0]);
-    let place = [0.0, 0.0, -5_000.0, 0.609, -2.058, 5_000.0];
-    let air = [264.0, trim.theta_rad, 0.0, trim.thrust_n];
-    // Altitude and date of the fix, static and impact pressure of US-1976, magnetic field.
-    let rest = [5_000.0, 2_026.0, 54_019.9, 28_620.0, 23_000.0, 4_500.0, 41_000.0];
-    let values = rates.into_iter().chain(force).chain([w, x, y, z]).chain(velocity);
-    let mut all = values.chain(place).chain(air).chain(rest);
-    Sensors::at(SimTime::ZERO, &core::array::from_fn(|_| all.next().unwrap()))
+    let inertial = [[0.0; 3], [0.0, 0.0, -9.8]].concat();
+    let fix = [264.0, 0.0, 0.0, 0.0, 0.0, -5_000.0, 0.609, -2.058, 5_000.0, 2_026.0];
+    // Static pressure and altitude, impact pressure of US-1976 and airspeed, vanes, thrust, magnetic field.
+    let air = [54_019.9, 5_000.0, 28_620.0, 264.0, trim.theta_rad, 0.0];
+    let rest = [trim.thrust_n, 23_000.0, 4_500.0, 41_000.0];
+    let values = [&inertial[..], &[w, x, y, z], &fix, &air, &rest].concat();
+    Sensors::at(SimTime::ZERO, &values.try_into().unwrap())
 }
 
 /// The state of [`level_sensors`].

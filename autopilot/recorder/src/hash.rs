@@ -6,6 +6,8 @@ use sha2::{Digest, Sha256};
 
 use super::Moment;
 
+/// Tag of the aircraft's sensors and effectors.
+const AIRCRAFT: u8 = 0;
 /// Tag of a control step.
 const STEP: u8 = 1;
 /// Tag of a request sent to the plant.
@@ -16,12 +18,14 @@ const SAMPLE: u8 = 3;
 /// SHA-256 over the flight, in order.
 ///
 /// ```text
-/// control step: 0x01, time us u64, 23 sensor values f64, commands f64     (little endian, as on the link)
+/// aircraft:     0x00, number of sensors u8, for each its kind u8 and the count of its numbers u8, number of effectors u8
+/// control step: 0x01, time us u64, numbers of the sensors f64, commands f64       (little endian, as on the link)
 /// sample:       0x03, kind of sensor u8, valid u8, time us u64   (after its step, unless it is a valid one of the step's time)
 /// request:      0x02, control steps flown u64, moment u8, the action (postcard)
 /// ```
 ///
-/// Everything that depends on wall time is left out: session, pauses and speeds, repeated packets.
+/// The aircraft comes before the first control step. A sensor that the aircraft lacks is left out, and so is everything that depends
+/// on wall time: session, pauses and speeds, repeated packets.
 #[derive(Debug, Clone, Default)]
 pub struct RunHash {
     sha: Sha256,
@@ -37,17 +41,34 @@ impl RunHash {
         actuators: &Actuators,
         effectors: usize,
     ) {
+        if self.steps == 0 {
+            self.aircraft(sensors, effectors);
+        }
         self.steps += 1;
         self.sha.update([STEP]);
         self.sha.update(time.as_micros().to_le_bytes());
-        for value in sensors.to_array().iter().chain(actuators.commands.first(effectors)) {
+        let (values, stamps) = (sensors.to_array(), sensors.stamps());
+        let values = sensors.present().flat_map(|sensor| &values[sensor.places()]);
+        for value in values.chain(actuators.commands.first(effectors)) {
             self.sha.update(value.to_le_bytes());
         }
         let now = Stamp { time, valid: true };
-        for (sensor, stamp) in (0_u8..).zip(sensors.stamps()).filter(|(_, stamp)| *stamp != now) {
-            self.sha.update([SAMPLE, sensor, u8::from(stamp.valid)]);
-            self.sha.update(stamp.time.as_micros().to_le_bytes());
+        for sensor in sensors.present() {
+            let stamp = stamps[sensor as usize];
+            if stamp != now {
+                self.sha.update([SAMPLE, sensor as u8, u8::from(stamp.valid)]);
+                self.sha.update(stamp.time.as_micros().to_le_bytes());
+            }
         }
+    }
+
+    #[expect(clippy::cast_possible_truncation, reason = "few sensors, numbers and effectors")]
+    fn aircraft(&mut self, sensors: &Sensors, effectors: usize) {
+        self.sha.update([AIRCRAFT, sensors.present().count() as u8]);
+        for sensor in sensors.present() {
+            self.sha.update([sensor as u8, sensor.signals().len() as u8]);
+        }
+        self.sha.update([effectors as u8]);
     }
 
     /// Adds a request sent to the plant after `steps_flown` control steps.
@@ -85,13 +106,14 @@ pub(super) fn hex(bytes: &[u8]) -> String {
 mod tests {
     use super::*;
     use icd::pace::Pace;
+    use icd::sensors::SensorKind;
     use icd::tvc_jet;
     use icd::{FaultRequest, PerEffector};
 
     fn flown(last: f64, action: &PlantAction) -> RunHash {
         let mut values = [0.25; Sensors::COUNT];
         values[6..10].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
-        values[22] = last;
+        values[SensorKind::EngineMonitor.places()].fill(last);
         let at = |micros| Sensors::at(SimTime::from_micros(micros), &values);
         let actuators = Actuators { commands: PerEffector::from_values([-1.5; 8]) };
         let mut hash = RunHash::default();
@@ -101,11 +123,17 @@ mod tests {
         hash
     }
 
+    /// An aircraft with all sensors.
+    fn aircraft(effectors: u8) -> Vec<u8> {
+        let sensors = [[0, 3], [1, 3], [2, 4], [3, 10], [4, 2], [5, 2], [6, 2], [7, 1], [8, 3]];
+        [&[0, 9][..], &sensors.concat(), &[effectors]].concat()
+    }
+
     #[test]
     fn the_hash_is_that_of_the_documented_bytes() {
         let action = PlantAction::Fault(FaultRequest::Clear { target: tvc_jet::RUDDER.into() });
         let hash = flown(3.0, &action);
-        let mut bytes = Vec::new();
+        let mut bytes = aircraft(8);
         for time in [0_u64, 2_000] {
             bytes.push(1);
             bytes.extend(time.to_le_bytes());
@@ -113,7 +141,7 @@ mod tests {
                 let value: f64 = match index {
                     6 => 1.0,
                     7..10 => 0.0,
-                    22 => 3.0,
+                    26 => 3.0,
                     _ => 0.25,
                 };
                 bytes.extend(value.to_le_bytes());
@@ -140,7 +168,8 @@ mod tests {
             hash.step(time, sensors, &Actuators::default(), 0);
             hash.hex()
         };
-        let ideal = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 30].concat()];
+        let step = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 30].concat()];
+        let ideal = [aircraft(0), step.concat()];
         assert_eq!(of(&sensors), hex(&Sha256::digest(ideal.concat())));
         sensors.gnss.time = SimTime::from_micros(1_000);
         sensors.engine_n.valid = false;
@@ -149,8 +178,20 @@ mod tests {
         assert_eq!(of(&sensors), hex(&Sha256::digest([ideal.concat(), gnss, engine].concat())));
     }
 
+    #[test]
+    fn a_sensor_that_the_aircraft_lacks_is_not_hashed() {
+        let time = SimTime::from_micros(2_000);
+        let mut sensors = Sensors::at(time, &[0.5; Sensors::COUNT]);
+        sensors.keep(&SensorKind::ALL.map(|kind| kind == SensorKind::Vanes));
+        let mut hash = RunHash::default();
+        hash.step(time, &sensors, &Actuators::default(), 2);
+        let step = [&[1][..], &2_000_u64.to_le_bytes(), &[0.5_f64.to_le_bytes(); 2].concat()];
+        let bytes = [&[0, 1, 6, 2, 2][..], &step.concat(), &[0; 16]].concat();
+        assert_eq!(hash.hex(), hex(&Sha256::digest(bytes)));
+    }
+
     /// Fixed, so that logs of different versions can be compared.
-    const VECTOR: &str = "af38b82136c7953806313231770e62fdbe781ca7e4b56887a97636081cbe3027";
+    const VECTOR: &str = "0e34e88b23572767ab90ccc1f9c0c4c5163c56acaa12b9693a307e811c240da1";
 
     #[test]
     fn one_bit_changes_the_hash_and_a_pace_does_not() {

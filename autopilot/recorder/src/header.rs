@@ -17,7 +17,7 @@ use flight_management::vehicle::schedule::ReferenceSchedule;
 /// same inputs differently, so that a replay refuses an older log instead of comparing it. Logs without the number have 0: their
 /// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim,
 /// and in those of 2 a change of CTL_LAW in flight is not smoothed.
-pub const FLIGHT_RULES: u32 = 3;
+pub const FLIGHT_RULES: u32 = 4;
 
 /// The control side of a flight at its first packet; JSON in the info message `control_header`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -142,19 +142,28 @@ impl Reader<'_> {
         self.left = tail;
         Ok(head)
     }
-    /// Several finite values with one check of the length; `name` is for the error about the first that is not finite.
+    /// Several finite values; `name` is for the error about the first that is not finite.
     #[inline]
     pub fn f64s<const N: usize>(
         &mut self,
         name: impl Fn(usize) -> &'static str,
     ) -> Result<[f64; N], WireError> {
-        let (chunks, _) = self.bytes(8 * N)?.as_chunks::<8>();
         let mut values = [0.0; N];
+        self.finite_f64s(&mut values, name)?;
+        Ok(values)
+    }
+    /// As [`Reader::f64s`], into a slice, with one check of the length.
+    #[inline]
+    pub fn finite_f64s(
+        &mut self,
+        values: &mut [f64],
+        name: impl Fn(usize) -> &'static str,
+    ) -> Result<(), WireError> {
+        let (chunks, _) = self.bytes(8 * values.len())?.as_chunks::<8>();
         for (value, chunk) in values.iter_mut().zip(chunks) {
             *value = f64::from_le_bytes(*chunk);
         }
-        self.all_finite(&values, name)?;
-        Ok(values)
+        self.all_finite(values, name)
     }
     /// The first value that is not finite is an error, with its name.
     #[inline]

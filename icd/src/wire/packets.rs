@@ -3,8 +3,8 @@
 use super::cursor::{Field, Reader, Writer};
 use super::{
     ActuatorPacket, Actuators, Aircraft, ControlPeriod, ENVELOPE_MAX, MAGIC, PACKET_MAX, Packet,
-    PacketBytes, Phase, PlantReport, RefusalPacket, RefusalReason, Reports, SensorPacket, Sensors,
-    SimTime, Stamp, VERSION, WireError,
+    PacketBytes, Phase, PlantReport, RefusalPacket, RefusalReason, Reports, SensorKind,
+    SensorPacket, Sensors, SimTime, Stamp, VERSION, WireError,
 };
 
 const KIND_SENSORS: u8 = 1;
@@ -32,13 +32,7 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
     let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence, packet.time);
     write_aircraft(&mut w, &packet.aircraft);
     w.u32(packet.period.as_micros());
-    for stamp in packet.sensors.stamps() {
-        w.time(stamp.time);
-        w.u8(stamp.valid.into());
-    }
-    for v in packet.sensors.to_array() {
-        w.f64(v);
-    }
+    write_sensors(&mut w, &packet.sensors);
     #[expect(clippy::cast_possible_truncation, reason = "at most REPORTS_MAX")]
     w.u8(packet.reports.len() as u8);
     for report in &packet.reports {
@@ -146,13 +140,11 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     let micros = r.u32()?;
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| r.value("control_period_us", f64::from(micros)))?;
-    let stamps = read_stamps(r, time)?;
-    let values = r.f64s::<{ Sensors::COUNT }>(|index| Sensors::NAMES[index])?;
-    let square = values[6..10].iter().map(|v| v * v).sum::<f64>();
+    let sensors = read_sensors(r, time)?;
+    let square = sensors.attitude.value.wxyz().iter().map(|v| v * v).sum::<f64>();
     if (square - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(r.value("attitude (squared length)", square));
     }
-    let sensors = Sensors::new(&stamps, &values);
     let mut reports = Reports::new();
     for _ in 0..r.u8()? {
         let report = PlantReport::read(r, "report")?;
@@ -167,17 +159,54 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
 }
 
-/// Time and validity of each sample; none may be in the future.
-fn read_stamps(r: &mut Reader<'_>, now: SimTime) -> Result<[Stamp; Sensors::SENSORS], WireError> {
-    let mut stamps = [Stamp { time: now, valid: false }; Sensors::SENSORS];
-    for (index, stamp) in stamps.iter_mut().enumerate() {
-        stamp.time = r.time()?;
-        if stamp.time > now {
-            return Err(r.value(Sensors::TIMES[index], stamp.time.as_seconds() * 1.0e6));
+#[expect(clippy::cast_possible_truncation, reason = "few sensors with few numbers")]
+fn write_sensors(w: &mut Writer<'_>, sensors: &Sensors) {
+    let (stamps, values) = (sensors.stamps(), sensors.to_array());
+    w.u8(sensors.present().count() as u8);
+    for sensor in sensors.present() {
+        let Stamp { time, valid } = stamps[sensor as usize];
+        w.u8(sensor as u8);
+        w.u8(sensor.signals().len() as u8);
+        w.u8(valid.into());
+        w.time(time);
+        for value in &values[sensor.places()] {
+            w.f64(*value);
         }
-        stamp.valid = r.flag(Sensors::VALID[index])?;
     }
-    Ok(stamps)
+}
+
+/// The samples of a packet; none may be in the future.
+fn read_sensors(r: &mut Reader<'_>, now: SimTime) -> Result<Sensors, WireError> {
+    let mut fitted = [false; Sensors::SENSORS];
+    let mut stamps = [Stamp { time: SimTime::ZERO, valid: false }; Sensors::SENSORS];
+    let mut values = [0.0; Sensors::COUNT];
+    let mut last = None;
+    for _ in 0..r.u8()? {
+        let number = r.u8()?;
+        if last.replace(number) >= Some(number) {
+            return Err(WireError::Code { field: "number of a sensor", value: number });
+        }
+        let count = r.u8()?;
+        let index = usize::from(number);
+        let Some(sensor) = SensorKind::ALL.get(index) else {
+            // Of a later version: validity, time and numbers.
+            r.bytes(1 + 8 + 8 * usize::from(count))?;
+            continue;
+        };
+        if usize::from(count) != sensor.signals().len() {
+            return Err(WireError::Code { field: "count of a sensor's numbers", value: count });
+        }
+        let valid = r.flag(Sensors::VALID[index])?;
+        let time = r.time()?;
+        if time > now {
+            return Err(r.value(Sensors::TIMES[index], time.as_seconds() * 1.0e6));
+        }
+        r.finite_f64s(&mut values[sensor.places()], |place| sensor.signals()[place])?;
+        (fitted[index], stamps[index]) = (true, Stamp { time, valid });
+    }
+    let mut sensors = Sensors::new(&stamps, &values);
+    sensors.keep(&fitted);
+    Ok(sensors)
 }
 
 fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, WireError> {

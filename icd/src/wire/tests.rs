@@ -167,7 +167,7 @@ fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
         assert_eq!(decode(&bytes), Ok(Packet::Actuators(packet)));
     }
     // A change of these bytes is a new version.
-    assert_eq!((VERSION, crc32fast::hash(&all)), (8, 0x36a3_547e));
+    assert_eq!((VERSION, crc32fast::hash(&all)), (9, 3_733_603_645));
 }
 
 #[test]
@@ -243,6 +243,42 @@ fn a_sample_of_the_future_is_refused() {
         decode(&bytes),
         Err(WireError::Value { field: "gnss_time_us", value: 14_001.0, .. })
     ));
+}
+
+#[test]
+fn only_the_sensors_of_the_aircraft_are_sent_and_an_unknown_one_is_skipped() {
+    let mut bytes = PacketBytes::new();
+    let mut packet = full_sensor_packet();
+    encode_sensors(&packet, &[], &mut bytes);
+    let all = bytes.len();
+    let lacking = [SensorKind::Attitude, SensorKind::Gnss, SensorKind::Magnetometer];
+    packet.sensors.keep(&SensorKind::ALL.map(|kind| !lacking.contains(&kind)));
+    encode_sensors(&packet, &[], &mut bytes);
+    assert_eq!(bytes.len(), all - 3 * 11 - 8 * (4 + 10 + 3));
+    assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet.clone())));
+
+    // The body: name and effectors of the aircraft, period, number of sensors.
+    let number_at = 32 + 1 + packet.aircraft.name.len() + 1 + 4 + 4;
+    assert_eq!(bytes[number_at..number_at + 3], [6, 0, 3]);
+    let changed = |change: &dyn Fn(&mut std::vec::Vec<u8>)| {
+        let mut body = bytes[..bytes.len() - 4].to_vec();
+        change(&mut body);
+        body.extend(crc32fast::hash(&body).to_le_bytes());
+        decode(&body)
+    };
+    // A sensor of a later version, with two numbers, behind the engine monitor: thrust is its only number.
+    let end = number_at + 1 + 6 * 11 + 8 * (3 + 3 + 2 + 2 + 2 + 1);
+    let unknown = changed(&|body| {
+        body[number_at] = 7;
+        let later = [&[200, 2, 1][..], &7_u64.to_le_bytes(), &[255; 16]].concat();
+        body.splice(end..end, later);
+    });
+    assert_eq!(unknown, Ok(Packet::Sensors(packet.clone())));
+    for (at, field) in [(1, "number of a sensor"), (2, "count of a sensor's numbers")] {
+        let second = number_at + at + 11 + 8 * 3;
+        let wrong = changed(&|body| body[second] = 0);
+        assert_eq!(wrong, Err(WireError::Code { field, value: 0 }));
+    }
 }
 
 #[test]

@@ -2,7 +2,8 @@
 //!
 //! They go into the envelope of sensor packets while the autopilot's process records; only the recorder opens it.
 
-use icd::record::{self, EnvelopeBytes, Piece, TruthRow, piece_max};
+use icd::fault::SensorKind;
+use icd::record::{self, EnvelopeBytes, Piece, TruthRow, effector_field, piece_max};
 use serde::{Deserialize, Serialize};
 
 use crate::setup::PlantSetup;
@@ -17,8 +18,42 @@ pub struct PlantHeader {
     pub version: String,
     /// Name or file of the scenario.
     pub scenario: String,
+    /// The aircraft's sensors in the order of their numbers, each with the names of its signals; the unit is the last word.
+    pub sensors: Vec<SensorSignals>,
+    /// Names of the commands, one for each effector.
+    pub commands: Vec<String>,
     /// Everything that defines the flight.
     pub setup: PlantSetup,
+}
+
+/// Signals of a sensor.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SensorSignals {
+    /// Its name in scenario files.
+    pub sensor: String,
+    /// Names of its numbers.
+    pub signals: Vec<String>,
+}
+
+impl PlantHeader {
+    /// Of a flight of this program.
+    pub fn new(scenario: &str, setup: &PlantSetup) -> Self {
+        let effectors = &setup.airframe.effectors;
+        let fitted = setup.sensors.of(effectors);
+        let sensors = SensorKind::ALL.into_iter().filter(|kind| fitted[*kind as usize]);
+        let sensors = sensors.map(|kind| SensorSignals {
+            sensor: kind.key().to_owned(),
+            signals: kind.signals().iter().map(|name| (*name).to_owned()).collect(),
+        });
+        let command = |effector| effector_field("", effectors, effector).to_string();
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            scenario: scenario.to_owned(),
+            sensors: sensors.collect(),
+            commands: effectors.all().map(command).collect(),
+            setup: setup.clone(),
+        }
+    }
 }
 
 /// Fills envelopes for the recorder of one flight.
@@ -36,9 +71,7 @@ pub(super) struct Envelopes {
 impl Envelopes {
     /// For a process that flies this setup.
     pub(super) fn new(scenario: &str, setup: &PlantSetup) -> serde_json::Result<Self> {
-        let version = env!("CARGO_PKG_VERSION").to_owned();
-        let header = PlantHeader { version, scenario: scenario.to_owned(), setup: setup.clone() };
-        let json = serde_json::to_vec(&header)?;
+        let json = serde_json::to_vec(&PlantHeader::new(scenario, setup))?;
         Ok(Self { json, sent: 0, is_recorded: true, bytes: EnvelopeBytes::new() })
     }
 
@@ -80,7 +113,7 @@ mod tests {
     use super::*;
     use crate::Airframe;
     use crate::scenario::{CASE1, Scenario};
-    use icd::ControlPeriod;
+    use icd::{ControlPeriod, Sensors};
 
     fn setup() -> PlantSetup {
         let plant =
@@ -111,6 +144,10 @@ mod tests {
         let mut envelopes = Envelopes::new("case1", &setup).unwrap();
         let (header, pieces) = collect(&mut envelopes);
         assert_eq!((header.scenario.as_str(), &header.setup), ("case1", &setup));
+        assert_eq!(header.sensors.len(), Sensors::SENSORS);
+        assert_eq!(header.sensors[6].signals, SensorKind::Vanes.signals());
+        assert_eq!(header.commands.len(), 8);
+        assert_eq!(header.commands[7], "engine_n");
         // Then only the truth, until the header is due again.
         for _ in pieces..AGAIN_AFTER as usize {
             let bytes = envelopes.next(|| [0.0; 59].into_iter().collect());

@@ -85,10 +85,10 @@ impl FaultySensors {
             match effect {
                 SensorEffect::None => {}
                 SensorEffect::Off => {
-                    copy(sensor, &before, &mut out);
+                    out.copy_sample(sensor, &before);
                     out.invalidate(|other| other == sensor);
                 }
-                SensorEffect::Stuck => stick(sensor, &before, &mut out),
+                SensorEffect::Stuck => out.copy_value(sensor, &before),
                 SensorEffect::Offset(offset) => add(sensor, [offset; 3], &mut out),
                 SensorEffect::Noise { rms } => {
                     let time = out.stamps()[sensor as usize].time;
@@ -106,7 +106,7 @@ impl FaultySensors {
                     // Without a delay the sample of this period is due already.
                     let arrived = newest.map_or(&before, |(_, samples)| samples);
                     if delay_us > 0 {
-                        copy(sensor, arrived, &mut out);
+                        out.copy_sample(sensor, arrived);
                     }
                 }
             }
@@ -125,36 +125,6 @@ impl FaultySensors {
             self.history.pop_front();
         }
         self.history.push_back((now, *healthy));
-    }
-}
-
-/// Copies the sample of a sensor.
-fn copy(sensor: SensorKind, from: &Sensors, to: &mut Sensors) {
-    match sensor {
-        SensorKind::Gyro => to.gyro = from.gyro,
-        SensorKind::Accelerometer => to.accelerometer = from.accelerometer,
-        SensorKind::Attitude => to.attitude = from.attitude,
-        SensorKind::Gnss => to.gnss = from.gnss,
-        SensorKind::Barometer => to.barometer = from.barometer,
-        SensorKind::Pitot => to.pitot = from.pitot,
-        SensorKind::Vanes => to.vanes = from.vanes,
-        SensorKind::EngineMonitor => to.engine_n = from.engine_n,
-        SensorKind::Magnetometer => to.magnetometer_nt = from.magnetometer_nt,
-    }
-}
-
-/// Copies the value of a sensor, which keeps its time and validity.
-fn stick(sensor: SensorKind, from: &Sensors, to: &mut Sensors) {
-    match sensor {
-        SensorKind::Gyro => to.gyro.value = from.gyro.value,
-        SensorKind::Accelerometer => to.accelerometer.value = from.accelerometer.value,
-        SensorKind::Attitude => to.attitude.value = from.attitude.value,
-        SensorKind::Gnss => to.gnss.value = from.gnss.value,
-        SensorKind::Barometer => to.barometer.value = from.barometer.value,
-        SensorKind::Pitot => to.pitot.value = from.pitot.value,
-        SensorKind::Vanes => to.vanes.value = from.vanes.value,
-        SensorKind::EngineMonitor => to.engine_n.value = from.engine_n.value,
-        SensorKind::Magnetometer => to.magnetometer_nt.value = from.magnetometer_nt.value,
     }
 }
 

@@ -137,6 +137,7 @@ impl RealSensors {
             }),
             engine_n: with(&engine, |[thrust_n]| thrust_n),
             magnetometer_nt: self.magnetometer.body(now, &exact.magnetometer_nt.value),
+            fitted: exact.fitted,
         }
     }
 }

@@ -5,9 +5,11 @@
 
 use std::error::Error;
 use std::fmt::Write as _;
+use std::ops::Range;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
+use icd::sensors::SensorKind;
 use icd::units::DEG;
 use icd::{Actuators, Sensors};
 use plant_sim::io::whole;
@@ -50,48 +52,51 @@ pub(crate) fn grade(text: &str) -> Result<GradeName, String> {
     found.ok_or_else(|| "expected ideal, tactical or consumer".to_owned())
 }
 
-/// One panel: title, unit, size of the unit in SI units, and its curves: name and place in [`Sensors::NAMES`].
-type Row = (&'static str, &'static str, f64, &'static [(&'static str, usize)]);
+/// One panel: title, unit, size of the unit in SI units, the first of its signals, and the names of its curves.
+type Row = (&'static str, &'static str, f64, &'static str, &'static [&'static str]);
 
 const ROWS: [Row; 8] = [
-    (
-        "gyro",
-        "deg/s",
-        DEG,
-        &[("x, north, angle of attack", 0), ("y, east, sideslip", 1), ("z, down", 2)],
-    ),
-    ("accelerometer", "m/s²", 1.0, &[("x", 3), ("y", 4), ("z", 5)]),
-    ("GNSS, position", "m", 1.0, &[("north", 13), ("east", 14), ("down", 15)]),
-    ("GNSS, velocity", "m/s", 1.0, &[("north", 10), ("east", 11), ("down", 12)]),
-    ("barometer, altitude", "m", 1.0, &[("altitude", 18)]),
-    ("pitot tube, airspeed", "m/s", 1.0, &[("airspeed", 19)]),
-    ("vanes", "deg", DEG, &[("angle of attack", 20), ("sideslip", 21)]),
-    ("magnetometer", "nT", 1.0, &[("x", 27), ("y", 28), ("z", 29)]),
+    ("gyro", "deg/s", DEG, "body_rate_p_rad_s", &AXES),
+    ("accelerometer", "m/s²", 1.0, "specific_force_x_m_s2", &["x", "y", "z"]),
+    ("GNSS, position", "m", 1.0, "position_north_m", &["north", "east", "down"]),
+    ("GNSS, velocity", "m/s", 1.0, "velocity_north_m_s", &["north", "east", "down"]),
+    ("barometer, altitude", "m", 1.0, "altitude_m", &["altitude"]),
+    ("pitot tube, airspeed", "m/s", 1.0, "airspeed_m_s", &["airspeed"]),
+    ("vanes", "deg", DEG, "angle_of_attack_rad", &["angle of attack", "sideslip"]),
+    ("magnetometer", "nT", 1.0, "magnetic_field_x_nt", &["x", "y", "z"]),
 ];
+
+/// The axes of all panels, in their legend.
+const AXES: [&str; 3] = ["x, north, angle of attack", "y, east, sideslip", "z, down"];
 
 /// Colours of the axes.
 const COLOURS: [&str; 3] = ["#0050aa", "#d95f02", "#3a8f5c"];
 
-/// Errors of every value at one time, in the order of [`Sensors::NAMES`], SI units.
-pub type Errors = (f64, [f64; Sensors::COUNT]);
+/// Errors over time of the sensors that the aircraft has.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SensorErrors {
+    /// Names of the values, as in [`Sensors::NAMES`].
+    signals: Vec<&'static str>,
+    /// Time, s, and errors of these values, SI units.
+    rows: Vec<(f64, Vec<f64>)>,
+}
 
-/// Sensor whose stamp a value has, by its place in [`Sensors::NAMES`].
-fn sensor_of(place: usize) -> usize {
-    match place {
-        0..3 => 0,
-        3..6 => 1,
-        6..10 => 2,
-        10..18 | 23 | 24 => 3,
-        18 | 25 => 4,
-        19 | 26 => 5,
-        20 | 21 => 6,
-        22 => 7,
-        _ => 8,
+impl SensorErrors {
+    /// Columns of so many signals from the first one on; none of a sensor that the aircraft lacks.
+    fn columns(&self, first: &str, count: usize) -> Option<Range<usize>> {
+        let first = self.signals.iter().position(|signal| *signal == first)?;
+        Some(first..first + count)
+    }
+
+    /// Root mean square of a column.
+    fn rms(&self, column: usize) -> f64 {
+        let squares = self.rows.iter().map(|(_, errors)| errors[column].powi(2));
+        (squares.sum::<f64>() / self.rows.len().max(1) as f64).sqrt()
     }
 }
 
 /// Flies and compares.
-pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
+pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     let SensorErrorsArgs { grade, seconds, seed, aircraft, .. } = args;
     aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
     aircraft.check_beside([
@@ -104,6 +109,10 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
     let mut setup = options.setup("nominal")?.plant;
     let period = setup.period;
     setup.seed = *seed;
+    let fitted = setup.sensors.of(&setup.airframe.effectors);
+    let sensors = SensorKind::ALL.into_iter().filter(|sensor| fitted[*sensor as usize]);
+    let places = sensors.flat_map(|sensor| sensor.places().map(move |place| (sensor, place)));
+    let places: Vec<_> = places.collect();
     let mut real = Plant::new(&setup)?;
     setup.sensors = SensorSettings::of_grade(GradeName::Ideal);
     let mut exact = Plant::new(&setup)?;
@@ -120,26 +129,30 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<Vec<Errors>, Box<dyn Error>> {
         let sensed = real.sense();
         if tick.is_multiple_of(every) {
             let (values, stamps) = (sensed.to_array(), sensed.stamps());
-            let error = |place: usize| {
-                let micros = stamps[sensor_of(place)].time.as_micros();
+            let error = |&(sensor, place): &(SensorKind, usize)| {
+                let micros = stamps[sensor as usize].time.as_micros();
                 let then = usize::try_from(micros / u64::from(period.as_micros())).unwrap_or(tick);
                 values[place] - past.get(then).map_or(f64::NAN, |exact| exact[place])
             };
-            rows.push((exact.time().as_seconds(), std::array::from_fn(error)));
+            rows.push((exact.time().as_seconds(), places.iter().map(error).collect()));
         }
         exact.advance(&actuators);
         real.advance(&actuators);
     }
-    Ok(rows)
+    let signals = places.iter().map(|(_, place)| Sensors::NAMES[*place]).collect();
+    Ok(SensorErrors { signals, rows })
 }
 
 /// Flies, draws and writes.
 pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
     let folder = OutFolder::create(&args.out)?;
-    let rows = fly(args)?;
-    let header = format!("time_s,{}", Sensors::NAMES.map(|name| format!("error_{name}")).join(","));
-    let mut csv = format!("{header}\n");
-    for (time_s, errors) in &rows {
+    let errors = fly(args)?;
+    let mut csv = "time_s".to_owned();
+    for signal in &errors.signals {
+        let _ = write!(csv, ",error_{signal}");
+    }
+    csv.push('\n');
+    for (time_s, errors) in &errors.rows {
         let _ = write!(csv, "{time_s:.3}");
         for error in errors {
             let _ = write!(csv, ",{error:.6e}");
@@ -147,11 +160,11 @@ pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
         csv.push('\n');
     }
     folder.write_marked("sensors.csv", b"time_s,error_", csv.as_bytes())?;
-    write_figure::<Box<dyn Error>>(&folder, &figure(args, &rows))?;
-    for (title, unit, si, curves) in ROWS {
-        for (name, place) in curves {
-            let squares = rows.iter().map(|(_, errors)| (errors[*place] / si).powi(2));
-            let rms = (squares.sum::<f64>() / rows.len().max(1) as f64).sqrt();
+    write_figure::<Box<dyn Error>>(&folder, &figure(args, &errors))?;
+    for (title, unit, si, first, names) in ROWS {
+        let Some(columns) = errors.columns(first, names.len()) else { continue };
+        for (name, column) in names.iter().zip(columns) {
+            let rms = errors.rms(column) / si;
             print_line!("{title:<20} {name:<26} {rms:>10.4} {unit} rms");
         }
     }
@@ -159,26 +172,24 @@ pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-fn figure(args: &SensorErrorsArgs, rows: &[Errors]) -> Figure {
+fn figure(args: &SensorErrorsArgs, errors: &SensorErrors) -> Figure {
     let ink = |place: usize| Ink::new(COLOURS[place % COLOURS.len()], Pattern::Solid).wide(1.1);
     let legend: Vec<(&str, Ink)> =
-        ROWS[0].3.iter().enumerate().map(|(place, (name, _))| (*name, ink(place))).collect();
-    let panel = |(title, unit, si, curves): &Row| {
-        let curves: Vec<Curve> = curves
-            .iter()
-            .enumerate()
-            .map(|(axis, (_, place))| {
-                let points = rows.iter().map(|(time_s, errors)| (*time_s, errors[*place] / si));
-                Curve::unnamed(points.collect(), ink(axis))
-            })
-            .collect();
+        AXES.iter().enumerate().map(|(place, name)| (*name, ink(place))).collect();
+    let panel = |(title, unit, si, first, names): &Row| {
+        let columns = errors.columns(first, names.len())?;
+        let curve = |(axis, column): (usize, usize)| {
+            let points = errors.rows.iter().map(|(time_s, errors)| (*time_s, errors[column] / si));
+            Curve::unnamed(points.collect(), ink(axis))
+        };
+        let curves: Vec<Curve> = columns.enumerate().map(curve).collect();
         let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
         let y = crate::chart::axis::range(values, 1.0e-9);
         let (title, height) = ((*title).to_owned(), 170.0);
         let x = (0.0, args.seconds);
-        Panel { title, y_label: unit, x, y, height, curves, ..Panel::default() }
+        Some(Panel { title, y_label: unit, x, y, height, curves, ..Panel::default() })
     };
-    let panels: Vec<Panel<'_>> = ROWS.iter().map(panel).collect();
+    let panels: Vec<Panel<'_>> = ROWS.iter().filter_map(panel).collect();
     let (grade, seed) = (args.grade.key(), args.seed);
     let title = format!("Errors of {grade} sensors in steady flight, seed {seed}");
     let caption = "Errors of each sensor, compared with the exact value of the time of measurement";
@@ -189,11 +200,6 @@ fn figure(args: &SensorErrorsArgs, rows: &[Errors]) -> Figure {
 mod tests {
     use super::*;
 
-    fn rms(rows: &[Errors], place: usize) -> f64 {
-        (rows.iter().map(|(_, errors)| errors[place].powi(2)).sum::<f64>() / rows.len() as f64)
-            .sqrt()
-    }
-
     #[test]
     fn ideal_sensors_have_no_error_and_consumer_ones_larger_ones_than_tactical_ones() {
         let flown = |grade| {
@@ -202,13 +208,18 @@ mod tests {
             fly(&args).expect("the shipped aircraft")
         };
         let ideal = flown(GradeName::Ideal);
-        assert!(ideal.iter().all(|(_, errors)| errors.iter().all(|error| *error == 0.0)));
+        assert_eq!(ideal.signals, Sensors::NAMES);
+        assert!(ideal.rows.iter().all(|(_, errors)| errors.iter().all(|error| *error == 0.0)));
         let (tactical, consumer) = (flown(GradeName::Tactical), flown(GradeName::Consumer));
-        for (title, _, _, curves) in ROWS {
-            let size =
-                |rows: &[Errors]| curves.iter().map(|(_, place)| rms(rows, *place)).sum::<f64>();
+        for (title, _, _, first, names) in ROWS {
+            let size = |errors: &SensorErrors| {
+                let columns = errors.columns(first, names.len()).expect("a fitted sensor");
+                columns.map(|column| errors.rms(column)).sum::<f64>()
+            };
             let (small, large) = (size(&tactical), size(&consumer));
             assert!(0.0 < small && small < large, "{title}: {small} and {large}");
         }
+        // No aircraft with these sensors has an attitude.
+        assert!(tactical.columns("attitude_w", 1).is_none());
     }
 }

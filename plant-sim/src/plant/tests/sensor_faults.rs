@@ -26,21 +26,11 @@ fn flights(
     (0..400).map(tick).collect()
 }
 
-/// Values and stamp of one sensor.
+/// Values and stamp of one sensor; the date of a fix never changes.
 fn of(sensor: SensorKind, sensors: &Sensors) -> (Vec<f64>, Stamp) {
-    let places: &[usize] = match sensor {
-        SensorKind::Gyro => &[0, 1, 2],
-        SensorKind::Accelerometer => &[3, 4, 5],
-        SensorKind::Attitude => &[6, 7, 8, 9],
-        SensorKind::Gnss => &[10, 11, 12, 13, 14, 15, 16, 17, 23],
-        SensorKind::Barometer => &[25, 18],
-        SensorKind::Pitot => &[26, 19],
-        SensorKind::Vanes => &[20, 21],
-        SensorKind::EngineMonitor => &[22],
-        SensorKind::Magnetometer => &[27, 28, 29],
-    };
-    let values = sensors.to_array();
-    (places.iter().map(|place| values[*place]).collect(), sensors.stamps()[sensor as usize])
+    let all = sensors.to_array();
+    let values = sensor.places().filter(|place| Sensors::NAMES[*place] != "decimal_year");
+    (values.map(|place| all[place]).collect(), sensors.stamps()[sensor as usize])
 }
 
 /// First tick with the fault.

@@ -201,12 +201,10 @@ impl FlightLog {
         let session = session::shown(setup.plant.seed);
         let period_us = setup.plant.period.as_micros();
         let header = ControlHeader::new(setup.settings(), session, period_us, false);
-        let version = header.version.clone();
         let begin = Begin { time: SimTime::ZERO, header };
         let mut log = Encoder::begin(Vec::new(), begin, &setup.parameters, LogRate::Events)?;
-        let plant =
-            PlantHeader { version, scenario: scenario.to_owned(), setup: setup.plant.clone() };
-        let json = serde_json::to_vec(&plant).map_err(io::Error::from)?;
+        let json = serde_json::to_vec(&PlantHeader::new(scenario, &setup.plant))
+            .map_err(io::Error::from)?;
         log.add(Entry::Piece { index: 0, count: 1, bytes: json.into() })?;
         Ok(Self(log))
     }

@@ -33,11 +33,7 @@ pub fn log(setup: &FlightSetup, commands: &[StepCommand], without: Without) -> V
         row_every: without.rows.max(1),
         ..ControlHeader::new(settings.clone(), "00000007".to_owned(), period_us, false)
     };
-    let header = PlantHeader {
-        version: env!("CARGO_PKG_VERSION").to_owned(),
-        scenario: "a test".to_owned(),
-        setup: setup.plant.clone(),
-    };
+    let header = PlantHeader::new("a test", &setup.plant);
     let mut writer = Writer::new(without, &control, &header);
     let mut autopilot = Autopilot::new(&settings);
     autopilot.begin_flight(setup.plant.period, plant.time(), false);

@@ -252,6 +252,7 @@ impl Flight {
             ),
             engine_n: Sample::at(now, 27_000.0),
             magnetometer_nt: Sample::at(now, Body(field + self.magnetic_bias + self.vector(60.0))),
+            fitted: [true; Sensors::SENSORS],
         };
         // 50 Hz.
         if let Some(last) = self.last
