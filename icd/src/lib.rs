@@ -68,6 +68,7 @@ pub mod lockstep;
 pub mod pace;
 pub mod record;
 pub mod sensors;
+pub mod signals;
 pub mod time;
 pub mod tvc_jet;
 pub mod units;

@@ -18,61 +18,99 @@ use arrayvec::{ArrayString, ArrayVec};
 
 use crate::effector::Effector;
 use crate::effector_list::EffectorList;
+use crate::signals;
 use crate::wire::ENVELOPE_MAX;
 
-/// Names of the first values of the truth: axis and unit. All angles in rad, in NED and body axes. The values of the
-/// effectors follow, then [`TRUTH_TAIL`]; [`truth_fields`] has all names.
-pub const TRUTH_HEAD: [&str; 29] = [
-    "p_rad_s",
-    "q_rad_s",
-    "r_rad_s",
-    "roll_rad",
-    "pitch_rad",
-    "yaw_rad",
-    "airspeed_m_s",
-    "alpha_rad",
-    "beta_rad",
-    "altitude_m",
-    "latitude_rad",
-    "longitude_rad",
-    "velocity_north_m_s",
-    "velocity_east_m_s",
-    "velocity_down_m_s",
-    "position_north_m",
-    "position_east_m",
-    "position_down_m",
-    "p_dot_rad_s2",
-    "q_dot_rad_s2",
-    "r_dot_rad_s2",
-    "force_x_m_s2",
-    "force_y_m_s2",
-    "force_z_m_s2",
-    "load_factor_g",
-    "wind_north_m_s",
-    "wind_east_m_s",
-    "wind_down_m_s",
-    "density_kg_m3",
-];
+signals! {
+    /// First values of the truth; the values of the effectors follow, then those of [`TruthEnd`]. [`truth_fields`] has all names.
+    /// Angles, axes and signs as in [`crate::frames`].
+    TruthHead {
+        /// Body rates relative to inertial space, rad/s.
+        p_rad_s,
+        /// Pitch rate, rad/s.
+        q_rad_s,
+        /// Yaw rate, rad/s.
+        r_rad_s,
+        /// Roll angle, rad, in (-π, π].
+        roll_rad,
+        /// Pitch angle, rad.
+        pitch_rad,
+        /// Yaw angle, rad, from north to the right.
+        yaw_rad,
+        /// True airspeed, m/s, gusts included.
+        airspeed_m_s,
+        /// Angle of attack, rad, gusts included.
+        alpha_rad,
+        /// Sideslip, rad, gusts included, positive with the airflow from the right.
+        beta_rad,
+        /// Altitude above the ellipsoid or the plane, m.
+        altitude_m,
+        /// Geodetic latitude, rad.
+        latitude_rad,
+        /// Longitude, rad.
+        longitude_rad,
+        /// Velocity over the ground, m/s.
+        velocity_north_m_s,
+        /// To the east.
+        velocity_east_m_s,
+        /// Downwards.
+        velocity_down_m_s,
+        /// Position from the start point at altitude zero, m, in the NED axes of that point.
+        position_north_m,
+        /// To the east.
+        position_east_m,
+        /// Downwards.
+        position_down_m,
+        /// Rates of change of the body rates, rad/s².
+        p_dot_rad_s2,
+        /// About the y axis.
+        q_dot_rad_s2,
+        /// About the z axis.
+        r_dot_rad_s2,
+        /// Specific force: all forces but gravity, per mass, m/s², body axes.
+        force_x_m_s2,
+        /// Along the y axis.
+        force_y_m_s2,
+        /// Along the z axis.
+        force_z_m_s2,
+        /// Normal load factor: minus the z component of the specific force, in g.
+        load_factor_g,
+        /// Velocity of the air over the ground, gusts included, m/s, where it blows to.
+        wind_north_m_s,
+        /// To the east.
+        wind_east_m_s,
+        /// Downwards.
+        wind_down_m_s,
+        /// Density of the air, kg/m³.
+        density_kg_m3,
+    }
+}
 
 /// Values of each effector in the truth: its effective deflection with faults, its true position, and the code of its
 /// active fault (`FaultKind::code`), 0 for none. The truth has the first value of all effectors, then the next.
 pub const TRUTH_PER_EFFECTOR: [&str; 3] = ["effect", "position", "fault"];
 
-/// Names of the last values of the truth.
-pub const TRUTH_TAIL: [&str; 6] = [
-    // Quaternion of the attitude, body to NED, w first: free of the singularity of the angles at +-90 deg pitch.
-    "q_w",
-    "q_x",
-    "q_y",
-    "q_z",
-    // 1 when the plant has stopped: on the ground, or broken.
-    "on_ground",
-    "broken",
-];
+signals! {
+    /// Last values of the truth.
+    TruthEnd {
+        /// Quaternion of the attitude, body to NED, w first: free of the singularity of the angles at ±90 deg pitch.
+        q_w,
+        /// i.
+        q_x,
+        /// j.
+        q_y,
+        /// k.
+        q_z,
+        /// 1 when the plant has stopped on the ground.
+        on_ground,
+        /// 1 when the plant has stopped because a number of its state is no longer possible.
+        broken,
+    }
+}
 
 /// Most values of the truth of one tick.
 pub const TRUTH_MAX: usize =
-    TRUTH_HEAD.len() + TRUTH_PER_EFFECTOR.len() * Effector::MAX + TRUTH_TAIL.len();
+    TruthHead::NAMES.len() + TRUTH_PER_EFFECTOR.len() * Effector::MAX + TruthEnd::NAMES.len();
 
 /// The truth of one tick, in the order of [`truth_fields`].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -124,7 +162,8 @@ pub fn truth_fields(effectors: &EffectorList) -> impl Iterator<Item = FieldName>
     let of_effectors = TRUTH_PER_EFFECTOR.into_iter().flat_map(move |before| {
         effectors.all().map(move |effector| effector_field(before, effectors, effector))
     });
-    TRUTH_HEAD.into_iter().map(fixed).chain(of_effectors).chain(TRUTH_TAIL.into_iter().map(fixed))
+    let (head, end) = (TruthHead::NAMES.into_iter(), TruthEnd::NAMES.into_iter());
+    head.map(fixed).chain(of_effectors).chain(end.map(fixed))
 }
 
 /// A piece of the run header: JSON text, split at arbitrary bytes.

@@ -1,6 +1,6 @@
 //! The true state of the flight: judges may read it, the autopilot may not.
 
-use icd::record::{TRUTH_HEAD, TRUTH_TAIL, TruthRow};
+use icd::record::{TruthEnd, TruthHead, TruthRow};
 use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector, SimTime};
 use serde::{Deserialize, Serialize};
@@ -78,13 +78,14 @@ impl Truth {
 
     /// Name of the first number beyond [`BOUND`], as in the flight log.
     pub(crate) fn first_unbounded(&self) -> Option<&'static str> {
-        let row = self.to_row(false, false);
-        let index = row.iter().position(|value| value.is_nan() || value.abs() >= BOUND);
+        let beyond = |value: &f64| value.is_nan() || value.abs() >= BOUND;
+        let (head, end) = (self.head().values(), self.end(false, false).values());
+        let fixed = head.iter().zip(TruthHead::NAMES).chain(end.iter().zip(TruthEnd::NAMES));
+        let name = fixed.into_iter().find(|(value, _)| beyond(value)).map(|(_, name)| name);
+        let effectors = [&self.deflections, &self.positions];
+        let effectors = || effectors.iter().any(|all| all.first(self.effectors).iter().any(beyond));
         // If only the sum above is beyond it, the forces are the largest part.
-        let tail =
-            |index: usize| TRUTH_TAIL.get((index + TRUTH_TAIL.len()).checked_sub(row.len())?);
-        let name = |index: usize| TRUTH_HEAD.get(index).or_else(|| tail(index)).copied();
-        Some(index.map_or("specific_force", |index| name(index).unwrap_or("effector")))
+        Some(name.unwrap_or(if effectors() { "effector" } else { "specific_force" }))
     }
 
     /// For a state at `time`, with its inputs and the results of its evaluation.
@@ -148,29 +149,60 @@ impl Truth {
     /// The values in the order of [`icd::record::truth_fields`]. `on_ground` and `broken` are those of the plant at that
     /// time ([`crate::Plant::on_ground`], [`crate::Plant::is_broken`]).
     pub fn to_row(&self, on_ground: bool, broken: bool) -> TruthRow {
-        let euler = self.euler();
-        let q = self.attitude.q_ned_from_body;
-        let motion = [self.body_rates.0.x, self.body_rates.0.y, self.body_rates.0.z];
-        let angles = [euler.phi, euler.theta, euler.psi];
-        let air = [self.airspeed_m_s, self.alpha_rad, self.beta_rad];
-        let place = [self.altitude_m, self.latitude_rad, self.longitude_rad];
-        let vectors =
-            [self.velocity.0, self.position.0, self.angular_acceleration.0, self.specific_force.0];
-        let wind = self.wind.0;
         let count = self.effectors;
-        motion
-            .into_iter()
-            .chain(angles)
-            .chain(air)
-            .chain(place)
-            .chain(vectors.into_iter().flat_map(|v| [v.x, v.y, v.z]))
-            .chain([self.normal_load_factor_g, wind.x, wind.y, wind.z, self.density_kg_m3])
-            .chain(self.deflections.first(count).iter().copied())
-            .chain(self.positions.first(count).iter().copied())
-            .chain(self.fault_codes.first(count).iter().map(|code| f64::from(*code)))
-            .chain([q.w, q.i, q.j, q.k])
-            .chain([on_ground, broken].map(|flag| f64::from(u8::from(flag))))
-            .collect()
+        let codes = self.fault_codes.first(count).iter().map(|code| f64::from(*code));
+        let effectors = [&self.deflections, &self.positions].map(|all| all.first(count));
+        let head = self.head().values().into_iter().chain(effectors.into_iter().flatten().copied());
+        head.chain(codes).chain(self.end(on_ground, broken).values()).collect()
+    }
+
+    fn head(&self) -> TruthHead {
+        let [p_rad_s, q_rad_s, r_rad_s] = self.body_rates.0.into();
+        let [velocity_north_m_s, velocity_east_m_s, velocity_down_m_s] = self.velocity.0.into();
+        let [position_north_m, position_east_m, position_down_m] = self.position.0.into();
+        let [p_dot_rad_s2, q_dot_rad_s2, r_dot_rad_s2] = self.angular_acceleration.0.into();
+        let [force_x_m_s2, force_y_m_s2, force_z_m_s2] = self.specific_force.0.into();
+        let [wind_north_m_s, wind_east_m_s, wind_down_m_s] = self.wind.0.into();
+        let EulerAngles { phi: roll_rad, theta: pitch_rad, psi: yaw_rad } = self.euler();
+        let Self { airspeed_m_s, alpha_rad, beta_rad, altitude_m, .. } = *self;
+        let Self { latitude_rad, longitude_rad, density_kg_m3, .. } = *self;
+        TruthHead {
+            p_rad_s,
+            q_rad_s,
+            r_rad_s,
+            roll_rad,
+            pitch_rad,
+            yaw_rad,
+            airspeed_m_s,
+            alpha_rad,
+            beta_rad,
+            altitude_m,
+            latitude_rad,
+            longitude_rad,
+            velocity_north_m_s,
+            velocity_east_m_s,
+            velocity_down_m_s,
+            position_north_m,
+            position_east_m,
+            position_down_m,
+            p_dot_rad_s2,
+            q_dot_rad_s2,
+            r_dot_rad_s2,
+            force_x_m_s2,
+            force_y_m_s2,
+            force_z_m_s2,
+            load_factor_g: self.normal_load_factor_g,
+            wind_north_m_s,
+            wind_east_m_s,
+            wind_down_m_s,
+            density_kg_m3,
+        }
+    }
+
+    fn end(&self, on_ground: bool, broken: bool) -> TruthEnd {
+        let [q_w, q_x, q_y, q_z] = self.attitude.wxyz();
+        let [on_ground, broken] = [on_ground, broken].map(|flag| f64::from(u8::from(flag)));
+        TruthEnd { q_w, q_x, q_y, q_z, on_ground, broken }
     }
 }
 

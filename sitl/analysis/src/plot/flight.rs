@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use autopilot::parameters::Parameters;
 use autopilot::recorder::{ControlHeader, Recorded};
 use flight_control::{CompensatorMode, DesignModel, NavigationState};
-use icd::record::{FieldName, TRUTH_HEAD, effector_field};
+use icd::record::{FieldName, TruthHead, effector_field};
 use icd::{Effector, EffectorKind, EffectorList, EulerAngles, PerEffector, tvc_jet};
 use nalgebra::Vector3;
 use plant_sim::io::header::PlantHeader;
@@ -219,7 +219,7 @@ impl Flight {
 }
 
 /// Columns of the true state, in the order in which [`Flight::true_fault_acceleration`] takes them.
-const STATE: &[&str; 10] = TRUTH_HEAD.first_chunk().expect("the truth begins with the state");
+const STATE: &[&str; 10] = TruthHead::NAMES.first_chunk().expect("the truth begins with the state");
 
 fn header<T: DeserializeOwned>(log: &Log, key: &str) -> Option<T> {
     // A page without a header is better than none; the page names what is missing.
