@@ -18,6 +18,7 @@ use programs::program;
 use sitl::builder::SetupOptions;
 use sitl::closed_loop::FlightSetup;
 use tempfile::TempDir;
+use ulog::reader::Log;
 
 fn sitl(words: &[&str]) -> Output {
     Command::new(program("sitl")).args(words).output().expect("the built program starts")
@@ -207,7 +208,7 @@ fn the_table_is_that_of_the_paper_and_every_measure_has_its_unit() {
     let output = fly(&["case1", "--no-stop-at-loss", "--out", text(folder.path())]);
     assert!(output.status.success());
     let table = fs::read_to_string(folder.path().join("flight.csv")).expect("it was written");
-    let header = sitl::table::Row::COLUMNS.join(",");
+    let header = sitl::table::Row::NAMES.join(",");
     assert_eq!(table.lines().next(), Some(header.as_str()));
     assert_eq!(table.lines().count(), 1 + 9_001, "100 rows a second, both ends");
     let outcome = outcome(folder.path());
@@ -236,6 +237,28 @@ fn the_flight_log_is_flown_again_to_the_same_hash() {
     assert!(out(&replay).contains("same run hash"), "{}", out(&replay));
     let page = fs::read_to_string(folder.path().join("flight.html")).expect("it was written");
     assert!(page.contains("<svg") && page.ends_with("</html>"), "no page of figures");
+}
+
+#[test]
+fn the_shipped_flights_have_the_hashes_in_the_documentation() {
+    let page = include_str!("../docs/logs.md");
+    let rows = page.lines().filter_map(|line| {
+        let [flight, _, hash] = line.strip_prefix("| `")?.split("` | `").collect::<Vec<_>>()[..]
+        else {
+            return None;
+        };
+        Some((flight, hash.strip_suffix("` |")?))
+    });
+    let flights = rows.map(|(flight, hash)| {
+        let out = folder();
+        let words = flight.split(' ').chain(["--ulog", "--out", text(out.path())]);
+        let output = fly(&words.collect::<Vec<_>>());
+        assert_eq!(output.status.code(), Some(0), "{flight}: {}", err(&output));
+        let log = Log::open(&out.path().join("flight.ulg")).expect("readable");
+        let flown = log.info_text("run_hash").expect("a footer");
+        assert_eq!(&flown[..16], hash, "{flight}");
+    });
+    assert_eq!(flights.count(), 6);
 }
 
 #[test]

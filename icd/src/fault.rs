@@ -228,7 +228,7 @@ impl FaultState {
         }
     }
 
-    /// Number of the state in packets, in MAVLink and in the log, from 1. The log writes it less one.
+    /// Number of the state in packets, in MAVLink and in the log, from 1.
     pub const fn code(&self) -> u8 {
         match self {
             Self::Scheduled { .. } => 1,

@@ -5,7 +5,7 @@
 use arrayvec::ArrayVec;
 use flight_control::StepLog;
 use flight_control::estimator::EstimatorStatus;
-use icd::fault::{FaultEntry, FaultState};
+use icd::fault::FaultEntry;
 use icd::record::{FieldName, TruthRow, effector_field, truth_fields};
 use icd::sensors::SensorKind;
 use icd::{Actuators, Effector, EffectorList, Sensors, SimTime};
@@ -381,11 +381,6 @@ pub fn vehicle_row(
     row.begin(time.as_micros()).f64s(&references).u8(mode as u8).bool(terminated);
 }
 
-/// Number of a fault's state in [`fault`]: 0 scheduled, 1 active, 2 pausing, 3 ended, 4 cancelled.
-pub const fn fault_state(state: &FaultState) -> u8 {
-    state.code() - 1
-}
-
 /// Row of [`fault`].
 pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
     let timing = &entry.timing;
@@ -400,7 +395,7 @@ pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
         .u32(times)
         .u8(entry.target.into())
         .u8(entry.kind.code())
-        .u8(fault_state(&entry.state));
+        .u8(entry.state.code());
 }
 
 /// Position of an entry of [`recorded`].
@@ -434,7 +429,7 @@ mod tests {
     use flight_control::isolation::{IsolationLog, Verdict};
     use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
     use flight_management::configuration::{self, DEFAULT_MODEL};
-    use icd::fault::{FaultKind, Onset, Repeat, Timing};
+    use icd::fault::{FaultKind, FaultState, Onset, Repeat, Timing};
     use icd::tvc_jet;
     use icd::{ControlPeriod, Effector};
 
@@ -591,7 +586,7 @@ mod tests {
             assert_eq!(double(&format, &row, name), value, "{name}");
         }
         let end = &row.bytes()[row.bytes().len() - 11..];
-        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, tvc_jet::NOZZLE_YAW.code(), 11, 2]);
+        assert_eq!(end, [7, 0, 0, 0, 3, 0, 0, 0, tvc_jet::NOZZLE_YAW.code(), 11, 3]);
         assert_eq!(
             row.bytes()[..24],
             [10, 0, 0, 0, 0, 0, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 11, 0, 0, 0, 0, 0, 0, 0]

@@ -2,119 +2,116 @@
 
 use std::fmt::Write as _;
 
-use flight_control::StepLog;
-use icd::{ControlPeriod, Effector, EffectorKind, EffectorList};
+use flight_control::{DesignModel, StepLog};
+use icd::{ControlPeriod, Effector, EffectorKind, EffectorList, tvc_jet};
 use plant_sim::{Attained, Truth};
+
+use crate::closed_loop::{Record, fault_acceleration};
 
 /// Rows of a file are at least this far apart, us: 100 Hz.
 const ROW_SPACING_US: u32 = 10_000;
 
-// One list makes the struct, the header and the order of the values, so they cannot differ.
+// One list makes the struct, the header and the values of a tick, so they cannot differ.
 macro_rules! columns {
-    ($($(#[$doc:meta])* $name:ident,)+) => {
-        /// The signals of one control tick, in the order of the columns.
-        #[derive(Debug, Clone, Copy, PartialEq, Default)]
-        pub struct Row {
-            $($(#[$doc])* pub $name: f64,)+
+    ($truth:ident, $log:ident, $attitude:ident, $fault:ident:
+        $($(#[$doc:meta])* $name:ident => $value:expr,)+) => {
+        icd::signals! {
+            /// The signals of one control tick, in the order of the columns.
+            Row {
+                $($(#[$doc])* $name,)+
+            }
         }
 
         impl Row {
-            /// Names of the columns: the unit is the last word.
-            pub const COLUMNS: &'static [&'static str] = &[$(stringify!($name)),+];
-
-            /// The values in the order of [`Row::COLUMNS`].
-            pub fn values(&self) -> [f64; Self::COLUMNS.len()] {
-                [$(self.$name),+]
-            }
-
-            /// From values in the order of [`Row::COLUMNS`].
-            pub fn from_values(values: &[f64; Self::COLUMNS.len()]) -> Self {
-                let [$($name),+] = *values;
-                Self { $($name),+ }
+            /// Of a tick; `model` is the controller's, against which the fault acceleration F is measured.
+            pub fn of(model: &DesignModel, record: &Record) -> Self {
+                let ($truth, $log) = (&record.truth, &record.log);
+                let ($attitude, $fault) = ($truth.euler(), fault_acceleration(model, record));
+                Self { $($name: $value),+ }
             }
         }
     };
 }
 
-columns! {
+columns! { truth, log, attitude, fault:
     /// Simulation time, s.
-    t_s,
+    t_s => truth.time.as_seconds(),
     /// True roll rate, rad/s.
-    p_rad_s,
+    p_rad_s => truth.body_rates.0.x,
     /// True pitch rate, rad/s.
-    q_rad_s,
+    q_rad_s => truth.body_rates.0.y,
     /// True yaw rate, rad/s.
-    r_rad_s,
+    r_rad_s => truth.body_rates.0.z,
     /// True roll angle, rad, in (-pi, pi].
-    phi_rad,
+    phi_rad => attitude.phi,
     /// True pitch angle, rad.
-    theta_rad,
+    theta_rad => attitude.theta,
     /// True yaw angle, rad.
-    psi_rad,
+    psi_rad => attitude.psi,
     /// True airspeed, m/s.
-    airspeed_m_s,
+    airspeed_m_s => truth.airspeed_m_s,
     /// True angle of attack, rad.
-    alpha_rad,
+    alpha_rad => truth.alpha_rad,
     /// True sideslip, rad.
-    beta_rad,
+    beta_rad => truth.beta_rad,
     /// True altitude, m.
-    altitude_m,
+    altitude_m => truth.altitude_m,
     /// Left aileron, rad, trailing edge down positive.
-    left_aileron_rad,
+    left_aileron_rad => truth.deflections[tvc_jet::LEFT_AILERON],
     /// Right aileron, rad, trailing edge down positive.
-    right_aileron_rad,
+    right_aileron_rad => truth.deflections[tvc_jet::RIGHT_AILERON],
     /// Left elevator, rad, trailing edge down positive.
-    left_elevator_rad,
+    left_elevator_rad => truth.deflections[tvc_jet::LEFT_ELEVATOR],
     /// Right elevator, rad, trailing edge down positive.
-    right_elevator_rad,
+    right_elevator_rad => truth.deflections[tvc_jet::RIGHT_ELEVATOR],
     /// Rudder, rad, trailing edge left positive.
-    rudder_rad,
+    rudder_rad => truth.deflections[tvc_jet::RUDDER],
     /// Nozzle pitch, rad, positive pitches the nose up.
-    nozzle_pitch_rad,
+    nozzle_pitch_rad => truth.deflections[tvc_jet::NOZZLE_PITCH],
     /// Nozzle yaw, rad, positive yaws the nose right.
-    nozzle_yaw_rad,
+    nozzle_yaw_rad => truth.deflections[tvc_jet::NOZZLE_YAW],
     /// Thrust, N.
-    thrust_n,
+    thrust_n => truth.deflections[tvc_jet::ENGINE],
     /// Estimated fault acceleration in roll, rad/s².
-    z2_p_rad_s2,
+    z2_p_rad_s2 => log.z2.x,
     /// Estimated fault acceleration in pitch, rad/s².
-    z2_q_rad_s2,
+    z2_q_rad_s2 => log.z2.y,
     /// Estimated fault acceleration in yaw, rad/s².
-    z2_r_rad_s2,
+    z2_r_rad_s2 => log.z2.z,
     /// True fault acceleration F in roll, rad/s².
-    fault_p_rad_s2,
+    fault_p_rad_s2 => fault.x,
     /// True fault acceleration F in pitch, rad/s².
-    fault_q_rad_s2,
+    fault_q_rad_s2 => fault.y,
     /// True fault acceleration F in yaw, rad/s².
-    fault_r_rad_s2,
+    fault_r_rad_s2 => fault.z,
     /// 1 while the detector is awake, also where the compensator is off; else 0.
-    compensator_active,
+    compensator_active => f64::from(u8::from(log.compensator_active)),
     /// Normal load factor, g.
-    nz_g,
+    nz_g => truth.normal_load_factor_g,
     /// Commanded left aileron, rad.
-    cmd_left_aileron_rad,
+    cmd_left_aileron_rad => log.commands[tvc_jet::LEFT_AILERON],
     /// Commanded right aileron, rad.
-    cmd_right_aileron_rad,
+    cmd_right_aileron_rad => log.commands[tvc_jet::RIGHT_AILERON],
     /// Commanded left elevator, rad.
-    cmd_left_elevator_rad,
+    cmd_left_elevator_rad => log.commands[tvc_jet::LEFT_ELEVATOR],
     /// Commanded right elevator, rad.
-    cmd_right_elevator_rad,
+    cmd_right_elevator_rad => log.commands[tvc_jet::RIGHT_ELEVATOR],
     /// Commanded rudder, rad.
-    cmd_rudder_rad,
+    cmd_rudder_rad => log.commands[tvc_jet::RUDDER],
     /// Commanded nozzle pitch, rad.
-    cmd_nozzle_pitch_rad,
+    cmd_nozzle_pitch_rad => log.commands[tvc_jet::NOZZLE_PITCH],
     /// Commanded nozzle yaw, rad.
-    cmd_nozzle_yaw_rad,
+    cmd_nozzle_yaw_rad => log.commands[tvc_jet::NOZZLE_YAW],
     /// Commanded thrust, N.
-    cmd_thrust_n,
+    cmd_thrust_n => log.commands[tvc_jet::ENGINE],
     /// Aileron that the main controller commands, before limits, rad.
-    main_aileron_rad,
+    main_aileron_rad => log.main.aileron_rad,
     /// Aileron that the compensator commands, before limits, rad.
-    ucf_aileron_rad,
+    ucf_aileron_rad => log.compensation.aileron_rad,
     /// Nozzle pitch that the compensator commands, before limits, rad.
-    ucf_nozzle_pitch_rad,
+    ucf_nozzle_pitch_rad => log.compensation.nozzle_pitch_rad,
     /// Nozzle yaw that the compensator commands, before limits, rad.
-    ucf_nozzle_yaw_rad,
+    ucf_nozzle_yaw_rad => log.compensation.nozzle_yaw_rad,
 }
 
 impl From<&Row> for Attained {
@@ -145,7 +142,7 @@ pub fn to_csv<'a>(rows: impl IntoIterator<Item = &'a Row>) -> String {
 
 /// The first line of a table.
 pub fn header() -> String {
-    Row::COLUMNS.join(",") + "\n"
+    Row::NAMES.join(",") + "\n"
 }
 
 /// The columns for any aircraft: those of [`Row`], with its own effectors where those of the paper's jet stand.
@@ -172,10 +169,10 @@ impl Columns {
         let mut columns = Self { names: Vec::new(), sources: Vec::new() };
         let is_command = |column: &str| column.starts_with("cmd_");
         let is_position = |column: &str| {
-            Row::COLUMNS.iter().any(|other| other.strip_prefix("cmd_") == Some(column))
+            Row::NAMES.iter().any(|other| other.strip_prefix("cmd_") == Some(column))
         };
         let mut before = "";
-        for (place, column) in Row::COLUMNS.iter().enumerate() {
+        for (place, column) in Row::NAMES.iter().enumerate() {
             if is_position(column) {
                 if !is_position(before) {
                     columns.add("", effectors, Source::Position);
@@ -271,7 +268,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const COUNT: usize = Row::COLUMNS.len();
+    const COUNT: usize = Row::NAMES.len();
 
     /// The columns as the documentation promises them to users' scripts.
     const PROMISED: &str = "t_s p_rad_s q_rad_s r_rad_s phi_rad theta_rad psi_rad airspeed_m_s alpha_rad \
@@ -310,7 +307,7 @@ mod tests {
     #[test]
     fn the_columns_are_those_promised_in_that_order() {
         let promised: Vec<_> = PROMISED.split_whitespace().collect();
-        assert_eq!(Row::COLUMNS, promised.as_slice());
+        assert_eq!(Row::NAMES, *promised);
     }
 
     #[test]

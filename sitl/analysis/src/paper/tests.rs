@@ -441,7 +441,7 @@ fn a_run_leaves_tables_claims_figures_and_a_report_that_needs_no_network() {
         for name in ["nofault", "pid", "rftc"] {
             let text = fs::read_to_string(out.join(format!("{case}_{name}.csv"))).unwrap();
             let mut lines = text.lines();
-            assert_eq!(lines.next().unwrap(), table::Row::COLUMNS.join(","));
+            assert_eq!(lines.next().unwrap(), table::Row::NAMES.join(","));
             let times: Vec<f64> =
                 lines.map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
             assert_eq!(times[..3], [0.0, 0.01, 0.02], "{case} {name}");

@@ -1,10 +1,10 @@
 //! One flight at the full control rate, with what the claims look at.
 
 use flight_control::{Compensation, DesignModel};
-use icd::{ControlPeriod, tvc_jet};
+use icd::ControlPeriod;
 use plant_sim::FlightLimits;
 
-use crate::closed_loop::{Record, fault_acceleration};
+use crate::closed_loop::Record;
 use crate::table::{self, Row};
 
 /// Times closer than this are the same tick, s.
@@ -30,52 +30,8 @@ impl Sample {
     /// From a record; `model` is the controller's, against which the truth F is measured.
     pub fn of(model: &DesignModel, record: &Record) -> Self {
         let (truth, log) = (&record.truth, &record.log);
-        let fault = fault_acceleration(model, record);
-        let (at, command) = (&truth.deflections, &log.commands);
-        let attitude = truth.euler();
-        let row = Row {
-            t_s: truth.time.as_seconds(),
-            p_rad_s: truth.body_rates.0.x,
-            q_rad_s: truth.body_rates.0.y,
-            r_rad_s: truth.body_rates.0.z,
-            phi_rad: attitude.phi,
-            theta_rad: attitude.theta,
-            psi_rad: attitude.psi,
-            airspeed_m_s: truth.airspeed_m_s,
-            alpha_rad: truth.alpha_rad,
-            beta_rad: truth.beta_rad,
-            altitude_m: truth.altitude_m,
-            left_aileron_rad: at[tvc_jet::LEFT_AILERON],
-            right_aileron_rad: at[tvc_jet::RIGHT_AILERON],
-            left_elevator_rad: at[tvc_jet::LEFT_ELEVATOR],
-            right_elevator_rad: at[tvc_jet::RIGHT_ELEVATOR],
-            rudder_rad: at[tvc_jet::RUDDER],
-            nozzle_pitch_rad: at[tvc_jet::NOZZLE_PITCH],
-            nozzle_yaw_rad: at[tvc_jet::NOZZLE_YAW],
-            thrust_n: at[tvc_jet::ENGINE],
-            z2_p_rad_s2: log.z2.x,
-            z2_q_rad_s2: log.z2.y,
-            z2_r_rad_s2: log.z2.z,
-            fault_p_rad_s2: fault.x,
-            fault_q_rad_s2: fault.y,
-            fault_r_rad_s2: fault.z,
-            compensator_active: f64::from(u8::from(log.compensator_active)),
-            nz_g: truth.normal_load_factor_g,
-            cmd_left_aileron_rad: command[tvc_jet::LEFT_AILERON],
-            cmd_right_aileron_rad: command[tvc_jet::RIGHT_AILERON],
-            cmd_left_elevator_rad: command[tvc_jet::LEFT_ELEVATOR],
-            cmd_right_elevator_rad: command[tvc_jet::RIGHT_ELEVATOR],
-            cmd_rudder_rad: command[tvc_jet::RUDDER],
-            cmd_nozzle_pitch_rad: command[tvc_jet::NOZZLE_PITCH],
-            cmd_nozzle_yaw_rad: command[tvc_jet::NOZZLE_YAW],
-            cmd_thrust_n: command[tvc_jet::ENGINE],
-            main_aileron_rad: log.main.aileron_rad,
-            ucf_aileron_rad: log.compensation.aileron_rad,
-            ucf_nozzle_pitch_rad: log.compensation.nozzle_pitch_rad,
-            ucf_nozzle_yaw_rad: log.compensation.nozzle_yaw_rad,
-        };
         Self {
-            row,
+            row: Row::of(model, record),
             climb_rate_m_s: -truth.velocity.0.z,
             north_m: truth.position.0.x,
             east_m: truth.position.0.y,

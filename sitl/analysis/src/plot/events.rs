@@ -4,7 +4,6 @@ use std::collections::HashMap;
 
 use autopilot::command::Command;
 use autopilot::command::VehicleCommand;
-use autopilot::recorder::topics::fault_state;
 use autopilot::recorder::{Recorded, command_text};
 use autopilot::vehicle::Mode;
 use flight_control::CompensatorMode;
@@ -208,7 +207,7 @@ fn of_reports(flight: &Flight) -> Vec<FaultSpan> {
     let reports = Reports::of(&topic).all;
     // The next report about the same fault, looked for from the end.
     let mut next: HashMap<u64, f64> = HashMap::new();
-    let active = u64::from(fault_state(&FaultState::Active { since: SimTime::ZERO }));
+    let active = u64::from(FaultState::Active { since: SimTime::ZERO }.code());
     let mut faults = Vec::new();
     for report in reports.iter().rev() {
         let later = next.insert(report.id, report.at_s);
