@@ -32,6 +32,7 @@ pub mod estimated;
 pub mod figures;
 pub mod model_error;
 pub mod report;
+pub(crate) mod row;
 pub mod trace;
 
 #[cfg(test)]
