@@ -108,7 +108,7 @@ impl SensorSet {
                 sensors
             }
         };
-        sensors = self.faulty.apply(truth.time, faults, sensors);
+        self.faulty.apply(truth.time, faults, &mut sensors);
         sensors.keep(&self.fitted);
         sensors
     }

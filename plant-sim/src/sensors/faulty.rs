@@ -63,20 +63,20 @@ impl FaultySensors {
         Self { history: VecDeque::with_capacity(capacity), capacity, last: None, states }
     }
 
-    /// The samples of this period with the effects of the faults.
-    pub fn apply(&mut self, now: SimTime, faults: &Faults, healthy: Sensors) -> Sensors {
+    /// Gives the samples of this period the effects of the faults.
+    pub fn apply(&mut self, now: SimTime, faults: &Faults, out: &mut Sensors) {
+        let last = self.last.replace(*out);
         if !faults.has_sensor_faults() {
-            self.last = Some(healthy);
-            return healthy;
+            return;
         }
-        let mut out = healthy;
+        let healthy = *out;
         let mut is_delayed = false;
         for (sensor, state) in SensorKind::ALL.into_iter().zip(&mut self.states) {
             let Some((onset, effect)) = faults.on_sensor(sensor, now) else {
                 state.onset = None;
                 continue;
             };
-            let before = self.last.unwrap_or(healthy);
+            let before = last.unwrap_or(healthy);
             let is_new = state.onset.replace(onset) != Some(onset);
             if is_new || effect == SensorEffect::None {
                 state.before = Some(before);
@@ -89,13 +89,13 @@ impl FaultySensors {
                     out.invalidate(|other| other == sensor);
                 }
                 SensorEffect::Stuck => out.copy_value(sensor, &before),
-                SensorEffect::Offset(offset) => add(sensor, [offset; 3], &mut out),
+                SensorEffect::Offset(offset) => add(sensor, [offset; 3], out),
                 SensorEffect::Noise { rms } => {
                     let time = out.stamps()[sensor as usize].time;
                     if state.noise_of.replace(time) != Some(time) {
                         state.noise = [(); 3].map(|()| state.normals.draw());
                     }
-                    add(sensor, state.noise.map(|number| rms * number), &mut out);
+                    add(sensor, state.noise.map(|number| rms * number), out);
                 }
                 SensorEffect::Delayed { delay_us } => {
                     is_delayed = true;
@@ -112,8 +112,6 @@ impl FaultySensors {
             }
         }
         self.remember(now, is_delayed, &healthy);
-        self.last = Some(healthy);
-        out
     }
 
     fn remember(&mut self, now: SimTime, is_delayed: bool, healthy: &Sensors) {
