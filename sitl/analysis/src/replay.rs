@@ -101,6 +101,4 @@ fn cannot(args: &ReplayArgs, reason: &CannotFly) -> u8 {
 }
 
 #[cfg(test)]
-pub(crate) mod testing;
-#[cfg(test)]
 pub(crate) mod tests;

@@ -1,5 +1,5 @@
 use super::*;
-use crate::replay::testing::{self, Without};
+use crate::replay::tests::testing::{self, Without};
 use crate::replay::tests::{commands, setup};
 
 mod hostile;

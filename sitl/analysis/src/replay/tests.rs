@@ -15,11 +15,13 @@ use icd::tvc_jet;
 use icd::{ControlPeriod, FaultRequest, SimTime};
 use ulog::reader::Log;
 
-use super::testing::{self, StepCommand, Without};
 use super::*;
 use crate::closed_loop::FlightSetup;
 use crate::paper::cases::{Case, Conditions};
 use plant_sim::EarthModel;
+use testing::{StepCommand, Without};
+
+pub(crate) mod testing;
 
 /// A climb with turbulence and noise for a few seconds.
 pub fn setup(seconds: u64) -> FlightSetup {

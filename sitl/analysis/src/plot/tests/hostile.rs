@@ -4,7 +4,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use crate::closed_loop::FlightSetup;
-use crate::replay::testing::{self, Without};
+use crate::replay::tests::testing::{self, Without};
 use crate::replay::tests::{commands, setup};
 use crate::{plot, replay};
 
