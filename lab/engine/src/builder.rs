@@ -18,8 +18,9 @@ use plant_sim::setup::default_step_us;
 use plant_sim::{Airframe, GradeName, SensorSettings};
 use toml::Value;
 
-use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::configuration::{AircraftArgs, Named};
 use crate::flight::FlightSetup;
+use crate::problem::{At as _, Problem};
 use crate::settings::{self, Setting, Target};
 
 /// Duration of a scenario without one, s.
@@ -35,7 +36,7 @@ const DURATION_S: f64 = 60.0;
 /// options.laws.law = Some(flight_control::MainLaw::Ndi);
 /// let setup = options.setup("nominal")?;
 /// assert_eq!(setup.plant.seed, 7);
-/// # Ok::<(), lab_engine::configuration::ConfigurationError>(())
+/// # Ok::<(), lab_engine::Problem>(())
 /// ```
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct SetupOptions {
@@ -64,6 +65,8 @@ pub struct SetupBuilder {
     /// The controller's model, with the defaults of its parameters.
     pub model: Model,
     options: SetupOptions,
+    /// Name of the law, for messages.
+    law: Option<String>,
     /// Duration of a scenario without one, s.
     duration_s: f64,
 }
@@ -87,12 +90,12 @@ impl SetupOptions {
     }
 
     /// The flight of a scenario, by name or from a file.
-    pub fn setup(&self, scenario: &str) -> Result<FlightSetup, ConfigurationError> {
+    pub fn setup(&self, scenario: &str) -> Result<FlightSetup, Problem> {
         self.builder()?.setup(&Named::scenario(scenario)?, &[])
     }
 
     /// Reads aircraft and model.
-    pub fn builder(&self) -> Result<SetupBuilder, ConfigurationError> {
+    pub fn builder(&self) -> Result<SetupBuilder, Problem> {
         let LawArgs { law, compensator, allocation, .. } = &self.laws;
         // A law that the program brings may be replaced.
         let law = law.filter(|law| *law != MainLaw::Own);
@@ -111,7 +114,14 @@ impl SetupOptions {
 impl SetupBuilder {
     /// Of an aircraft and a model that were read with these options.
     pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
-        Self { airframe, model, options, duration_s: DURATION_S }
+        Self { airframe, model, options, law: None, duration_s: DURATION_S }
+    }
+
+    /// With the name of the law, which messages about its parameters have.
+    #[must_use]
+    pub fn of_law(mut self, name: &str) -> Self {
+        self.law = Some(name.to_owned());
+        self
     }
 
     /// With another duration, s, of a scenario that has none.
@@ -122,12 +132,8 @@ impl SetupBuilder {
     }
 
     /// The flight of a scenario with `more` settings, which win over those of the options.
-    pub fn setup(
-        &self,
-        scenario: &Named,
-        more: &[Setting],
-    ) -> Result<FlightSetup, ConfigurationError> {
-        let SetupOptions { aircraft, laws, ftc, period_ms, .. } = &self.options;
+    pub fn setup(&self, scenario: &Named, more: &[Setting]) -> Result<FlightSetup, Problem> {
+        let SetupOptions { aircraft, laws, period_ms, .. } = &self.options;
         let settings = aircraft.settings.iter().chain(more).cloned().collect();
         let all = AircraftArgs { settings, ..aircraft.clone() };
         let changes = |target| more.iter().any(|setting| setting.target() == Ok(target));
@@ -141,17 +147,12 @@ impl SetupBuilder {
         let step_us = self.options.plant_step_us();
         let plant = flight.plant.setup(airframe, 0, *period_ms, step_us);
         plant.check()?;
-        plant.check_faults().map_err(|source| {
-            let (scenario, source) = (scenario.name.clone(), Box::new(source));
-            ConfigurationError::Flight { scenario, source }
-        })?;
-        let mut parameters = fitted(model.defaults, &plant.sensors);
-        laws.apply(&mut parameters).map_err(|error| ConfigurationError::Laws(Box::new(error)))?;
-        if let Some(ftc) = ftc {
-            parameters.set("FTC_MODE", ftc.value()).map_err(ConfigurationError::Ftc)?;
-        }
-        settings::set_parameters(&mut parameters, &all.settings)?;
-        parameters.check_law().map_err(ConfigurationError::Law)?;
+        plant.check_faults().at(format_args!("scenario {}", scenario.name))?;
+        let parameters = self.parameters(fitted(model.defaults, &plant.sensors), &all.settings);
+        let parameters = match &self.law {
+            Some(law) => parameters.at(format_args!("law {law}"))?,
+            None => parameters?,
+        };
         let duration_s = flight.plant.duration_s.unwrap_or(self.duration_s);
         Ok(FlightSetup {
             plant,
@@ -163,6 +164,21 @@ impl SetupBuilder {
             knows_fault: false,
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
         })
+    }
+
+    /// Parameters with what laws, options and settings change in them.
+    fn parameters(
+        &self,
+        mut parameters: Parameters,
+        settings: &[Setting],
+    ) -> Result<Parameters, Problem> {
+        self.options.laws.apply(&mut parameters)?;
+        if let Some(ftc) = self.options.ftc {
+            parameters.set("FTC_MODE", ftc.value()).at("--ftc")?;
+        }
+        settings::set_parameters(&mut parameters, settings)?;
+        parameters.check_law()?;
+        Ok(parameters)
     }
 }
 

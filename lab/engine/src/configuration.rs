@@ -4,18 +4,19 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use autopilot::config::{self, MODELS, Model};
-use autopilot::parameters::{ParameterError, Parameters};
-use autopilot::run::RunError;
+use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use host_io::file::{self, FileProblem, TEXT_MAX};
+use host_io::file::{self, TEXT_MAX};
 use icd::EffectorList;
 use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
 use plant_sim::scenario::{self, SCENARIOS};
-use plant_sim::{Airframe, PlantPart, Scenario, SetupError};
+use plant_sim::{Airframe, PlantPart, Scenario};
 use toml::Table;
 
-use crate::settings::{self, Setting, SettingError, Target};
+use crate::problem;
+use crate::problem::{At as _, Problem};
+use crate::settings::{self, Setting, Target};
 
 /// Which aircraft, which model of it, and what is changed in all that is flown.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
@@ -49,94 +50,6 @@ pub const GYRO_NOISE_MAX_DEG_S: f64 = 10.0;
 /// Largest turbulence that an option takes, m/s rms.
 pub const TURBULENCE_MAX_M_S: f64 = 20.0;
 
-/// What cannot be flown.
-#[derive(Debug, thiserror::Error)]
-pub enum ConfigurationError {
-    /// A file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
-    /// Neither a scenario that comes with the program nor a file.
-    #[error("{name}: there is no such scenario and no such file; the scenarios are {known}")]
-    NoScenario {
-        /// The requested one.
-        name: String,
-        /// What there is.
-        known: String,
-    },
-    /// A file is no TOML; the message has line and column.
-    #[error("{file}: {source}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// The error of the parser.
-        source: Box<toml::de::Error>,
-    },
-    /// A `--set` that cannot be made.
-    #[error(transparent)]
-    Setting(#[from] SettingError),
-    /// Something is set that this command has an option for, which would win.
-    #[error("--set {key}: this command has the option {option} for it")]
-    HasOption {
-        /// The key.
-        key: &'static str,
-        /// The option.
-        option: &'static str,
-    },
-    /// Something is set that a study sets in its flights itself.
-    #[error("{0} has no effect: this study sets it in its flights itself")]
-    Own(String),
-    /// Something is set that this command does not read.
-    #[error("{option} has no effect: of aircraft and flight this command reads {}", names(reads))]
-    NotRead {
-        /// The option, with its key.
-        option: String,
-        /// What it reads.
-        reads: &'static [Target],
-    },
-    /// The file of gains cannot be used.
-    #[error(transparent)]
-    Laws(Box<RunError>),
-    /// The compensator's mode cannot be set.
-    #[error("--ftc: {0}")]
-    Ftc(#[source] ParameterError),
-    /// There is no such law here.
-    #[error("{0}")]
-    Law(#[source] ParameterError),
-    /// This aircraft cannot fly this scenario.
-    #[error("scenario {scenario}: {source}")]
-    Flight {
-        /// The scenario.
-        scenario: String,
-        /// Why not.
-        source: Box<SetupError>,
-    },
-    /// A number of the plant's setup.
-    #[error(transparent)]
-    Setup(Box<SetupError>),
-    /// The plant's part of a file.
-    #[error(transparent)]
-    Plant(#[from] plant_sim::ConfigError),
-    /// The autopilot's part of a file.
-    #[error(transparent)]
-    Autopilot(#[from] config::ConfigError),
-}
-
-/// What a command reads, for display.
-fn names(reads: &[Target]) -> String {
-    reads.iter().map(|target| target.name()).collect::<Vec<_>>().join(" and ")
-}
-
-impl From<SetupError> for ConfigurationError {
-    fn from(source: SetupError) -> Self {
-        Self::Setup(Box::new(source))
-    }
-}
-
 /// A file with its name for messages.
 #[derive(Debug, Clone)]
 pub struct Named {
@@ -164,74 +77,70 @@ impl Named {
     }
 
     /// A scenario by name, or from a file.
-    pub fn scenario(name: &str) -> Result<Self, ConfigurationError> {
+    pub fn scenario(name: &str) -> Result<Self, Problem> {
         if let Some((name, text)) = SCENARIOS.iter().find(|(known, _)| *known == name) {
             return Ok(Self::shipped(name, text));
         }
-        Self::read(Path::new(name)).map_err(|error| match error {
-            ConfigurationError::Read { source, .. } if source.is_not_found() => {
-                let known = SCENARIOS.map(|(name, _)| name).join(", ");
-                ConfigurationError::NoScenario { name: name.to_owned(), known }
-            }
-            other => other,
-        })
+        match file::read_text(Path::new(name), TEXT_MAX) {
+            Ok(text) => Ok(Self { name: name.to_owned(), text: Cow::Owned(text) }),
+            Err(problem) if problem.is_not_found() => Err(problem!(
+                "{name}: there is no such scenario and no such file; the scenarios are {}",
+                SCENARIOS.map(|(name, _)| name).join(", ")
+            )),
+            Err(problem) => Err(problem).at(name),
+        }
     }
 
     /// A file of the user.
-    pub fn read(path: &Path) -> Result<Self, ConfigurationError> {
-        let text = file::read_text(path, TEXT_MAX);
-        let text =
-            text.map_err(|source| ConfigurationError::Read { path: path.to_path_buf(), source })?;
-        Ok(Self { name: path.display().to_string(), text: Cow::Owned(text) })
+    pub fn read(path: &Path) -> Result<Self, Problem> {
+        let name = path.display().to_string();
+        Ok(Self { text: Cow::Owned(file::read_text(path, TEXT_MAX).at(&name)?), name })
     }
 
     /// One of the files that come with the program by name, or a file of the user.
-    pub fn shipped_or_read(
-        name: &Path,
-        shipped: &[(&str, &'static str)],
-    ) -> Result<Self, ConfigurationError> {
-        let (name, text) = file::shipped_or_read(name, shipped)
-            .map_err(|source| ConfigurationError::Read { path: name.to_path_buf(), source })?;
+    pub fn shipped_or_read(name: &Path, shipped: &[(&str, &'static str)]) -> Result<Self, Problem> {
+        let (name, text) = file::shipped_or_read(name, shipped).at(name.display())?;
         Ok(Self { name, text })
     }
 }
 
 impl AircraftArgs {
     /// Checks that every key of the settings exists.
-    pub fn check(&self) -> Result<(), ConfigurationError> {
-        Ok(settings::check_keys(&self.settings)?)
+    pub fn check(&self) -> Result<(), Problem> {
+        settings::check_keys(&self.settings)
     }
 
     /// The same for a command that reads only some files.
-    pub fn check_read(&self, reads: &'static [Target]) -> Result<(), ConfigurationError> {
+    pub fn check_read(&self, reads: &'static [Target]) -> Result<(), Problem> {
+        let is_read = |option: String, target| match reads.contains(&target) {
+            true => Ok(()),
+            false => Err(problem!(
+                "{option} has no effect: of aircraft and flight this command reads {}",
+                reads.iter().map(|target| target.name()).collect::<Vec<_>>().join(" and ")
+            )),
+        };
         for setting in &self.settings {
-            if !reads.contains(&setting.target()?) {
-                let option = format!("--set {}", setting.key);
-                return Err(ConfigurationError::NotRead { option, reads });
-            }
+            is_read(format!("--set {}", setting.key), setting.target()?)?;
         }
-        match self.model.is_some() && !reads.contains(&Target::Model) {
-            true => Err(ConfigurationError::NotRead { option: "--model".to_owned(), reads }),
-            false => Ok(()),
-        }
+        self.model.as_ref().map_or(Ok(()), |_| is_read("--model".to_owned(), Target::Model))
     }
 
     /// The same beside options for some keys: those that are given, or that count whatever a scenario has.
     pub fn check_beside(
         &self,
         options: impl IntoIterator<Item = (&'static str, &'static str)>,
-    ) -> Result<(), ConfigurationError> {
+    ) -> Result<(), Problem> {
         self.check()?;
         for (key, option) in options {
             if self.settings.iter().any(|setting| setting.key == key) {
-                return Err(ConfigurationError::HasOption { key, option });
+                return Err(problem!("--set {key}: this command has the option {option} for it"));
             }
         }
         Ok(())
     }
 
     /// The aircraft.
-    pub fn airframe(&self) -> Result<Airframe, ConfigurationError> {
+    pub fn airframe(&self) -> Result<Airframe, Problem> {
         let file = self.airframe_file()?;
         Ok(match self.changed(&file, Target::Airframe, "airframe.")? {
             None => Airframe::from_toml(&file.name, &file.text)?,
@@ -240,7 +149,7 @@ impl AircraftArgs {
     }
 
     /// The controller's model, with the defaults of its parameters.
-    pub fn model(&self) -> Result<Model, ConfigurationError> {
+    pub fn model(&self) -> Result<Model, Problem> {
         let file = self.model_file()?;
         Ok(match self.changed(&file, Target::Model, "model.")? {
             None => config::model(&file.name, &file.text)?,
@@ -248,35 +157,35 @@ impl AircraftArgs {
         })
     }
 
-    fn airframe_file(&self) -> Result<Named, ConfigurationError> {
+    fn airframe_file(&self) -> Result<Named, Problem> {
         Named::shipped_or_read(
             self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()),
             &AIRFRAMES,
         )
     }
 
-    fn model_file(&self) -> Result<Named, ConfigurationError> {
+    fn model_file(&self) -> Result<Named, Problem> {
         let of_aircraft = self.airframe.as_deref().filter(|name| airframe::is_shipped(name));
         let name = self.model.as_deref().or(of_aircraft);
         Named::shipped_or_read(name.unwrap_or(DEFAULT_NAME.as_ref()), &MODELS)
     }
 
     /// The airframe file with what is set in it.
-    pub fn airframe_table(&self) -> Result<Table, ConfigurationError> {
+    pub fn airframe_table(&self) -> Result<Table, Problem> {
         self.table(&self.airframe_file()?, Target::Airframe)
     }
 
     /// The file of the controller's model with what is set in it.
-    pub fn model_table(&self) -> Result<Table, ConfigurationError> {
+    pub fn model_table(&self) -> Result<Table, Problem> {
         self.table(&self.model_file()?, Target::Model)
     }
 
     /// A scenario file with what is set in it.
-    pub fn scenario_table(&self, file: &Named) -> Result<Table, ConfigurationError> {
+    pub fn scenario_table(&self, file: &Named) -> Result<Table, Problem> {
         self.table(file, Target::Scenario)
     }
 
-    fn table(&self, file: &Named, target: Target) -> Result<Table, ConfigurationError> {
+    fn table(&self, file: &Named, target: Target) -> Result<Table, Problem> {
         let root = match target {
             Target::Airframe => "airframe.",
             Target::Model => "model.",
@@ -284,19 +193,12 @@ impl AircraftArgs {
         };
         match self.changed(file, target, root)? {
             Some((_, table)) => Ok(table),
-            None => toml::from_str(&file.text).map_err(|source| ConfigurationError::Syntax {
-                file: file.name.clone(),
-                source: Box::new(source),
-            }),
+            None => toml::from_str(&file.text).at(&file.name),
         }
     }
 
     /// A scenario with what is set in it, for an aircraft with these effectors.
-    pub fn scenario(
-        &self,
-        file: &Named,
-        effectors: &EffectorList,
-    ) -> Result<Flight, ConfigurationError> {
+    pub fn scenario(&self, file: &Named, effectors: &EffectorList) -> Result<Flight, Problem> {
         if let Some((name, table)) = self.changed(file, Target::Scenario, "")? {
             let plant = Scenario::from_table(&name, table.clone(), effectors)?.plant;
             let (references, script) = config::scenario_of(&name, table, effectors)?;
@@ -311,7 +213,7 @@ impl AircraftArgs {
     }
 
     /// Parameters, where those that are not set are as in `parameters`.
-    pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, ConfigurationError> {
+    pub fn parameters(&self, mut parameters: Parameters) -> Result<Parameters, Problem> {
         settings::set_parameters(&mut parameters, &self.settings)?;
         Ok(parameters)
     }
@@ -322,16 +224,12 @@ impl AircraftArgs {
         file: &Named,
         target: Target,
         root: &str,
-    ) -> Result<Option<(String, Table)>, ConfigurationError> {
+    ) -> Result<Option<(String, Table)>, Problem> {
         let settings = settings::of(&self.settings, target);
         if settings.is_empty() {
             return Ok(None);
         }
-        let failed = |source| ConfigurationError::Syntax {
-            file: file.name.clone(),
-            source: Box::new(source),
-        };
-        let mut table: Table = toml::from_str(&file.text).map_err(failed)?;
+        let mut table: Table = toml::from_str(&file.text).at(&file.name)?;
         // A setting has the unit of the reader and replaces what the file has in any unit.
         match target {
             Target::Scenario => scenario::convert_units(&file.name, &mut table)?,

@@ -12,8 +12,11 @@
 
 use std::fmt;
 
-use autopilot::parameters::{ParameterError, Parameters, table};
+use autopilot::parameters::{Parameter, ParameterError, Parameters, table};
 use toml::{Table, Value};
+
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 pub mod keys;
 
@@ -37,46 +40,6 @@ impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}={}", self.key, shown(&self.value))
     }
-}
-
-/// A setting that cannot be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SettingError {
-    /// The key is unknown.
-    #[error("--set {key}: there is no such key{}", nearest.as_ref().map_or_else(String::new, |key| format!("; the nearest is {key}")))]
-    Unknown {
-        key: String,
-        /// The one that looks most like it.
-        nearest: Option<String>,
-    },
-    /// A key has two values.
-    #[error("--set {key}: this key is set twice")]
-    Twice { key: String },
-    /// An entry that a list does not have.
-    #[error("--set {key}: entry {number} of {list} is outside 1 to {max}")]
-    Entry {
-        key: String,
-        list: String,
-        number: usize,
-        /// One more than the list has.
-        max: usize,
-    },
-    /// The file has something else in that place.
-    #[error("--set {key}: {place} is no table here")]
-    NoTable { key: String, place: String },
-    /// A parameter is a number.
-    #[error("--set {name}={value}: {name} is a number from {min} to {max} {unit}")]
-    NotANumber {
-        name: &'static str,
-        value: String,
-        min: f64,
-        max: f64,
-        /// Unit of the numbers.
-        unit: &'static str,
-    },
-    /// A parameter refuses its value.
-    #[error("--set: {0}")]
-    Parameter(#[from] ParameterError),
 }
 
 /// Which file a key belongs to.
@@ -113,7 +76,7 @@ impl Setting {
     }
 
     /// The file that the key belongs to.
-    pub fn target(&self) -> Result<Target, SettingError> {
+    pub fn target(&self) -> Result<Target, Problem> {
         let known = keys::all();
         if table().iter().any(|row| row.name == self.key) {
             return Ok(Target::Parameter);
@@ -130,11 +93,12 @@ impl Setting {
             error @ (ParameterError::ReadOnly { .. } | ParameterError::OnlyInFlight { .. }),
         ) = Parameters::default().set(&self.key, 0.0)
         {
-            return Err(error.into());
+            return Err(error).at("--set");
         }
         let names = table().iter().map(|row| row.name.to_owned());
         let nearest = keys::nearest(&self.key, known.iter().cloned().chain(names));
-        Err(SettingError::Unknown { key: self.key.clone(), nearest })
+        let nearest = nearest.map_or_else(String::new, |key| format!("; the nearest is {key}"));
+        Err(problem!("--set {}: there is no such key{nearest}", self.key))
     }
 }
 
@@ -144,17 +108,17 @@ pub fn of(settings: &[Setting], target: Target) -> Vec<&Setting> {
 }
 
 /// Checks that every key exists.
-pub fn check_keys(settings: &[Setting]) -> Result<(), SettingError> {
+pub fn check_keys(settings: &[Setting]) -> Result<(), Problem> {
     for (place, Setting { key, .. }) in settings.iter().enumerate() {
         if settings[..place].iter().any(|before| before.key == *key) {
-            return Err(SettingError::Twice { key: key.clone() });
+            return Err(problem!("--set {key}: this key is set twice"));
         }
     }
     settings.iter().try_for_each(|setting| setting.target().map(drop))
 }
 
 /// Puts settings into a file that was read; `root` is what their keys have before those of the file.
-pub fn apply(file: &mut Table, root: &str, settings: &[&Setting]) -> Result<(), SettingError> {
+pub fn apply(file: &mut Table, root: &str, settings: &[&Setting]) -> Result<(), Problem> {
     for setting in settings {
         let path = setting.key.strip_prefix(root).unwrap_or(&setting.key);
         put(file, path, setting)?;
@@ -162,7 +126,7 @@ pub fn apply(file: &mut Table, root: &str, settings: &[&Setting]) -> Result<(), 
     Ok(())
 }
 
-fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), SettingError> {
+fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), Problem> {
     let words: Vec<&str> = path.split('.').collect();
     let Some((first, rest)) = words.split_first() else { return Ok(()) };
     let mut place = *first;
@@ -173,8 +137,10 @@ fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), SettingErr
             (Value::Array(list), Ok(number)) => {
                 let max = list.len() + 1;
                 if !(1..=max).contains(&number) {
-                    let (key, list) = (setting.key.clone(), place.to_owned());
-                    return Err(SettingError::Entry { key, list, number, max });
+                    let key = &setting.key;
+                    return Err(problem!(
+                        "--set {key}: entry {number} of {place} is outside 1 to {max}"
+                    ));
                 }
                 if number == max {
                     list.push(empty(next));
@@ -182,10 +148,7 @@ fn put(file: &mut Table, path: &str, setting: &Setting) -> Result<(), SettingErr
                 &mut list[number - 1]
             }
             (Value::Table(table), Err(_)) => entry(table, word, next),
-            _ => {
-                let (key, place) = (setting.key.clone(), place.to_owned());
-                return Err(SettingError::NoTable { key, place });
-            }
+            _ => return Err(problem!("--set {}: {place} is no table here", setting.key)),
         };
         place = word;
     }
@@ -216,25 +179,18 @@ pub fn written(text: &str) -> Value {
 }
 
 /// Sets the parameters among the settings, all at once, so that their order does not matter.
-pub fn set_parameters(
-    parameters: &mut Parameters,
-    settings: &[Setting],
-) -> Result<(), SettingError> {
+pub fn set_parameters(parameters: &mut Parameters, settings: &[Setting]) -> Result<(), Problem> {
     let mut values = Vec::new();
     for setting in of(settings, Target::Parameter) {
         let Some(row) = table().iter().find(|row| row.name == setting.key) else { continue };
-        let value = number(&setting.value).ok_or_else(|| SettingError::NotANumber {
-            name: row.name,
-            value: shown(&setting.value),
-            min: row.min,
-            max: row.max,
-            unit: row.unit,
+        let value = number(&setting.value).ok_or_else(|| {
+            let (Parameter { name, min, max, unit, .. }, value) = (row, shown(&setting.value));
+            problem!("--set {name}={value}: {name} is a number from {min} to {max} {unit}")
         })?;
         values.push((row.name, value));
     }
     // A warning about Lemma 1 is no reason to refuse: whoever sets gains by hand knows it.
-    parameters.set_all(values)?;
-    Ok(())
+    parameters.set_all(values).at("--set").map(drop)
 }
 
 /// A whole number of a file is a number too.

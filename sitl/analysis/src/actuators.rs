@@ -4,7 +4,6 @@
 //! airframe, effector ─> one property at a time ─> plant, held in its trimmed flight ─> step, triangle, travel ─> table, picture
 //! ```
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -17,6 +16,8 @@ use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
+use crate::problem;
+use crate::problem::Problem;
 use crate::settings::Target;
 use crate::table::field;
 
@@ -107,14 +108,14 @@ struct Bench {
 }
 
 /// Moves, draws and writes.
-pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &ActuatorsArgs) -> Result<(), Problem> {
     args.aircraft.check_read(&[Target::Airframe, Target::Scenario])?;
     let folder = OutFolder::create(&args.out)?;
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;
     folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
-    write_figure::<Box<dyn Error>>(&folder, &bench.figure(&responses, travel))?;
+    write_figure::<Problem>(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
         let signal = signal.name();
@@ -125,7 +126,7 @@ pub fn run(args: &ActuatorsArgs) -> Result<(), Box<dyn Error>> {
 }
 
 impl ActuatorsArgs {
-    fn bench(&self) -> Result<Bench, Box<dyn Error>> {
+    fn bench(&self) -> Result<Bench, Problem> {
         let airframe = self.aircraft.airframe()?;
         let list = airframe.effectors;
         let angles = || list.all().filter(|effector| list.is_angle(*effector));
@@ -136,7 +137,7 @@ impl ActuatorsArgs {
         let effector = effector.ok_or_else(|| {
             let known: Vec<&str> = angles().map(|effector| list.key(effector)).collect();
             let name = self.effector.as_deref().unwrap_or_default();
-            format!("--effector {name}: expected one of {}", known.join(", "))
+            problem!("--effector {name}: expected one of {}", known.join(", "))
         })?;
         let servo = airframe.servos[effector];
         let height = PART_OF_TRAVEL * servo.max.min(-servo.min);
@@ -217,7 +218,7 @@ impl Bench {
         all
     }
 
-    fn plant(&self, servo: Servo) -> Result<Plant, Box<dyn Error>> {
+    fn plant(&self, servo: Servo) -> Result<Plant, Problem> {
         let mut setup = self.setup.clone();
         setup.airframe.servos[self.effector] = servo;
         Ok(Plant::new(&setup)?)
@@ -245,7 +246,7 @@ impl Bench {
         positions
     }
 
-    fn responses(&self) -> Result<Vec<Response>, Box<dyn Error>> {
+    fn responses(&self) -> Result<Vec<Response>, Problem> {
         let ideal = self.plant(self.ideal())?;
         let pressure_pa = ideal.truth().dynamic_pressure_pa();
         let mut responses = Vec::new();
@@ -268,7 +269,7 @@ impl Bench {
     }
 
     /// The position that a command of the full travel reaches, deg, over the dynamic pressure, kPa; empty for what does not stall.
-    fn travel(&self) -> Result<Vec<(f64, f64)>, Box<dyn Error>> {
+    fn travel(&self) -> Result<Vec<(f64, f64)>, Problem> {
         let pressure_pa = self.plant(self.ideal())?.truth().dynamic_pressure_pa();
         let mut properties = self.properties(pressure_pa);
         let stalls = |property: &Property| property.servo.imperfections.stall_pressure_pa.is_some();

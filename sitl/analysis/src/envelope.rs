@@ -16,8 +16,9 @@ use crate::chart::drawing::Drawing;
 use crate::chart::{Figure, write_figure};
 use crate::closed_loop::{FlightSetup, watch};
 use crate::false_alarms::flights::entry;
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Scale, Sides, StudyError, StudyOptions};
+use crate::study::{Scale, Sides, StudyOptions};
 
 /// What the sweep sets itself: beginnings of keys.
 const OWN: [&str; 4] =
@@ -50,7 +51,7 @@ pub const HELD_WITHIN_M: f64 = 10.0;
 const RESERVE: f64 = 0.1;
 
 /// One flight of the sweep.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Case {
     /// Airspeed reference, m/s.
     pub airspeed_m_s: f64,
@@ -63,7 +64,7 @@ pub struct Case {
 }
 
 /// What came of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Flown {
     pub case: Case,
     /// Steady flight at its end, if there is one.
@@ -106,17 +107,8 @@ pub fn cases(scale: &Scale) -> Vec<Case> {
     all.collect()
 }
 
-pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
-    let nothing = Flown {
-        case: *case,
-        trim: None,
-        error_m: f64::INFINITY,
-        airspeed_error_m_s: 0.0,
-        alpha_max_rad: 0.0,
-        overshoot_m: 0.0,
-        limit: None,
-        thrust_saturated: false,
-    };
+pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, Problem> {
+    let nothing = Flown { case: *case, error_m: f64::INFINITY, ..Flown::default() };
     let Some(setup) = setup(sides, case)? else { return Ok(nothing) };
     let level = case.from_m == case.to_m;
     let mut judge = AltitudeJudge::of(&setup);
@@ -139,7 +131,7 @@ pub fn fly(sides: &Sides, case: &Case) -> Result<Flown, StudyError> {
 }
 
 /// In steady flight at the start of the case; where the engine cannot hold the airspeed, at a lower one; `None` if there is none either.
-fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> {
+fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, Problem> {
     let Case { airspeed_m_s, from_m, to_m, bank_deg } = *case;
     let mut setup = sides.nominal().clone();
     let seconds = if from_m == to_m { LEVEL_S } else { CLIMB_S };
@@ -159,13 +151,12 @@ fn setup(sides: &Sides, case: &Case) -> Result<Option<FlightSetup>, StudyError> 
 }
 
 /// Flies the sweep and writes `envelope.csv`, `envelope.svg` and `envelope.png`; prints what is not held.
-pub fn run(options: &StudyOptions) -> Result<(), StudyError> {
+pub fn run(options: &StudyOptions) -> Result<(), Problem> {
     let sides = options.sides(CompensatorMode::Armed, &OWN)?;
     let folder = sides.begin(&options.out)?;
-    let flown = runner::map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case));
-    let flown = flown.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let flown = runner::try_map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case))?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;
-    write_figure::<StudyError>(&folder, &figure(sides.airframe().name.as_ref(), &flown))?;
+    write_figure::<Problem>(&folder, &figure(sides.airframe().name.as_ref(), &flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }

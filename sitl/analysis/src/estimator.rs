@@ -17,8 +17,9 @@ use plant_sim::io::whole;
 use crate::chart::write_figure;
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{TURBULENCE_MAX_M_S, up_to};
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Sides, StudyError, StudyOptions};
+use crate::study::{Sides, StudyOptions};
 
 pub mod flights;
 mod results;
@@ -75,29 +76,20 @@ pub const CASES: [Case; 4] = [
 ];
 
 /// Flies every case.
-pub fn study(options: &Options, sides: &Sides) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
-    let each = u64::from(options.flights);
-    let items: Vec<(usize, u64)> = (0..CASES.len())
-        .flat_map(|case| (0..each).map(move |number| (case, number)))
-        .map(|(case, number)| (case, options.seed.wrapping_add(number)))
-        .collect();
-    let one = |(case, seed): &(usize, u64)| {
-        flights::fly(sides, &CASES[*case], options.turbulence_m_s, *seed)
-    };
-    let mut flown: [Vec<Flown>; CASES.len()] = Default::default();
-    for ((case, _), result) in items.iter().zip(runner::map("estimator", &items, one)) {
-        flown[*case].push(result?);
-    }
-    Ok(flown)
+pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Vec<Flown>>, Problem> {
+    let each = (options.seed, u64::from(options.flights));
+    runner::map_groups("estimator", &CASES, each, |case, seed| {
+        flights::fly(sides, case, options.turbulence_m_s, seed)
+    })
 }
 
 /// Flies everything, writes table and figure, prints the table.
-pub fn run(options: &Options) -> Result<(), StudyError> {
+pub fn run(options: &Options) -> Result<(), Problem> {
     let sides = flights::sides(&options.study, CompensatorMode::Off, &[])?;
     let folder = sides.begin(&options.study.out)?;
     let duration_s = sides.nominal().duration.as_seconds();
     let flown = study(options, &sides)?;
-    write_figure::<StudyError>(&folder, &results::figure(duration_s, &flown))?;
+    write_figure::<Problem>(&folder, &results::figure(duration_s, &flown))?;
     let summary = results::summary(options, duration_s, &flown);
     folder.write_markdown("estimator.md", &summary)?;
     folder.write("nees.csv", results::csv(&flown).as_bytes())?;

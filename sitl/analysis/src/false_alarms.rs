@@ -12,10 +12,10 @@ use flight_control::{CompensatorMode, Gains};
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
-use crate::chart::write_figure;
 use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Sides, StudyError, StudyOptions, write_page};
+use crate::study::{Sides, StudyOptions, write_report};
 
 pub mod detectors;
 pub mod flights;
@@ -23,7 +23,7 @@ mod results;
 
 use detectors::{DWELLS_S, FILTERS_S, upper_95};
 use flights::{
-    Air, Condition, Delays, FLIGHT_S, SETTLED_S, Watched, conditions, programme, setup, watch,
+    Air, Condition, Delays, FLIGHT_S, Watched, conditions, flights_for, programme, setup, watch,
 };
 
 /// Alarms an hour that are allowed, as the upper 95 % bound.
@@ -116,17 +116,9 @@ pub fn fly_healthy(
     options: &Options,
     grade: GradeName,
     sides: &Sides,
-) -> Result<Vec<Watched>, StudyError> {
-    let counted_s = FLIGHT_S - SETTLED_S;
+) -> Result<Vec<Watched>, Problem> {
     let at = conditions(&options.conditions, &sides.scale());
-    #[expect(clippy::cast_precision_loss, reason = "a command line has few conditions")]
-    let each = (options.hours * 3_600.0 / counted_s / at.len() as f64).ceil().max(1.0);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the command line allows 10,000 hours"
-    )]
-    let flights = at.len() as u64 * each as u64;
+    let flights = at.len() as u64 * flights_for(options.hours, at.len());
     let items: Vec<(usize, u64)> = (0_usize..at.len())
         .cycle()
         .zip((0..flights).map(|number| options.seed.wrapping_add(number)))
@@ -139,20 +131,20 @@ pub fn fly_healthy(
         watch(&setup, options.straight)
     };
     let label = format!("{} sensors, healthy flights of 10 minutes", grade.key());
-    let results = runner::map(&label, &items, one);
+    let results = runner::try_map(&label, &items, one)?;
     let mut conditions = vec![Watched::default(); at.len()];
     for ((place, _), watched) in items.iter().zip(results) {
         let so_far = std::mem::take(&mut conditions[*place]);
-        conditions[*place] = so_far.with(&watched?);
+        conditions[*place] = so_far.with(&watched);
     }
     Ok(conditions)
 }
 
 /// Flies everything, writes tables, figure and page, prints a summary.
-pub fn run(options: &Options) -> Result<(), StudyError> {
+pub fn run(options: &Options) -> Result<(), Problem> {
     let sides = options.study.random_sides(CompensatorMode::Off, &[])?;
     let folder = sides.begin(&options.study.out)?;
-    let of = |grade: &GradeName| -> Result<_, StudyError> {
+    let of = |grade: &GradeName| -> Result<_, Problem> {
         Ok(GradeStudy {
             grade: *grade,
             delays: flights::measure_delays(options, *grade, &sides)?,
@@ -161,15 +153,16 @@ pub fn run(options: &Options) -> Result<(), StudyError> {
     };
     let study = options.grades.iter().map(of).collect::<Result<Vec<_>, _>>()?;
     let at = conditions(&options.conditions, &sides.scale());
-    let figure = results::figure(&study);
-    write_figure::<StudyError>(&folder, &figure)?;
-    folder.write("alarms.csv", results::alarms_csv(&at, &study).as_bytes())?;
-    folder.write("delays.csv", results::delays_csv(&study).as_bytes())?;
-    let summary = results::summary(options, &at, &study);
-    folder.write_markdown("summary.md", &summary)?;
-    write_page(&folder, &results::page(options, &at, &study, &figure))?;
-    print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
-    Ok(())
+    write_report(
+        &folder,
+        ["False alarms", "False alarms and detection delay"],
+        &results::figure(&study),
+        &[
+            ("alarms.csv", results::alarms_csv(&at, &study)),
+            ("delays.csv", results::delays_csv(&study)),
+        ],
+        &results::summary(options, &at, &study),
+    )
 }
 
 /// Time constant of the lag and dwell, s.

@@ -6,29 +6,30 @@
 //!                                                                             └─> flight.csv, flight.ulg, flight.html
 //! ```
 
-use std::io::{self, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use autopilot::config::ConfigError;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::ScriptArgs;
 use flight_control::gains::name_of;
 use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file;
-use host_io::folder::{FolderError, OutFolder};
+use host_io::folder::OutFolder;
 use lab_judges::JudgeKind;
 use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
 use serde::Serialize;
-use ulog::reader::{Log, ReadError};
+use ulog::reader::Log;
 
 use crate::builder::{SetupOptions, preset_note};
-use crate::closed_loop::{FlightError, FlightSetup};
-use crate::configuration::{AircraftArgs, ConfigurationError};
+use crate::closed_loop::FlightSetup;
+use crate::configuration::AircraftArgs;
 use crate::page::GENERATOR;
 use crate::plot;
+use crate::problem;
+use crate::problem::{At as _, Problem};
 use crate::runner::Progress;
 use crate::study::WholeSetup;
 use crate::table;
@@ -89,46 +90,6 @@ pub struct FlyArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<f64>,
-}
-
-/// What keeps a flight from being flown, or its results from being written.
-#[derive(Debug, thiserror::Error)]
-pub enum FlyError {
-    /// A file, a key or a value is wrong.
-    #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
-    /// The script cannot be read.
-    #[error(transparent)]
-    Script(#[from] ConfigError),
-    /// This aircraft cannot fly this scenario.
-    #[error("scenario {scenario}: {source}")]
-    Flight {
-        /// The scenario.
-        scenario: String,
-        /// Why not.
-        source: FlightError,
-    },
-    /// The plant cannot start.
-    #[error(transparent)]
-    Start(#[from] FlightError),
-    /// An option that is meant for one flight.
-    #[error("{option} is for one flight, not for a range of seeds")]
-    OneFlight {
-        /// The option.
-        option: &'static str,
-    },
-    /// A file or folder cannot be written.
-    #[error(transparent)]
-    Folder(#[from] FolderError),
-    /// The flight log or the outcome cannot be encoded, or the line not be printed.
-    #[error("{0}")]
-    Encode(#[from] io::Error),
-    /// The flight log cannot be read back for its figures.
-    #[error("figures: {0}")]
-    Log(#[from] ReadError),
-    /// The flight log has nothing to draw.
-    #[error("figures: {0}")]
-    Figures(#[from] plot::NothingToDraw),
 }
 
 /// Flies and reports the outcome. Exit status 0: the aircraft was kept; 1: it, or one of them, was lost; 2: error.
@@ -193,7 +154,7 @@ pub struct OneFlight<'a> {
 
 impl OneFlight<'_> {
     /// Flies it and writes its files, `outcome.json` last.
-    pub fn fly(&self) -> Result<Outcome, FlyError> {
+    pub fn fly(&self) -> Result<Outcome, Problem> {
         let folder = self.folder.map(OutFolder::create).transpose()?;
         let begin =
             |folder: &OutFolder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
@@ -211,6 +172,7 @@ impl OneFlight<'_> {
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
             progress: Some(&progress),
             judges: self.judges,
+            scenario: Some(self.scenario),
         };
         let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
         progress.finish();
@@ -228,12 +190,13 @@ impl OneFlight<'_> {
         Ok(outcome)
     }
 
-    fn write_log(&self, folder: &OutFolder, bytes: Vec<u8>) -> Result<(), FlyError> {
+    fn write_log(&self, folder: &OutFolder, bytes: Vec<u8>) -> Result<(), Problem> {
         if self.ulog {
             folder.write_marked(LOG, &ulog::format::MAGIC, &bytes)?;
         }
         if self.figures {
-            let page = plot::page(self.scenario, Log::from_bytes(bytes)?)?;
+            let log = Log::from_bytes(bytes).at("figures")?;
+            let page = plot::page(self.scenario, log).at("figures")?;
             folder.write_marked(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
         }
         Ok(())
@@ -241,7 +204,7 @@ impl OneFlight<'_> {
 }
 
 /// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
-pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, FlyError> {
+pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, Problem> {
     judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
 }
 
@@ -273,7 +236,7 @@ fn written<'a, T>(
 
 impl FlyArgs {
     /// Whether every aircraft was kept.
-    fn fly(&self) -> Result<bool, FlyError> {
+    fn fly(&self) -> Result<bool, Problem> {
         let setup = self.setup()?;
         let preset = setup.parameters.gains.selection.estimator;
         if let Some(note) = preset_note(preset, &setup.plant.sensors) {
@@ -293,20 +256,21 @@ impl FlyArgs {
             figures: self.figures,
             judges: &self.judges,
         };
-        let outcome = one.fly().map_err(|error| self.of_scenario(error))?;
+        let outcome = one.fly()?;
         print(&format!("{}, {outcome}\n", self.scenario))?;
         Ok(outcome.is_kept())
     }
 
-    fn fly_seeds(&self, setup: &FlightSetup, from: u64, to: u64) -> Result<bool, FlyError> {
+    fn fly_seeds(&self, setup: &FlightSetup, from: u64, to: u64) -> Result<bool, Problem> {
         for (is_given, option) in [(self.ulog, "--ulog"), (self.figures, "--figures")] {
             if is_given {
-                return Err(FlyError::OneFlight { option });
+                return Err(problem!("{option} is for one flight, not for a range of seeds"));
             }
         }
         let folder = self.out.as_deref().map(OutFolder::create).transpose()?;
-        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, &self.judges)
-            .map_err(|error| self.of_scenario(error))?;
+        let keep =
+            || Keep { judges: &self.judges, scenario: Some(&self.scenario), ..Keep::default() };
+        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, keep)?;
         if let Some(folder) = &folder {
             folder.write_marked(
                 SEEDS,
@@ -322,15 +286,8 @@ impl FlyArgs {
         Ok(flights.iter().all(Outcome::is_kept))
     }
 
-    fn of_scenario(&self, error: FlyError) -> FlyError {
-        match error {
-            FlyError::Start(source) => FlyError::Flight { scenario: self.scenario.clone(), source },
-            other => other,
-        }
-    }
-
     /// The flight of the options.
-    fn setup(&self) -> Result<FlightSetup, FlyError> {
+    fn setup(&self) -> Result<FlightSetup, Problem> {
         let turbulence = self.turbulence_m_s.map(|_| "--turbulence-m-s");
         let given = [
             ("plant.seed", self.seed.map(|_| "--seed")),
@@ -353,7 +310,7 @@ impl FlyArgs {
         if let Some(intensity_m_s) = self.turbulence_m_s {
             plant.wind = plant.wind.with_turbulence_m_s(intensity_m_s);
         }
-        plant.check().map_err(FlightError::from)?;
+        plant.check()?;
         let scenario = setup.script.take().map(Arc::unwrap_or_clone);
         let script = self.script.read(scenario, &plant.airframe.effectors)?;
         setup.script = script.map(Arc::new);
@@ -361,7 +318,7 @@ impl FlyArgs {
     }
 }
 
-fn print(text: &str) -> Result<(), FlyError> {
+fn print(text: &str) -> Result<(), Problem> {
     let mut out = console::out();
     Ok(out.write_all(text.as_bytes()).and_then(|()| out.flush())?)
 }

@@ -12,10 +12,10 @@ use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
 use plant_sim::GradeName;
 use plant_sim::io::whole;
 
-use crate::chart::write_figure;
-use crate::configuration::{ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
+use crate::configuration::{GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::false_alarms::flights::Air;
-use crate::study::{Sides, StudyError, StudyOptions, write_page};
+use crate::problem::Problem;
+use crate::study::{Sides, StudyOptions, own, write_report};
 
 pub mod flights;
 pub mod pairs;
@@ -68,9 +68,9 @@ impl Options {
     }
 
     /// Aircraft and laws; the study compares allocations and uses of the verdict, so that both are its own.
-    pub fn sides(&self) -> Result<Sides, StudyError> {
+    pub fn sides(&self) -> Result<Sides, Problem> {
         if self.study.flight.laws.allocation.is_some() {
-            return Err(ConfigurationError::Own("--allocation".to_owned()).into());
+            return Err(own("--allocation"));
         }
         self.study.random_sides(CompensatorMode::Armed, &COMPARED)
     }
@@ -124,7 +124,7 @@ pub struct Study {
 
 impl Study {
     /// Flies it.
-    pub fn fly(options: &Options, sides: &Sides) -> Result<Self, StudyError> {
+    pub fn fly(options: &Options, sides: &Sides) -> Result<Self, Problem> {
         let classes = Classes::of(sides.airframe());
         Ok(Self {
             outcomes: flights::fly_faults(options, sides, &classes)?,
@@ -136,18 +136,19 @@ impl Study {
 }
 
 /// Flies everything, writes tables, figure and page, prints a summary.
-pub fn run(options: &Options) -> Result<(), StudyError> {
+pub fn run(options: &Options) -> Result<(), Problem> {
     let sides = options.sides()?;
     let folder = sides.begin(&options.study.out)?;
     let study = Study::fly(options, &sides)?;
-    let figure = results::figure(&study);
-    write_figure::<StudyError>(&folder, &figure)?;
-    folder.write("flights.csv", results::flights_csv(&study).as_bytes())?;
-    folder.write("pairs.csv", results::pairs_csv(&study).as_bytes())?;
-    folder.write("confusion.csv", results::confusion_csv(&study).as_bytes())?;
-    let summary = results::summary(options, &study);
-    folder.write_markdown("summary.md", &summary)?;
-    write_page(&folder, &results::page(&summary, &figure))?;
-    print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
-    Ok(())
+    write_report(
+        &folder,
+        ["Isolation", "Which effector the isolation names"],
+        &results::figure(&study),
+        &[
+            ("flights.csv", results::flights_csv(&study)),
+            ("pairs.csv", results::pairs_csv(&study)),
+            ("confusion.csv", results::confusion_csv(&study)),
+        ],
+        &results::summary(options, &study),
+    )
 }

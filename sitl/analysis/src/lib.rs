@@ -35,7 +35,7 @@
 //! ```
 
 pub use host_io::console;
-pub use lab_engine::{builder, configuration, law, settings};
+pub use lab_engine::{builder, configuration, law, problem, settings};
 
 /// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
 #[macro_export]

@@ -2,7 +2,6 @@
 
 use autopilot::command::VehicleCommand;
 use core::ops::ControlFlow;
-use std::error::Error;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,8 +23,9 @@ use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin};
 use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::closed_loop::{FlightError, FlightSetup, Tick, TimedCommand, watch_with_commands};
+use crate::closed_loop::{FlightSetup, Tick, TimedCommand, watch_with_commands};
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
+use crate::problem::Problem;
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;
@@ -144,7 +144,7 @@ pub fn demo(setup: &FlightSetup) -> Plan {
 }
 
 /// An aircraft in level flight, with a wind.
-pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Box<dyn Error>> {
+pub fn setup(options: &MissionOptions) -> Result<FlightSetup, Problem> {
     let aircraft = &options.aircraft;
     aircraft.check_beside(OPTIONS)?;
     let (aircraft, laws) = (aircraft.clone(), options.laws.clone());
@@ -176,7 +176,7 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 }
 
 /// Flies commands until some time after the plan is complete, and keeps the track.
-pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, FlightError> {
+pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Problem> {
     let mut flown = Flown::default();
     let mut over_s = f64::INFINITY;
     let _ = watch_with_commands(setup, commands, |tick| {
@@ -219,12 +219,12 @@ impl TrackPoint {
 }
 
 /// Flies the demonstration and draws it.
-pub fn run(options: &MissionOptions) -> Result<(), Box<dyn Error>> {
+pub fn run(options: &MissionOptions) -> Result<(), Problem> {
     let setup = setup(options)?;
     let plan = Arc::new(demo(&setup));
     let folder = OutFolder::create(&options.out)?;
     let flown = fly(&setup, &begin(&plan))?;
-    write_figure::<Box<dyn Error>>(&folder, &figure(&plan, start(&setup), &flown))?;
+    write_figure::<Problem>(&folder, &figure(&plan, start(&setup), &flown))?;
     print_line!("wrote {}", folder.path().display());
     Ok(())
 }

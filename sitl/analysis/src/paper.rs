@@ -17,10 +17,9 @@ use plant_sim::setup::default_step_us;
 
 use crate::chart::{RasterError, write_figure};
 use crate::closed_loop::{End, FlightSetup, Record, fly};
-use crate::configuration::{
-    AircraftArgs, ConfigurationError, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to,
-};
+use crate::configuration::{AircraftArgs, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::page::GENERATOR;
+use crate::problem::Problem;
 use crate::{runner, table};
 
 pub mod both;
@@ -105,8 +104,8 @@ pub enum Link {
 #[derive(Debug, thiserror::Error)]
 pub enum PaperError {
     /// A file, a key or a value is not what it should be.
-    #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
+    #[error("{0}")]
+    Configuration(Problem),
     /// A shipped plant file is not what it should be.
     #[error(transparent)]
     PlantConfig(#[from] plant_sim::ConfigError),
@@ -139,6 +138,12 @@ pub enum PaperError {
     /// The claims cannot be put into a file.
     #[error("claims.json: {0}")]
     Claims(#[from] serde_json::Error),
+}
+
+impl From<Problem> for PaperError {
+    fn from(problem: Problem) -> Self {
+        Self::Configuration(problem)
+    }
 }
 
 /// What came out.

@@ -19,11 +19,12 @@ use lab_judges::estimate::EstimateJudge;
 use plant_sim::io::whole;
 use plant_sim::{GradeName, ScheduledFault};
 
-use crate::closed_loop::{Tick, watch};
+use crate::closed_loop::{FlightSetup, watch};
 use crate::estimator::{Case, flights};
 use crate::false_alarms::flights::entry;
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Sides, StudyError, StudyOptions};
+use crate::study::{Sides, StudyOptions};
 
 /// Length of a flight, s.
 const FLIGHT_S: f64 = 120.0;
@@ -56,7 +57,7 @@ pub struct Options {
 
 impl Options {
     /// Aircraft and laws; the compensator is armed.
-    pub fn sides(&self) -> Result<Sides, StudyError> {
+    pub fn sides(&self) -> Result<Sides, Problem> {
         flights::sides(&self.study, CompensatorMode::Armed, &["plant.duration", "plant.fault"])
     }
 }
@@ -143,33 +144,14 @@ pub fn fly(
     grade: GradeName,
     fault: Option<(SensorKind, FaultKind)>,
     seed: u64,
-) -> Result<Flown, StudyError> {
-    let case = Case { name: grade.key(), grade, vanes: true };
-    let mut setup = flights::setup(sides, &case, TURBULENCE_M_S, seed)?;
-    setup.duration = SimTime::from_seconds(FLIGHT_S).unwrap_or(SimTime::ZERO);
-    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
-    let timing = Timing { duration_s: Some(DURATION_S), ..Timing::from_onset(Onset::At(onset)) };
-    let scheduled =
-        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
-    setup.plant.faults = scheduled.into_iter().collect();
-    let sensor = fault.map(|(sensor, _)| sensor);
-    let mut judge = Judge { flown: Flown::default(), sensor };
-    watch(&setup, |tick| judge.tick(tick))?;
-    judge.flown.active /= judge.flown.ticks.max(1.0);
-    Ok(judge.flown)
-}
-
-struct Judge {
-    flown: Flown,
-    sensor: Option<SensorKind>,
-}
-
-impl Judge {
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
+) -> Result<Flown, Problem> {
+    let length_s = (FLIGHT_S, Some(DURATION_S));
+    let setup = setup(sides, grade, TURBULENCE_M_S, fault, length_s, seed)?;
+    let mut flown = Flown::default();
+    let _ = watch(&setup, |tick| {
         let truth = tick.plant.truth();
-        let (now_s, state, flown) = (truth.time.as_seconds(), &tick.log.state, &mut self.flown);
-        let limits = &tick.plant.dynamics().airframe().limits;
-        if limits.are_exceeded(&truth.into()) {
+        let (now_s, state) = (truth.time.as_seconds(), &tick.log.state);
+        if tick.plant.dynamics().airframe().limits.are_exceeded(&truth.into()) {
             flown.lost_at_s = Some(now_s);
             return ControlFlow::Break(());
         }
@@ -191,7 +173,7 @@ impl Judge {
         }
         flown.ticks += 1.0;
         flown.active += f64::from(u8::from(tick.log.compensator_active));
-        if let (Some(sensor), Some(status)) = (self.sensor, &state.estimate)
+        if let (Some((sensor, _)), Some(status)) = (fault, &state.estimate)
             && now_s < ONSET_S + DURATION_S
         {
             let health = status.sources[sensor as usize];
@@ -200,7 +182,29 @@ impl Judge {
             }
         }
         ControlFlow::Continue(())
-    }
+    })?;
+    flown.active /= flown.ticks.max(1.0);
+    Ok(flown)
+}
+
+/// A flight so long, s, with a fault that lasts so long, s, or to the end; or without any fault.
+fn setup(
+    sides: &Sides,
+    grade: GradeName,
+    turbulence_m_s: f64,
+    fault: Option<(SensorKind, FaultKind)>,
+    (flight_s, duration_s): (f64, Option<f64>),
+    seed: u64,
+) -> Result<FlightSetup, Problem> {
+    let case = Case { name: grade.key(), grade, vanes: true };
+    let mut setup = flights::setup(sides, &case, turbulence_m_s, seed)?;
+    setup.duration = SimTime::from_seconds(flight_s).unwrap_or(SimTime::ZERO);
+    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
+    let timing = Timing { duration_s, ..Timing::from_onset(Onset::At(onset)) };
+    let scheduled =
+        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
+    setup.plant.faults = scheduled.into_iter().collect();
+    Ok(setup)
 }
 
 /// Length of a flight with a loss for good, s.
@@ -234,10 +238,8 @@ pub fn fly_without(
     turns: bool,
     fault: Option<(SensorKind, FaultKind)>,
     seed: u64,
-) -> Result<Lost, StudyError> {
-    let case = Case { name: grade.key(), grade, vanes: true };
-    let mut setup = flights::setup(sides, &case, turbulence_m_s, seed)?;
-    setup.duration = SimTime::from_seconds(LOSS_FLIGHT_S).unwrap_or(SimTime::ZERO);
+) -> Result<Lost, Problem> {
+    let mut setup = setup(sides, grade, turbulence_m_s, fault, (LOSS_FLIGHT_S, None), seed)?;
     let start = &setup.plant.start;
     let (altitude_m, airspeed_m_s) = (start.altitude_m, start.airspeed_m_s);
     let mut programme = entry(0.0, 0.0, altitude_m, airspeed_m_s);
@@ -247,12 +249,6 @@ pub fn fly_without(
         programme += &entry(at_s + 30.0, 0.0, altitude_m, airspeed_m_s);
     }
     setup.references = autopilot::config::references("the study", &programme)?;
-    let onset = SimTime::from_seconds(ONSET_S).unwrap_or(SimTime::ZERO);
-    let timing = Timing::from_onset(Onset::At(onset));
-    let scheduled =
-        fault.map(|(sensor, kind)| ScheduledFault { target: sensor.into(), kind, timing });
-    setup.plant.faults = scheduled.into_iter().collect();
-    let sensor = fault.map(|(sensor, _)| sensor);
     let from_s = ONSET_S + LOSS_SETTLED_S;
     let (mut lost, mut estimate) = (Lost::default(), EstimateJudge::from(from_s));
     let _ = watch(&setup, |tick| {
@@ -265,7 +261,7 @@ pub fn fly_without(
         estimate.look(tick);
         if estimate.seconds() > before {
             lost.altitude_m = lost.altitude_m.max((truth.altitude_m - altitude_m).abs());
-            if let (Some(sensor), Some(status)) = (sensor, &tick.log.state.estimate) {
+            if let (Some((sensor, _)), Some(status)) = (fault, &tick.log.state.estimate) {
                 lost.reported = status.sources[sensor as usize];
             }
         }
@@ -282,7 +278,7 @@ pub fn fly_without(
 pub type Row = (Option<(SensorKind, FaultKind)>, Flown);
 
 /// Flies without a fault and with each fault of each sensor.
-pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Row>, StudyError> {
+pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Row>, Problem> {
     let named = &options.sensors;
     let faults = SENSORS
         .into_iter()
@@ -290,10 +286,9 @@ pub fn study(options: &Options, sides: &Sides) -> Result<Vec<Row>, StudyError> {
         .flat_map(|sensor| kinds(sensor).into_iter().map(move |kind| (sensor, kind)));
     let faults: Vec<Option<(SensorKind, FaultKind)>> =
         std::iter::once(None).chain(faults.map(Some)).collect();
-    let one =
-        |fault: &Option<(SensorKind, FaultKind)>| fly(sides, options.grade, *fault, options.seed);
-    let flown = runner::map("sensor faults", &faults, one);
-    faults.iter().copied().zip(flown).map(|(fault, flown)| Ok((fault, flown?))).collect()
+    runner::try_map("sensor faults", &faults, |fault| {
+        Ok((*fault, fly(sides, options.grade, *fault, options.seed)?))
+    })
 }
 
 /// Turbulence of the flights with a loss for good, m/s rms.
@@ -307,8 +302,7 @@ pub fn losses(
     options: &Options,
     sides: &Sides,
     sensors: &[Option<SensorKind>],
-) -> Result<Vec<LossRow>, StudyError> {
-    let flights = options.flights;
+) -> Result<Vec<LossRow>, Problem> {
     let turns = |sensor: Option<SensorKind>| match sensor {
         Some(SensorKind::Pitot) => &[false, true][..],
         _ => &[false],
@@ -318,19 +312,14 @@ pub fn losses(
         .flat_map(|sensor| turns(*sensor).iter().map(move |turns| (*sensor, *turns)))
         .flat_map(|(sensor, turns)| LOSS_TURBULENCE_M_S.map(|rms| (sensor, rms, turns)))
         .collect();
-    let items: Vec<_> = rows
-        .iter()
-        .flat_map(|row| (0..flights).map(move |flight| (*row, options.seed.wrapping_add(flight))))
-        .collect();
-    let flown = runner::map("losses", &items, |((sensor, rms, turns), seed)| {
+    let each = (options.seed, options.flights);
+    let flown = runner::map_groups("losses", &rows, each, |(sensor, rms, turns), seed| {
         let off = |sensor| kinds(sensor).into_iter().find(|kind| kind.info().key == "off");
         let fault = sensor.and_then(|sensor| Some((sensor, off(sensor)?)));
-        fly_without(sides, options.grade, *rms, *turns, fault, *seed)
-    });
-    let flown: Vec<Lost> = flown.into_iter().collect::<Result<_, _>>()?;
-    let each = usize::try_from(flights).unwrap_or(1).max(1);
-    let of_row = rows.into_iter().zip(flown.chunks(each));
-    Ok(of_row.map(|((sensor, rms, turns), flown)| (sensor, rms, turns, flown.to_vec())).collect())
+        fly_without(sides, options.grade, *rms, *turns, fault, seed)
+    })?;
+    let of_row = rows.into_iter().zip(flown);
+    Ok(of_row.map(|((sensor, rms, turns), flown)| (sensor, rms, turns, flown)).collect())
 }
 
 fn loss_table(options: &Options, rows: &[LossRow]) -> String {
@@ -374,7 +363,7 @@ fn loss_table(options: &Options, rows: &[LossRow]) -> String {
 }
 
 /// Flies everything, writes and prints the tables.
-pub fn run(options: &Options) -> Result<(), StudyError> {
+pub fn run(options: &Options) -> Result<(), Problem> {
     let sides = options.sides()?;
     let folder = sides.begin(&options.study.out)?;
     let mut text = table(options, &study(options, &sides)?);

@@ -5,18 +5,21 @@ use std::path::{Path, PathBuf};
 use autopilot::autopilot::Settings;
 use autopilot::own_law::OwnLaw;
 use flight_control::CompensatorMode;
-use host_io::folder::{FolderError, OutFolder};
+use host_io::folder::OutFolder;
 use icd::SimTime;
-use plant_sim::{Airframe, GradeName, PlantSetup, SetupError};
+use maud::{PreEscaped, html};
+use plant_sim::{Airframe, GradeName, PlantSetup};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use serde::Serialize;
 
 use crate::builder::SetupOptions;
-use crate::chart::RasterError;
-use crate::closed_loop::{FlightError, FlightSetup};
-use crate::configuration::{AircraftArgs, ConfigurationError, Named};
-use crate::page::GENERATOR;
+use crate::chart::{Figure, write_figure};
+use crate::closed_loop::FlightSetup;
+use crate::configuration::{AircraftArgs, Named};
+use crate::page;
+use crate::problem;
+use crate::problem::{At as _, Problem};
 use crate::settings::Setting;
 
 /// Options that every study takes.
@@ -28,35 +31,6 @@ pub struct StudyOptions {
     /// Folder for tables, pictures and pages
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-}
-
-/// Why the study could not be made.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// References of the study.
-    #[error(transparent)]
-    AutopilotConfig(#[from] autopilot::config::ConfigError),
-    /// A value of the study's flights.
-    #[error(transparent)]
-    PlantConfig(#[from] plant_sim::ConfigError),
-    /// A file of the aircraft or a setting cannot be used.
-    #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
-    /// A flight could not start.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// The flight.
-    #[error(transparent)]
-    Flight(#[from] FlightError),
-    /// A file or folder cannot be written.
-    #[error(transparent)]
-    Folder(#[from] FolderError),
-    /// The setup cannot be written as JSON.
-    #[error("setup.json: {0}")]
-    Json(#[from] serde_json::Error),
-    /// A figure cannot be drawn.
-    #[error(transparent)]
-    Figure(#[from] RasterError),
 }
 
 /// Everything that defines a flight, but the code of a law of the program: enough to fly it again.
@@ -120,13 +94,13 @@ impl StudyOptions {
 
     /// Aircraft and laws. Without `--ftc` the compensator is in `mode`; `own` are beginnings of keys that the study sets in its
     /// flights itself, so that setting them is refused.
-    pub fn sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, StudyError> {
+    pub fn sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, Problem> {
         Sides::new(&self.flight, mode, own)
     }
 
     /// The same for random flights, unless `--airframe` names another one with the jet whose derivatives change with the Mach
     /// number, which the controller's model does not know.
-    pub fn random_sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, StudyError> {
+    pub fn random_sides(&self, mode: CompensatorMode, own: &[&str]) -> Result<Sides, Problem> {
         let mut options = self.flight.clone();
         if options.aircraft.airframe.is_none() {
             options.aircraft.airframe = Some("tvc_jet_mach".into());
@@ -137,19 +111,15 @@ impl StudyOptions {
 }
 
 impl Sides {
-    fn new(
-        options: &SetupOptions,
-        mode: CompensatorMode,
-        own: &[&str],
-    ) -> Result<Self, StudyError> {
+    fn new(options: &SetupOptions, mode: CompensatorMode, own: &[&str]) -> Result<Self, Problem> {
         let settings = &options.aircraft.settings;
         let is_own = |setting: &&Setting| own.iter().any(|key| setting.key.starts_with(key));
         if let Some(Setting { key, .. }) = settings.iter().find(is_own) {
-            return Err(ConfigurationError::Own(format!("--set {key}")).into());
+            return Err(self::own(&format!("--set {key}")));
         }
         let sets = |name: &str| settings.iter().any(|Setting { key, .. }| key == name);
         let (builder, scenario) = (options.builder()?, Named::scenario("nominal")?);
-        let setup = |more: &[Setting]| -> Result<FlightSetup, StudyError> {
+        let setup = |more: &[Setting]| -> Result<FlightSetup, Problem> {
             let mut setup = builder.setup(&scenario, more)?;
             if options.ftc.is_none() && !sets("FTC_MODE") {
                 setup.parameters.gains.selection.compensator = mode;
@@ -163,7 +133,7 @@ impl Sides {
     }
 
     /// The folder of the study, with `setup.json` in it, before the first flight.
-    pub fn begin(&self, out: &Path) -> Result<OutFolder, StudyError> {
+    pub fn begin(&self, out: &Path) -> Result<OutFolder, Problem> {
         let folder = OutFolder::create(out)?;
         let command = std::env::args_os().map(|word| word.to_string_lossy().into_owned());
         let asked = Asked {
@@ -173,7 +143,7 @@ impl Sides {
             own_law: self.nominal.own_law.as_ref().map(OwnLaw::name),
             setup: WholeSetup::of(&self.nominal),
         };
-        let mut json = serde_json::to_vec_pretty(&asked)?;
+        let mut json = serde_json::to_vec_pretty(&asked).at("setup.json")?;
         json.push(b'\n');
         folder.write_marked("setup.json", MARK, &json)?;
         Ok(folder)
@@ -233,7 +203,35 @@ pub fn draws(seed: u64, name: [u8; 24]) -> impl FnMut(f64, f64) -> f64 {
     }
 }
 
-/// Writes a page.
-pub fn write_page(folder: &OutFolder, page: &str) -> Result<(), StudyError> {
-    Ok(folder.write_marked("report.html", GENERATOR.as_bytes(), page.as_bytes())?)
+/// An option that would have no effect.
+pub fn own(option: &str) -> Problem {
+    problem!("{option} has no effect: this study sets it in its flights itself")
+}
+
+/// Writes figure, tables, summary and a page that opens without a network, with these words in its title and heading; prints the
+/// summary.
+pub fn write_report(
+    folder: &OutFolder,
+    [title, heading]: [&str; 2],
+    figure: &Figure,
+    tables: &[(&str, String)],
+    summary: &str,
+) -> Result<(), Problem> {
+    write_figure::<Problem>(folder, figure)?;
+    for (name, table) in tables {
+        folder.write(name, table.as_bytes())?;
+    }
+    folder.write_markdown("summary.md", summary)?;
+    let body = html! {
+        h1 { (heading) }
+        figure {
+            (PreEscaped(&figure.svg))
+            figcaption { (figure.caption) }
+        }
+        (page::markdown(summary))
+    };
+    let page = page::page(title, "", &body);
+    folder.write_marked("report.html", page::GENERATOR.as_bytes(), page.as_bytes())?;
+    print_line!("{summary}\nfigure and page: {}", folder.path().join("report.html").display());
+    Ok(())
 }

@@ -5,7 +5,6 @@
 //!                          └> formulas of MIL-F-8785C ─────────────────────────────> bands ─┘
 //! ```
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -17,6 +16,8 @@ use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
 
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
+use crate::problem;
+use crate::problem::Problem;
 
 mod spectrum;
 
@@ -164,7 +165,7 @@ impl Flight {
 ///
 /// # Errors
 /// An option that cannot be, with its range; what prevents the files.
-pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &TurbulenceArgs) -> Result<(), Problem> {
     args.check()?;
     let folder = OutFolder::create(&args.out)?;
     let flown: Vec<(Flight, [Vec<Band>; 6])> = args
@@ -178,21 +179,21 @@ pub fn run(args: &TurbulenceArgs) -> Result<(), Box<dyn Error>> {
         })
         .collect();
     folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
-    write_figure::<Box<dyn Error>>(&folder, &figure(&flown))?;
+    write_figure::<Problem>(&folder, &figure(&flown))?;
     print_text!("{}", summary(&flown));
     print_line!("wrote {}", args.out.display());
     Ok(())
 }
 
 impl TurbulenceArgs {
-    fn check(&self) -> Result<(), String> {
+    fn check(&self) -> Result<(), Problem> {
         let check = |option: &str, value: f64, least: f64, most: f64| match value {
             value if (least..=most).contains(&value) => Ok(()),
-            value => Err(format!("--{option} {value} is outside {least} to {most}")),
+            value => Err(problem!("--{option} {value} is outside {least} to {most}")),
         };
         if self.altitude_m.len() > HEIGHTS_MAX {
             let found = self.altitude_m.len();
-            return Err(format!("--altitude-m: {found} heights, at most {HEIGHTS_MAX}"));
+            return Err(problem!("--altitude-m: {found} heights, at most {HEIGHTS_MAX}"));
         }
         for height_m in &self.altitude_m {
             check("altitude-m", *height_m, 0.0, 25_000.0)?;
@@ -346,7 +347,7 @@ mod tests {
             out: PathBuf::new(),
         };
         assert_eq!(args.check(), Ok(()));
-        let refused = |args: TurbulenceArgs| args.check().unwrap_err();
+        let refused = |args: TurbulenceArgs| args.check().unwrap_err().to_string();
         let slow = TurbulenceArgs { airspeed_m_s: 3.0, ..args.clone() };
         assert_eq!(refused(slow), "--airspeed-m-s 3 is outside 20 to 1000");
         let nowhere = TurbulenceArgs { altitude_m: vec![f64::NAN], ..args.clone() };

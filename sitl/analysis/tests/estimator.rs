@@ -7,8 +7,9 @@ use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::estimator::flights::Flown;
 use flight_analysis::estimator::flights::{self, GROUPS};
 use flight_analysis::estimator::{self, CASES, Options, band, mean_nees};
+use flight_analysis::problem::Problem;
 use flight_analysis::settings::Setting;
-use flight_analysis::study::{StudyError, StudyOptions};
+use flight_analysis::study::StudyOptions;
 use flight_control::CompensatorMode;
 
 const FLIGHTS: u32 = 12;
@@ -21,7 +22,7 @@ fn options(aircraft: AircraftArgs) -> Options {
     Options { study, flights: FLIGHTS, turbulence_m_s: 1.5, seed: SEED }
 }
 
-fn study(options: &Options) -> Result<[Vec<Flown>; CASES.len()], StudyError> {
+fn study(options: &Options) -> Result<Vec<Vec<Flown>>, Problem> {
     let sides = flights::sides(&options.study, CompensatorMode::Off, &[])?;
     estimator::study(options, &sides)
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::File;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{panic, thread};
 
+use flight_analysis::problem;
+use flight_analysis::problem::{At as _, Problem};
 use parquet::basic::Compression;
-use parquet::errors::ParquetError;
 use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::reader::RowIter;
@@ -23,58 +24,6 @@ const LISTED: usize = 8;
 const NAMED: usize = 5;
 /// Name of the thread that reads tables.
 const READER: &str = "tables";
-
-/// Why two tables cannot be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum CompareError {
-    /// A table cannot be opened.
-    #[error("{}: {source}", path.display())]
-    Open {
-        path: PathBuf,
-        /// The error of the system.
-        source: std::io::Error,
-    },
-    /// A table is not one, or is damaged.
-    #[error("{}: {source}", path.display())]
-    Read {
-        path: PathBuf,
-        /// What is wrong with it.
-        source: ParquetError,
-    },
-    /// A table is damaged in a way that its reader does not expect.
-    #[error("{}: damaged: {problem}", path.display())]
-    Damaged {
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A column is compressed in a way that this program does not read.
-    #[error("{}: column {column} is compressed with {found}; this program reads NONE, SNAPPY and GZIP", path.display())]
-    Compression {
-        path: PathBuf,
-        column: String,
-        /// How it is compressed.
-        found: String,
-    },
-    #[error("run {run} is another flight in {}: {column} is {found} there and {expected} in the first folder", path.display())]
-    Flight {
-        path: PathBuf,
-        run: i64,
-        column: String,
-        /// What the second folder has.
-        found: String,
-        /// What the first folder has.
-        expected: String,
-    },
-    /// The numbers of runs differ.
-    #[error("{}: {found} runs, and the first folder has {expected}", path.display())]
-    Count {
-        path: PathBuf,
-        found: i64,
-        /// What the first folder has.
-        expected: i64,
-    },
-}
 
 /// What differs for one law.
 #[derive(Debug, Default)]
@@ -97,7 +46,7 @@ struct Change {
 }
 
 /// Compares the tables of two folders; the text says what differs.
-pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
+pub fn folders(one: &Path, other: &Path) -> Result<String, Problem> {
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {
         let report = panic::take_hook();
@@ -121,25 +70,26 @@ pub fn folders(one: &Path, other: &Path) -> Result<String, CompareError> {
         Ok(Err(panic)) => {
             let text = panic.downcast_ref::<String>().map(String::as_str);
             let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
-            let problem = text.unwrap_or("it cannot be read").to_owned();
-            Err(CompareError::Damaged { path: path(), problem })
+            let why = text.unwrap_or("it cannot be read");
+            Err(problem!("{}: damaged: {why}", path().display()))
         }
-        Err(source) => Err(CompareError::Open { path: path(), source }),
+        Err(problem) => Err::<_, std::io::Error>(problem).at(path().display()),
     }
 }
 
 /// `is_other` says which table is being read.
-fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, CompareError> {
+fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Problem> {
     let reading = |of_other: bool| is_other.store(of_other, Ordering::Relaxed);
     let a = RunTable::open(one)?;
     reading(true);
     let b = RunTable::open(other)?;
     if a.runs() != b.runs() {
-        return Err(CompareError::Count {
-            path: other.to_path_buf(),
-            found: b.runs(),
-            expected: a.runs(),
-        });
+        return Err(problem!(
+            "{}: {} runs, and the first folder has {}",
+            other.display(),
+            b.runs(),
+            a.runs()
+        ));
     }
     let mut laws: BTreeMap<(usize, String), Differences> = BTreeMap::new();
     let mut order: Vec<String> = Vec::new();
@@ -169,13 +119,11 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Co
         for (name, field) in &cells_a[..outcome_at] {
             let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), |f| show(f));
             if found != show(field) {
-                return Err(CompareError::Flight {
-                    path: other.to_path_buf(),
-                    run: *run,
-                    column: (*name).clone(),
-                    found,
-                    expected: show(field),
-                });
+                return Err(problem!(
+                    "run {run} is another flight in {}: {name} is {found} there and {} in the first folder",
+                    other.display(),
+                    show(field)
+                ));
             }
         }
         let is_same = cells_a.len() == cells_b.len()
@@ -193,12 +141,10 @@ struct RunTable<'a> {
 }
 
 impl<'a> RunTable<'a> {
-    fn open(folder: &'a Path) -> Result<Self, CompareError> {
+    fn open(folder: &'a Path) -> Result<Self, Problem> {
         let path = folder.join(RUNS);
-        let file = File::open(&path)
-            .map_err(|source| CompareError::Open { path: path.clone(), source })?;
-        let reader = SerializedFileReader::new(file)
-            .map_err(|source| CompareError::Read { path: path.clone(), source })?;
+        let file = File::open(&path).at(path.display())?;
+        let reader = SerializedFileReader::new(file).at(path.display())?;
         let columns = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
         for column in columns {
             let is_read = matches!(
@@ -206,11 +152,12 @@ impl<'a> RunTable<'a> {
                 Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_)
             );
             if !is_read {
-                return Err(CompareError::Compression {
-                    path,
-                    column: column.column_path().string(),
-                    found: column.compression().to_string(),
-                });
+                return Err(problem!(
+                    "{}: column {} is compressed with {}; this program reads NONE, SNAPPY and GZIP",
+                    path.display(),
+                    column.column_path().string(),
+                    column.compression()
+                ));
             }
         }
         Ok(Self { folder, reader })
@@ -220,13 +167,13 @@ impl<'a> RunTable<'a> {
         self.reader.metadata().file_metadata().num_rows()
     }
 
-    fn rows(&self) -> Result<RowIter<'_>, CompareError> {
-        self.reader.get_row_iter(None).map_err(|source| self.failed(source))
+    fn rows(&self) -> Result<RowIter<'_>, Problem> {
+        self.reader.get_row_iter(None).at(self.folder.join(RUNS).display())
     }
 
-    fn next(&self, rows: &mut RowIter<'_>) -> Result<Row, CompareError> {
+    fn next(&self, rows: &mut RowIter<'_>) -> Result<Row, Problem> {
         let row = rows.next().ok_or_else(|| self.damaged("it has fewer runs than it says"))?;
-        row.map_err(|source| self.failed(source))
+        row.at(self.folder.join(RUNS).display())
     }
 
     /// What the table says of the program and the specification of its runs; what another program wrote need not say it.
@@ -240,12 +187,8 @@ impl<'a> RunTable<'a> {
         schema.columns().iter().map(|column| column.name()).collect()
     }
 
-    fn failed(&self, source: ParquetError) -> CompareError {
-        CompareError::Read { path: self.folder.join(RUNS), source }
-    }
-
-    fn damaged(&self, problem: &str) -> CompareError {
-        CompareError::Damaged { path: self.folder.join(RUNS), problem: problem.to_owned() }
+    fn damaged(&self, why: &str) -> Problem {
+        problem!("{}: damaged: {why}", self.folder.join(RUNS).display())
     }
 }
 

@@ -7,12 +7,13 @@ use std::str::FromStr;
 
 use flight_analysis::builder::preset_note;
 use flight_analysis::closed_loop::FlightSetup;
+use flight_analysis::problem::Problem;
 use flight_analysis::runner::Progress;
 use host_io::console;
 use rayon::prelude::*;
 
 use crate::plan::Plan;
-use crate::store::{Row, Store, StoreError};
+use crate::store::{Row, Store};
 
 /// One of several processes that share a campaign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -56,7 +57,7 @@ fn preset_notes(plan: &Plan) -> BTreeSet<String> {
 }
 
 /// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
-pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, StoreError> {
+pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Problem> {
     let wanted = (0..store.count()).filter(|part| shard.is_none_or(|shard| shard.has(*part)));
     let mut missing = Vec::new();
     let mut all = 0;
@@ -79,7 +80,7 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
     let progress = Progress::new(&plan.file.spec.name, "runs", total).quiet_at_first();
     // The parts begin in their order, so that what is there after a kill is what came first.
     let next = std::sync::atomic::AtomicUsize::new(0);
-    let one = |_| -> Result<(), StoreError> {
+    let one = |_| -> Result<(), Problem> {
         let place = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let Some(part) = missing.get(place) else { return Ok(()) };
         let fly = |number| {
@@ -88,7 +89,7 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Stor
             row
         };
         let rows: Vec<Row> = store.range(*part).map(fly).collect();
-        plan.check_inputs().map_err(Box::new)?;
+        plan.check_inputs()?;
         store.write(*part, &rows)
     };
     (0..missing.len()).into_par_iter().with_max_len(1).try_for_each(one)?;

@@ -7,7 +7,6 @@
 //! Every run is a function of the specification and its number: seeds and draws come from named streams
 //! ([`draw::stream`]), so a run is the same alone and among a million.
 
-use std::error::Error;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -15,13 +14,14 @@ use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
+use flight_analysis::problem::Problem;
 use flight_analysis::settings::Setting;
 use host_io::{console, file};
 
 use crate::curves::Curves;
 use crate::fly::Shard;
 use crate::limit::{Jams, Limits, Studied};
-use crate::plan::{Plan, PlanError};
+use crate::plan::Plan;
 use crate::report::Sources;
 use crate::results::Results;
 use crate::spec::SpecFile;
@@ -166,7 +166,7 @@ pub struct CompareArgs {
 }
 
 /// Carries out a command, with the law that the program brings.
-pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>> {
+pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
     let plan =
         |spec: &str, settings: &[Setting]| Plan::new(SpecFile::read_with(spec, own, settings)?);
     match command {
@@ -210,7 +210,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Box<dyn Error>
 ///
 /// # Errors
 /// A part that is missing, or a file that cannot be written.
-pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
+pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     let mut results = Results::new(plan);
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);
@@ -268,11 +268,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Box<dyn Error>> {
         curves: &curves,
         studied: &studied,
     };
-    let page = report::page(&sources);
-    file::write(&store.folder().join(report::REPORT), page.as_bytes(), page::GENERATOR.as_bytes())
-        .map_err(|problem| {
-            format!("{}: {problem}", store.folder().join(report::REPORT).display())
-        })?;
+    in_folder(report::REPORT, report::page(&sources).as_bytes(), page::GENERATOR.as_bytes())?;
     print_line!("wrote {}", store.folder().join(report::REPORT).display());
     Ok(groups)
 }
@@ -282,12 +278,8 @@ fn beginning_of(name: &str) -> &'static [u8] {
     file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" })
 }
 
-fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Box<dyn Error>> {
-    let last = plan.runs() - 1;
-    let number = u64::try_from(args.run).ok().filter(|number| *number <= last);
-    let number =
-        number.ok_or(PlanError::NoRun { file: plan.file.name.clone(), run: args.run, last })?;
-    let run = plan.run(number)?;
+fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Problem> {
+    let run = plan.run(plan.number(args.run)?)?;
     let setup = plan.setup(&run)?;
     let name = format!("{}, run {}", plan.file.spec.name, run.number);
     let one = OneFlight {

@@ -1,12 +1,13 @@
 //! The jams of a campaign against the physical limit: which of them leave a steady flight, and what share of these each law
 //! survives.
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use flight_analysis::metrics::wilson_95;
+use flight_analysis::problem;
+use flight_analysis::problem::Problem;
 use flight_analysis::trimmable::sets::{self, Set};
 use flight_analysis::trimmable::{Study, Sweep};
 use host_io::file::{self, TEXT_MAX};
@@ -130,7 +131,7 @@ impl KnownLimits {
         here.or_else(read).filter(|kept: &Self| kept.sha256 == sha256)
     }
 
-    fn keep(&self, path: &Path) -> Result<(), Box<dyn Error>> {
+    fn keep(&self, path: &Path) -> Result<(), Problem> {
         let text = serde_json::to_string(self)?;
         write_new(path, text.as_bytes(), b"{\"sha256\":")?;
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -143,7 +144,7 @@ impl KnownLimits {
 
 impl Limits {
     /// The limits of the aircraft of a campaign, without what is varied; what was found before is in `folder`.
-    pub fn of(plan: &Plan, airframe: usize, folder: &Path) -> Result<Self, Box<dyn Error>> {
+    pub fn of(plan: &Plan, airframe: usize, folder: &Path) -> Result<Self, Problem> {
         let path = folder.join(format!("limits-{airframe}.json"));
         let airframe = plan.aircraft[airframe].airframe.clone();
         let sets = sets::read("sets.toml", sets::SHIPPED)?;
@@ -155,7 +156,8 @@ impl Limits {
         let found = match KnownLimits::find(&sha256, &path) {
             Some(kept) => kept,
             None => {
-                let sweeps = Study::new(airframe, sets.clone())?.singles(STEP_DEG);
+                let study = Study::new(airframe, sets.clone());
+                let sweeps = study.map_err(|error| problem!("{error}"))?.singles(STEP_DEG);
                 let limits = sweeps.into_iter().map(JamLimit::from).collect();
                 KnownLimits { sha256, limits }
             }

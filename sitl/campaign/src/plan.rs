@@ -8,10 +8,12 @@
 use autopilot::run::LawArgs;
 use flight_analysis::builder::{SetupBuilder, SetupOptions};
 use flight_analysis::closed_loop::FlightSetup;
-use flight_analysis::configuration::{AircraftArgs, ConfigurationError, Named};
+use flight_analysis::configuration::{AircraftArgs, Named};
+use flight_analysis::fly;
 use flight_analysis::fly::outcome::Outcome;
-use flight_analysis::fly::{self, FlyError};
-use flight_analysis::settings::{Setting, SettingError, Target, written};
+use flight_analysis::problem;
+use flight_analysis::problem::Problem;
+use flight_analysis::settings::{Setting, Target, written};
 use flight_control::CompensatorMode;
 use icd::SimTime;
 use plant_sim::setup::step_within;
@@ -19,9 +21,7 @@ use rand_chacha::rand_core::Rng;
 use sha2::{Digest, Sha256};
 
 use crate::draw;
-use crate::spec::{
-    AirframeSpec, LawSpec, Meaning, RUNS_MAX, SpecError, SpecFile, Variable, settings_of,
-};
+use crate::spec::{AirframeSpec, LawSpec, Meaning, RUNS_MAX, SpecFile, Variable, settings_of};
 
 mod aircraft;
 mod inputs;
@@ -32,72 +32,6 @@ use inputs::{InputText, inputs};
 
 /// Longest step of the plant without `step_us`, µs. None of the 5,740 flights of `jams` is kept or lost otherwise than with 1 ms.
 const STEP_US: u32 = 2_000;
-
-/// What keeps a campaign, or one of its runs, from being flown.
-#[derive(Debug, thiserror::Error)]
-pub enum PlanError {
-    #[error(transparent)]
-    Spec(#[from] SpecError),
-    /// A file, a key or a value that it leads to.
-    #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
-    /// A law's file of gains, or its choice of laws.
-    #[error("law {law}: {source}")]
-    Law {
-        law: String,
-        /// What is wrong with it.
-        source: Box<ConfigurationError>,
-    },
-    /// A variable that this campaign cannot have.
-    #[error("{file}: {key}: {problem}")]
-    Variable {
-        file: String,
-        key: String,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// A setup cannot be written.
-    #[error("setup.json: {0}")]
-    Json(#[from] serde_json::Error),
-    /// More runs than there can be.
-    #[error("{file}: more than {RUNS_MAX} runs")]
-    TooMany { file: String },
-    /// There is no such run.
-    #[error("--run {run}: {file} has the runs 0 to {last}")]
-    NoRun { file: String, run: i128, last: u64 },
-    /// A file has changed since the campaign began.
-    #[error("{file}: it has changed since the campaign began, so no more runs are kept")]
-    Changed { file: String },
-    /// The parameters of a law do not fit.
-    #[error("law {law}: {problem}")]
-    Parameters {
-        law: String,
-        /// What is wrong with them.
-        problem: String,
-    },
-    /// The flight cannot be flown.
-    #[error("{0}")]
-    Flight(Box<FlyError>),
-}
-
-impl From<FlyError> for PlanError {
-    fn from(source: FlyError) -> Self {
-        Self::Flight(Box::new(source))
-    }
-}
-
-impl PlanError {
-    /// An error of a setup, which names the law where the law is the cause.
-    fn of_law(law: &str, source: ConfigurationError) -> Self {
-        use ConfigurationError as E;
-        match source {
-            E::Laws(_) | E::Law(_) | E::Setting(SettingError::Parameter(_)) => {
-                Self::Law { law: law.to_owned(), source: Box::new(source) }
-            }
-            other => other.into(),
-        }
-    }
-}
 
 /// A value of a variable.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,7 +107,7 @@ struct Law {
 
 impl Plan {
     /// Reads everything that a specification leads to.
-    pub fn new(file: SpecFile) -> Result<Self, PlanError> {
+    pub fn new(file: SpecFile) -> Result<Self, Problem> {
         let spec = &file.spec;
         let scenario = file.scenario()?;
         let only =
@@ -183,7 +117,7 @@ impl Plan {
         let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
         for spec in specs {
             let one = Aircraft::read(spec, &file, flights)?;
-            let too_many = || PlanError::TooMany { file: file.name.clone() };
+            let too_many = || problem!("{}: more than {RUNS_MAX} runs", file.name);
             let of_it = one.combinations.checked_mul(u64::from(file.spec.samples));
             flights = of_it.and_then(|of_it| of_it.checked_add(flights)).ok_or_else(too_many)?;
             if flights.checked_mul(file.spec.law.len() as u64).is_none_or(|runs| runs > RUNS_MAX) {
@@ -211,6 +145,7 @@ impl Plan {
                     step_us: Some(step_us),
                 };
                 SetupBuilder::of(aircraft.airframe.clone(), aircraft.model, options)
+                    .of_law(&law.name)
             })
             .collect();
         let plan = Self {
@@ -229,11 +164,14 @@ impl Plan {
     }
 
     /// Checks that the files, which many runs read again, are still those of the fingerprint.
-    pub fn check_inputs(&self) -> Result<(), PlanError> {
+    pub fn check_inputs(&self) -> Result<(), Problem> {
         let now = inputs(&self.file, &self.scenario, &self.aircraft, &self.laws)?;
         match self.inputs.iter().zip(&now).find(|(then, now)| then.sha256 != now.sha256) {
             None => Ok(()),
-            Some((input, _)) => Err(PlanError::Changed { file: input.name.clone() }),
+            Some((input, _)) => Err(problem!(
+                "{}: it has changed since the campaign began, so no more runs are kept",
+                input.name
+            )),
         }
     }
 
@@ -267,18 +205,22 @@ impl Plan {
         all.clone().find(|(name, _)| name == measure).map_or("", |(_, unit)| unit)
     }
 
+    /// The number of a run that there is.
+    pub(crate) fn number(&self, run: i128) -> Result<u64, Problem> {
+        let (file, last) = (&self.file.name, self.runs() - 1);
+        let number = u64::try_from(run).ok().filter(|number| *number <= last);
+        number.ok_or_else(|| problem!("--run {run}: {file} has the runs 0 to {last}"))
+    }
+
     /// Run `number`.
-    pub fn run(&self, number: u64) -> Result<Run, PlanError> {
+    pub fn run(&self, number: u64) -> Result<Run, Problem> {
         let run = self.drawn(number)?;
         self.translated(run)
     }
 
     /// A run whose values are as the specification has them, with its factors and parts of a travel.
-    pub(crate) fn drawn(&self, number: u64) -> Result<Run, PlanError> {
-        if number >= self.runs() {
-            let (file, last) = (self.file.name.clone(), self.runs() - 1);
-            return Err(PlanError::NoRun { file, run: number.into(), last });
-        }
+    pub(crate) fn drawn(&self, number: u64) -> Result<Run, Problem> {
+        let number = self.number(number.into())?;
         let laws = self.laws.len() as u64;
         let (flight, law) = (number / laws, place(number % laws));
         let airframe = self.aircraft.partition_point(|aircraft| aircraft.first <= flight) - 1;
@@ -312,14 +254,14 @@ impl Plan {
     }
 
     /// The same run with values as `--set` takes them.
-    pub(crate) fn translated(&self, run: Run) -> Result<Run, PlanError> {
+    pub(crate) fn translated(&self, run: Run) -> Result<Run, Problem> {
         let values = self.aircraft[run.airframe].translate(self, &run.values)?;
         Ok(Run { values, ..run })
     }
 
     /// The scenario of a run as a file that `sitl fly` flies, and the options that belong to it: files and settings that a
     /// scenario does not have.
-    pub fn scenario_of(&self, run: &Run) -> Result<(toml::Table, Vec<String>), PlanError> {
+    pub fn scenario_of(&self, run: &Run) -> Result<(toml::Table, Vec<String>), Problem> {
         let args = self.args(run);
         let mut table = args.scenario_table(&self.scenario)?;
         let plant = table.entry("plant").or_insert_with(|| toml::Table::new().into());
@@ -365,21 +307,20 @@ impl Plan {
     }
 
     /// The flight of a run.
-    pub fn setup(&self, run: &Run) -> Result<FlightSetup, PlanError> {
+    pub fn setup(&self, run: &Run) -> Result<FlightSetup, Problem> {
         let law = &self.laws[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
         let beyond = self.aircraft[run.airframe].args.settings.len();
-        let of_law = |source| PlanError::of_law(&law.name, source);
-        let mut setup =
-            builder.setup(&self.scenario, &self.settings(run)[beyond..]).map_err(of_law)?;
+        let mut setup = builder.setup(&self.scenario, &self.settings(run)[beyond..])?;
         setup.plant.seed = run.seed;
         setup.knows_fault = law.knows_fault;
         setup.duration = SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO);
         let compensator = setup.parameters.gains.selection.compensator;
         if law.knows_fault && compensator != CompensatorMode::Off {
-            let problem = "fault_known = true needs FTC_MODE = 0: it takes the compensator's place";
-            let (law, problem) = (law.name.clone(), problem.to_owned());
-            return Err(PlanError::Parameters { law, problem });
+            return Err(problem!(
+                "law {}: fault_known = true needs FTC_MODE = 0: it takes the compensator's place",
+                law.name
+            ));
         }
         Ok(setup)
     }
@@ -390,19 +331,18 @@ impl Plan {
     }
 
     /// Flies a run to its end, or to the loss of the aircraft.
-    pub fn fly(&self, run: &Run) -> Result<Outcome, PlanError> {
-        Ok(fly::outcome(&self.setup(run)?, &self.file.spec.judges)?)
+    pub fn fly(&self, run: &Run) -> Result<Outcome, Problem> {
+        fly::outcome(&self.setup(run)?, &self.file.spec.judges)
     }
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.
-    fn check(&self) -> Result<(), PlanError> {
+    fn check(&self) -> Result<(), Problem> {
         for name in &self.file.spec.measures {
             if self.unit_of(name).is_empty() {
-                return Err(PlanError::Variable {
-                    file: self.file.name.clone(),
-                    key: "measures".to_owned(),
-                    problem: format!("there is no measure {name}; docs/fly.md has the list"),
-                });
+                return Err(problem!(
+                    "{}: measures: there is no measure {name}; docs/fly.md has the list",
+                    self.file.name
+                ));
             }
         }
         let laws = self.laws.len() as u64;
@@ -419,7 +359,7 @@ impl Plan {
 }
 
 impl Law {
-    fn read(law: &LawSpec, file: &SpecFile) -> Result<Self, PlanError> {
+    fn read(law: &LawSpec, file: &SpecFile) -> Result<Self, Problem> {
         let gains = law.gains.as_deref().map(|path| file.beside(path));
         let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
         let settings = settings_of(&law.set, &file.name)?;

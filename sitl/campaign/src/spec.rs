@@ -1,11 +1,14 @@
 //! The specification of a campaign: what its file says, checked key by key.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
 use flight_analysis::configuration::Named;
-use flight_analysis::settings::{self, Setting, SettingError, number, written};
-use host_io::file::{self, FileProblem, TEXT_MAX};
+use flight_analysis::problem;
+use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::settings::{self, Setting, number, written};
+use host_io::file::{self, TEXT_MAX};
 use icd::ControlPeriod;
 use lab_judges::JudgeKind;
 use plant_sim::scenario::SCENARIOS;
@@ -55,12 +58,6 @@ pub const SUITE: [(&str, &str); 12] =
 pub(crate) fn help() -> String {
     let names = SHIPPED.map(|(name, _)| name).join(", ");
     format!("The campaign: {names}, ftc-01 to ftc-12, or a file")
-}
-
-/// Names of all campaigns that come with the program.
-fn names() -> String {
-    let names: Vec<&str> = SHIPPED.iter().chain(&SUITE).map(|(name, _)| *name).collect();
-    names.join(", ")
 }
 
 /// Most flights of a campaign; numbers of runs stay exact in every table.
@@ -174,47 +171,6 @@ pub struct LawSpec {
     pub tune: Vec<String>,
 }
 
-/// Why a specification is refused.
-#[derive(Debug, thiserror::Error)]
-pub enum SpecError {
-    /// The file cannot be read.
-    #[error("{}: {source}; the campaigns that come with the program are {}", path.display(), names())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
-    /// Not TOML of the right form; the message has line and column.
-    #[error("{file}: {source}")]
-    Syntax {
-        /// The file.
-        file: String,
-        /// The error of the parser.
-        source: Box<toml::de::Error>,
-    },
-    /// A value outside its range.
-    #[error("{file}: {key} = {value}: expected {expected}")]
-    Value {
-        /// The file.
-        file: String,
-        /// The key.
-        key: String,
-        /// The value.
-        value: String,
-        /// What is allowed.
-        expected: String,
-    },
-    /// A variable that is no key of `--set`.
-    #[error("{file}: {source}")]
-    Key {
-        /// The file.
-        file: String,
-        /// What is wrong with it.
-        source: SettingError,
-    },
-}
-
 /// A specification with the text that it was read from.
 #[derive(Debug, Clone)]
 pub struct SpecFile {
@@ -232,7 +188,7 @@ pub struct SpecFile {
 
 impl SpecFile {
     /// Reads a campaign that comes with the program, or a file.
-    pub fn read(name: &str) -> Result<Self, SpecError> {
+    pub fn read(name: &str) -> Result<Self, Problem> {
         if let Some((_, text)) = SHIPPED.iter().chain(&SUITE).find(|(known, _)| *known == name) {
             let mut file = Self::parse(name, (*text).to_owned(), PathBuf::new())?;
             if SUITE.iter().any(|(known, _)| *known == name) {
@@ -242,8 +198,11 @@ impl SpecFile {
             return Ok(file);
         }
         let path = Path::new(name);
-        let text = file::read_text(path, TEXT_MAX)
-            .map_err(|source| SpecError::Read { path: path.to_path_buf(), source })?;
+        let text = file::read_text(path, TEXT_MAX).map_err(|problem| {
+            let known: Vec<&str> = SHIPPED.iter().chain(&SUITE).map(|(name, _)| *name).collect();
+            let known = known.join(", ");
+            problem!("{name}: {problem}; the campaigns that come with the program are {known}")
+        })?;
         Self::parse(name, text, path.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
@@ -252,7 +211,7 @@ impl SpecFile {
         name: &str,
         own: Option<&OwnLaw>,
         settings: &[Setting],
-    ) -> Result<Self, SpecError> {
+    ) -> Result<Self, Problem> {
         let file = Self::read(name)?;
         let file = match own {
             Some(own) => file.bring(own)?,
@@ -262,11 +221,8 @@ impl SpecFile {
     }
 
     /// Parses a text.
-    pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, SpecError> {
-        let mut spec: Spec = toml::from_str(&text).map_err(|source| SpecError::Syntax {
-            file: name.to_owned(),
-            source: Box::new(source),
-        })?;
+    pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, Problem> {
+        let mut spec: Spec = toml::from_str(&text).at(name)?;
         spec.check(name)?;
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
@@ -275,14 +231,13 @@ impl SpecFile {
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
     /// are those of another one.
-    pub fn with(mut self, settings: &[Setting]) -> Result<Self, SpecError> {
+    pub fn with(mut self, settings: &[Setting]) -> Result<Self, Problem> {
         for setting in settings {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
             if let Some(place) = self.spec.set_later(&key) {
                 let expected =
                     format!("another key, because {place} sets this one in every flight");
-                let (file, value) = ("--set".to_owned(), value.to_string());
-                return Err(SpecError::Value { file, key, value, expected });
+                return refuse("--set", &key, value, &expected);
             }
             drop(self.spec.set.insert(key, value));
             self.text += &format!("\n# --set {setting}\n");
@@ -293,7 +248,7 @@ impl SpecFile {
 
     /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW` to 9, and where none does, it is one
     /// law more. Its name belongs to the text of the specification.
-    pub fn bring(self, own: &OwnLaw) -> Result<Self, SpecError> {
+    pub fn bring(self, own: &OwnLaw) -> Result<Self, Problem> {
         let Self { name, mut text, folder, spec, .. } = self;
         let is_own = |set: &toml::Table| set.get("CTL_LAW").and_then(number) == Some(9.0);
         let mut sets = [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));
@@ -311,7 +266,7 @@ impl SpecFile {
     }
 
     /// The scenario: one that comes with the program, or else a file beside the specification.
-    pub fn scenario(&self) -> Result<Named, flight_analysis::configuration::ConfigurationError> {
+    pub fn scenario(&self) -> Result<Named, Problem> {
         let name = &self.spec.scenario;
         let beside = self.beside(Path::new(name));
         let is_shipped = SCENARIOS.iter().any(|(known, _)| known == name);
@@ -349,15 +304,8 @@ impl Spec {
         places.into_iter().find_map(|(is_it, place)| is_it.then_some(place))
     }
 
-    fn check(&self, file: &str) -> Result<(), SpecError> {
-        let refuse = |key: &str, value: String, expected: &str| {
-            Err(SpecError::Value {
-                file: file.to_owned(),
-                key: key.to_owned(),
-                value,
-                expected: expected.to_owned(),
-            })
-        };
+    fn check(&self, file: &str) -> Result<(), Problem> {
+        let refuse = |key: &str, value: String, expected: &str| refuse(file, key, value, expected);
         if !(self.duration_s > 0.0 && self.duration_s <= DURATION_MAX_S) {
             let expected = format!("more than 0 and at most {DURATION_MAX_S} s");
             return refuse("duration_s", self.duration_s.to_string(), &expected);
@@ -391,7 +339,7 @@ impl Spec {
     }
 
     /// Every key that is varied has one source, and every law that is tuned a file of its own.
-    fn check_names(&self, file: &str) -> Result<(), SpecError> {
+    fn check_names(&self, file: &str) -> Result<(), Problem> {
         let tuned: Vec<&LawSpec> = self.law.iter().filter(|law| !law.tune.is_empty()).collect();
         for (place, law) in tuned.iter().enumerate() {
             let path = file_name(&law.name);
@@ -401,20 +349,16 @@ impl Spec {
                     "a name whose gains do not go to {path}.toml, as those of \"{}\" do",
                     other.name
                 );
-                let (file, key) = (file.to_owned(), "law.name".to_owned());
-                return Err(SpecError::Value { file, key, value: law.name.clone(), expected });
+                return refuse(file, "law.name", &law.name, &expected);
             }
         }
         let keys = || self.vary.iter().flat_map(|v| std::iter::once(&v.key).chain(&v.sets));
         match keys().enumerate().find(|(place, key)| keys().take(*place).any(|other| other == *key))
         {
             None => Ok(()),
-            Some((_, key)) => Err(SpecError::Value {
-                file: file.to_owned(),
-                key: "vary.key".to_owned(),
-                value: key.clone(),
-                expected: "each key once, in [[vary]] and [[joint]] together".to_owned(),
-            }),
+            Some((_, key)) => {
+                refuse(file, "vary.key", key, "each key once, in [[vary]] and [[joint]] together")
+            }
         }
     }
 }
@@ -436,10 +380,9 @@ fn is_scalar(value: &Toml) -> bool {
     }
 }
 
-fn check_key(key: &str, file: &str) -> Result<(), SpecError> {
+fn check_key(key: &str, file: &str) -> Result<(), Problem> {
     let setting = Setting::new(key, "");
-    settings::check_keys(std::slice::from_ref(&setting))
-        .map_err(|source| SpecError::Key { file: file.to_owned(), source })
+    settings::check_keys(std::slice::from_ref(&setting)).at(file)
 }
 
 /// A value as `--set` takes it; `None` of a list or table.
@@ -452,24 +395,27 @@ pub fn text_of(value: &Toml) -> Option<String> {
 }
 
 /// Settings of a table of keys and values.
-pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, SpecError> {
+pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, Problem> {
     table.iter().map(|(key, value)| checked(key, value, file)).collect()
 }
 
 /// A setting whose key exists and whose value has one place in a table.
-fn checked(key: &str, given: &Toml, file: &str) -> Result<Setting, SpecError> {
+fn checked(key: &str, given: &Toml, file: &str) -> Result<Setting, Problem> {
     check_key(key, file)?;
     let value = given.as_str().map_or_else(|| given.clone(), written);
     match is_scalar(&value) {
         true => Ok(Setting { key: key.to_owned(), value }),
-        false => Err(SpecError::Value {
-            file: file.to_owned(),
-            key: key.to_owned(),
-            value: given.to_string(),
-            expected: "a finite number, a text, true or false (keys with dots stand in quotes)"
-                .to_owned(),
-        }),
+        false => {
+            let expected =
+                "a finite number, a text, true or false (keys with dots stand in quotes)";
+            refuse(file, key, given, expected)
+        }
     }
+}
+
+/// A value that a key cannot have.
+fn refuse<T>(file: &str, key: &str, value: impl Display, expected: &str) -> Result<T, Problem> {
+    Err(problem!("{file}: {key} = {value}: expected {expected}"))
 }
 
 fn one() -> u64 {

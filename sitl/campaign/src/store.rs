@@ -10,10 +10,12 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use flight_analysis::fly::outcome::{Fate, Outcome};
-use host_io::file::{self, FileProblem, NewFile, TEXT_MAX};
+use flight_analysis::problem;
+use flight_analysis::problem::{At as _, Problem};
+use host_io::file::{self, NewFile, TEXT_MAX};
 use serde::{Deserialize, Serialize};
 
-use crate::plan::{Aircraft, Plan, PlanError};
+use crate::plan::{Aircraft, Plan};
 
 /// Simulation time in a part, s: what is lost at most of each thread when the program is killed.
 const PART_S: f64 = 1_000.0;
@@ -77,8 +79,8 @@ impl Row {
     }
 
     /// Checks a row that was read, of an aircraft with these measures.
-    fn check(&self, measures: &[String]) -> Result<(), String> {
-        let refuse = |problem: String| Err(format!("run {}: {problem}", self.run));
+    fn check(&self, measures: &[String]) -> Result<(), Problem> {
+        let refuse = |why: String| Err(problem!("run {}: {why}", self.run));
         let expected = if self.end == RunEnd::Failed { 0 } else { measures.len() };
         if self.measures.len() != expected {
             return refuse(format!("{} measures; it must have {expected}", self.measures.len()));
@@ -100,44 +102,6 @@ impl Row {
     pub fn failed(run: u64, reason: String) -> Self {
         Self { run, end: RunEnd::Failed, lost_at_s: None, reason, end_s: 0.0, measures: Vec::new() }
     }
-}
-
-/// Why a folder cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum StoreError {
-    /// A file cannot be read or written.
-    #[error("{}: {source}", path.display())]
-    File {
-        path: PathBuf,
-        /// What is wrong with it.
-        source: FileProblem,
-    },
-    /// The folder, or a part in it, belongs to another campaign.
-    #[error(
-        "{}: it has results of {key} {found}, and this campaign has {expected}; take another folder",
-        path.display()
-    )]
-    Other {
-        /// The folder, or the part.
-        path: PathBuf,
-        key: &'static str,
-        /// What the folder has.
-        found: String,
-        /// What the campaign has.
-        expected: String,
-    },
-    /// The file that names the campaign, or a part, has what no campaign writes.
-    #[error("{}: {problem}", path.display())]
-    Damaged {
-        path: PathBuf,
-        /// What is wrong with it.
-        problem: String,
-    },
-    /// An input has changed meanwhile.
-    #[error(transparent)]
-    Input(#[from] Box<PlanError>),
-    #[error("{}: {missing} of {count} parts are missing, the first one is part {first}", path.display())]
-    Missing { path: PathBuf, missing: u64, count: u64, first: u64 },
 }
 
 /// What a folder is of.
@@ -169,7 +133,7 @@ struct Part<'a> {
 
 impl Store {
     /// Opens the folder of a campaign, or makes it.
-    pub fn open(plan: &Plan, folder: &Path) -> Result<Self, StoreError> {
+    pub fn open(plan: &Plan, folder: &Path) -> Result<Self, Problem> {
         let laws = plan.laws().len() as u64;
         let of = |aircraft: &Aircraft| {
             let names = aircraft.measures.iter().map(|(name, _)| name.clone()).collect();
@@ -178,16 +142,14 @@ impl Store {
         let aircraft = plan.aircraft.iter().map(of).collect();
         let store = Self { folder: folder.to_path_buf(), head: Head::of(plan), aircraft };
         let parts = store.parts();
-        fs::create_dir_all(&parts)
-            .map_err(|error| StoreError::File { path: parts, source: error.into() })?;
+        fs::create_dir_all(&parts).at(parts.display())?;
         let path = store.head_path();
-        let failed = |source| StoreError::File { path: path.clone(), source };
         if matches!(file::read_text(&path, TEXT_MAX), Err(problem) if problem.is_not_found()) {
             let text = toml::to_string(&store.head).unwrap_or_default();
-            let mut new = NewFile::begin(&path, |_| false).map_err(failed)?;
-            write!(new, "{HEAD}\n\n{text}").map_err(|error| failed(error.into()))?;
+            let mut new = NewFile::begin(&path, |_| false).at(path.display())?;
+            write!(new, "{HEAD}\n\n{text}").at(path.display())?;
             // Of two campaigns that begin in the same moment one makes the file; both compare with what it says.
-            let _ = new.finish_if_free().map_err(failed)?;
+            let _ = new.finish_if_free().at(path.display())?;
         }
         store.compare_with_head(&store.folder)?;
         Ok(store)
@@ -208,33 +170,30 @@ impl Store {
     }
 
     /// The runs of a part; `None` if it is not there, or not whole: then it is flown again.
-    pub fn read(&self, part: u64) -> Result<Option<Vec<Row>>, StoreError> {
+    pub fn read(&self, part: u64) -> Result<Option<Vec<Row>>, Problem> {
         let path = self.path(part);
         match file::read(&path, PART_BYTES_MAX) {
             Ok(bytes) => decode(&bytes).map(|whole| self.check(part, whole, &path)).transpose(),
             Err(problem) if problem.is_not_found() => Ok(None),
-            Err(source) => Err(StoreError::File { path, source }),
+            Err(problem) => Err(problem).at(path.display()),
         }
     }
 
     /// The runs of a part of a finished campaign.
-    pub fn runs(&self, part: u64) -> Result<Vec<Row>, StoreError> {
-        let (path, count) = (self.folder.clone(), self.count());
-        let missing = StoreError::Missing { path, missing: 1, count, first: part };
-        self.read(part)?.ok_or(missing)
+    pub fn runs(&self, part: u64) -> Result<Vec<Row>, Problem> {
+        self.read(part)?.ok_or_else(|| self.missing(1, part))
     }
 
     /// Whether a part is there and whole.
-    pub fn has(&self, part: u64) -> Result<bool, StoreError> {
+    pub fn has(&self, part: u64) -> Result<bool, Problem> {
         Ok(self.read(part)?.is_some())
     }
 
     /// Writes a part: it is there whole, or not at all.
-    pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), StoreError> {
+    pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), Problem> {
         let path = self.path(part);
-        let failed = |problem: String| StoreError::Damaged { path: path.clone(), problem };
         let content = Part { head: Cow::Borrowed(&self.head), rows: Cow::Borrowed(rows) };
-        let content = postcard::to_stdvec(&content).map_err(|error| failed(error.to_string()))?;
+        let content = postcard::to_stdvec(&content).at(path.display())?;
         let mut bytes = MARK.to_vec();
         bytes.extend((content.len() as u64).to_le_bytes());
         bytes.extend(crc32fast::hash(&content).to_le_bytes());
@@ -243,7 +202,7 @@ impl Store {
     }
 
     /// Takes every whole part of another folder of the same campaign that is not here yet; gives how many.
-    pub fn take(&self, other: &Path) -> Result<u64, StoreError> {
+    pub fn take(&self, other: &Path) -> Result<u64, Problem> {
         let (head, aircraft) = (self.head.clone(), self.aircraft.clone());
         let from = Self { folder: other.to_path_buf(), head, aircraft };
         from.compare_with_head(other)?;
@@ -260,7 +219,7 @@ impl Store {
     }
 
     /// Checks that every part is there.
-    pub fn check_complete(&self) -> Result<(), StoreError> {
+    pub fn check_complete(&self) -> Result<(), Problem> {
         let mut missing = Vec::new();
         for part in 0..self.count() {
             if !self.has(part)? {
@@ -269,47 +228,45 @@ impl Store {
         }
         match missing.first() {
             None => Ok(()),
-            Some(first) => Err(StoreError::Missing {
-                path: self.folder.clone(),
-                missing: missing.len() as u64,
-                count: self.count(),
-                first: *first,
-            }),
+            Some(first) => Err(self.missing(missing.len(), *first)),
         }
     }
 
+    fn missing(&self, missing: usize, first: u64) -> Problem {
+        let (folder, count) = (self.folder.display(), self.count());
+        problem!("{folder}: {missing} of {count} parts are missing, the first one is part {first}")
+    }
+
     /// The rows of a whole part, if it is the one of this name in this campaign.
-    fn check(&self, part: u64, whole: Part<'_>, path: &Path) -> Result<Vec<Row>, StoreError> {
+    fn check(&self, part: u64, whole: Part<'_>, path: &Path) -> Result<Vec<Row>, Problem> {
         self.compare(&whole.head, path)?;
         let rows = whole.rows.into_owned();
-        let refuse = |problem| StoreError::Damaged { path: path.to_path_buf(), problem };
         let range = self.range(part);
         if !rows.iter().map(|row| row.run).eq(range.clone()) {
             let first = rows.first().map_or("none".to_owned(), |row| row.run.to_string());
-            return Err(refuse(format!(
-                "it has {} runs from {first} on; it must have {} to {}",
+            return Err(problem!(
+                "{}: it has {} runs from {first} on; it must have {} to {}",
+                path.display(),
                 rows.len(),
                 range.start,
                 range.end - 1
-            )));
+            ));
         }
         for row in &rows {
             let of = self.aircraft.partition_point(|(first, _)| *first <= row.run) - 1;
-            row.check(&self.aircraft[of].1).map_err(refuse)?;
+            row.check(&self.aircraft[of].1).at(path.display())?;
         }
         Ok(rows)
     }
 
-    fn compare_with_head(&self, folder: &Path) -> Result<(), StoreError> {
+    fn compare_with_head(&self, folder: &Path) -> Result<(), Problem> {
         let path = self.head_path();
-        let text = file::read_text(&path, TEXT_MAX)
-            .map_err(|source| StoreError::File { path: path.clone(), source })?;
-        let head = toml::from_str(&text)
-            .map_err(|error| StoreError::Damaged { path, problem: error.to_string() })?;
+        let text = file::read_text(&path, TEXT_MAX).at(path.display())?;
+        let head = toml::from_str(&text).at(path.display())?;
         self.compare(&head, folder)
     }
 
-    fn compare(&self, head: &Head, path: &Path) -> Result<(), StoreError> {
+    fn compare(&self, head: &Head, path: &Path) -> Result<(), Problem> {
         let (mine, its) = (&self.head, head);
         let differs = [
             ("program version", &its.program, &mine.program),
@@ -319,8 +276,10 @@ impl Store {
         ];
         for (key, found, expected) in differs {
             if found != expected {
-                let (path, found, expected) = (path.to_path_buf(), found.clone(), expected.clone());
-                return Err(StoreError::Other { path, key, found, expected });
+                return Err(problem!(
+                    "{}: it has results of {key} {found}, and this campaign has {expected}; take another folder",
+                    path.display()
+                ));
             }
         }
         Ok(())
@@ -369,7 +328,6 @@ fn decode(bytes: &[u8]) -> Option<Part<'_>> {
 }
 
 /// Writes a file that is whole or not there; it replaces only a file of the same kind.
-pub(crate) fn write_new(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), StoreError> {
-    file::write(path, bytes, mark)
-        .map_err(|source| StoreError::File { path: path.to_path_buf(), source })
+pub(crate) fn write_new(path: &Path, bytes: &[u8], mark: &[u8]) -> Result<(), Problem> {
+    file::write(path, bytes, mark).at(path.display())
 }

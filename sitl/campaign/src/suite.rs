@@ -1,6 +1,5 @@
 //! `sitl campaign suite`: FTC-1 to FTC-12 with every law, and the table of what each law lost.
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,6 +9,7 @@ use crate::spec::{SUITE, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
+use flight_analysis::problem::Problem;
 use flight_analysis::settings::Setting;
 use flight_analysis::{print_line, print_text};
 
@@ -20,11 +20,7 @@ const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
 /// Flies the suite with these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
-pub fn run(
-    folder: &Path,
-    settings: &[Setting],
-    own: Option<&OwnLaw>,
-) -> Result<(), Box<dyn Error>> {
+pub fn run(folder: &Path, settings: &[Setting], own: Option<&OwnLaw>) -> Result<(), Problem> {
     let mut flown = Vec::new();
     for (name, _) in SUITE {
         let plan = Plan::new(SpecFile::read_with(name, own, settings)?)?;

@@ -9,6 +9,7 @@ use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
+use flight_analysis::problem::{At as _, Problem};
 use flight_analysis::table::field;
 use host_io::file::NewFile;
 use parquet::basic::{ConvertedType, LogicalType, Repetition, Type as Physical};
@@ -19,8 +20,8 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 
-use crate::plan::{Plan, PlanError, Value};
-use crate::store::{PROGRAM, Row, RunEnd, Store, StoreError, write_new};
+use crate::plan::{Plan, Value};
+use crate::store::{PROGRAM, Row, RunEnd, Store, write_new};
 
 /// Name of the table.
 pub const RUNS: &str = "runs.parquet";
@@ -36,17 +37,6 @@ const SETUP: &str = "setup.json";
 const GROUP: usize = 16_384;
 /// First line of the list of columns.
 const HEADING: &str = "column,unit,meaning\n";
-
-/// Why the table cannot be written.
-#[derive(Debug, thiserror::Error)]
-pub enum TableError {
-    #[error(transparent)]
-    Store(#[from] StoreError),
-    #[error(transparent)]
-    Plan(#[from] Box<PlanError>),
-    #[error("{RUNS}: {0}")]
-    Parquet(#[from] ParquetError),
-}
 
 /// A column of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -73,15 +63,15 @@ enum Cells {
 }
 
 /// Writes the table and the list of its columns from the parts of a store; `each` sees every row, in the order of the runs.
-pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(), TableError> {
+pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(), Problem> {
     store.check_complete()?;
     let columns = columns(plan);
     let path = store.folder().join(RUNS);
-    let failed = |source| StoreError::File { path: path.clone(), source };
-    let file = NewFile::begin(&path, |beginning| beginning.starts_with(b"PAR1")).map_err(failed)?;
-    let setup = plan.setup_json().map_err(Box::new)?;
+    let file = NewFile::begin(&path, |beginning| beginning.starts_with(b"PAR1"));
+    let file = file.at(path.display())?;
+    let setup = plan.setup_json()?;
     let about = [(PROGRAM_KEY, PROGRAM), (FINGERPRINT, &plan.fingerprint), ("setup", &setup)];
-    let mut writer = begin(&columns, &about, file)?;
+    let mut writer = begin(&columns, &about, file).at(RUNS)?;
     let mut cells = empty(&columns);
     let mut count = 0;
     for part in 0..store.count() {
@@ -90,19 +80,18 @@ pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(
             add(plan, &columns, &mut cells, row)?;
             count += 1;
             if count == GROUP {
-                write_group(&mut writer, &cells)?;
+                write_group(&mut writer, &cells).at(RUNS)?;
                 (cells, count) = (empty(&columns), 0);
             }
         }
     }
     if count > 0 {
-        write_group(&mut writer, &cells)?;
+        write_group(&mut writer, &cells).at(RUNS)?;
     }
-    let file = writer.into_inner()?;
-    file.finish().map_err(failed)?;
+    let file = writer.into_inner().at(RUNS)?;
+    file.finish().at(path.display())?;
     write_columns(&columns, store.folder())?;
-    write_new(&store.folder().join(SETUP), setup.as_bytes(), b"{\n  \"fingerprint\"")?;
-    Ok(())
+    write_new(&store.folder().join(SETUP), setup.as_bytes(), b"{\n  \"fingerprint\"")
 }
 
 fn columns(plan: &Plan) -> Vec<Column> {
@@ -190,8 +179,8 @@ fn empty(columns: &[Column]) -> Vec<Cells> {
     columns.iter().map(of).collect()
 }
 
-fn add(plan: &Plan, columns: &[Column], cells: &mut [Cells], row: Row) -> Result<(), TableError> {
-    let run = plan.run(row.run).map_err(Box::new)?;
+fn add(plan: &Plan, columns: &[Column], cells: &mut [Cells], row: Row) -> Result<(), Problem> {
+    let run = plan.run(row.run)?;
     let aircraft = &plan.aircraft[run.airframe];
     let mut values = run.values.iter();
     let is_failed = row.end == RunEnd::Failed;
@@ -267,7 +256,7 @@ fn flat<T>(list: impl Iterator<Item = Option<T>>) -> (Vec<T>, Vec<i16>) {
     (values, levels)
 }
 
-fn write_columns(columns: &[Column], folder: &Path) -> Result<(), StoreError> {
+fn write_columns(columns: &[Column], folder: &Path) -> Result<(), Problem> {
     let mut text = HEADING.to_owned();
     for Column { name, unit, meaning, .. } in columns {
         let _ = writeln!(text, "{},{},{}", field(name), field(unit), field(meaning));

@@ -12,13 +12,14 @@
 //! where `rate` is the travel of the commands of all surfaces and nozzle angles per second. Then the gains with the least cost and those of
 //! the specification fly a second set, drawn with another seed, which the search has not seen.
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use autopilot::parameters;
 use flight_analysis::fly;
 use flight_analysis::fly::outcome::{Fate, Outcome};
+use flight_analysis::problem;
+use flight_analysis::problem::{At as _, Problem};
 use flight_analysis::runner::Progress;
 use host_io::file::{self, TEXT_MAX};
 use host_io::folder::OutFolder;
@@ -27,7 +28,7 @@ use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
 
 use crate::draw;
-use crate::plan::{Plan, PlanError};
+use crate::plan::Plan;
 use crate::spec::{SpecFile, file_name};
 use crate::store::{PROGRAM, write_new};
 use flight_analysis::print_line;
@@ -81,14 +82,14 @@ struct Tuned<'a> {
 
 /// Tunes every law that names parameters, and writes a file of gains for each and a table. A law whose file is there is not
 /// tuned again.
-pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
+pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
     let _ = OutFolder::create(folder)?;
     let plan = Plan::new(file.clone())?;
     let others = Plan::new(validation(file))?;
     let laws: Vec<usize> =
         (0..plan.laws().len()).filter(|law| !file.spec.law[*law].tune.is_empty()).collect();
     if laws.is_empty() {
-        return Err(format!("{}: no law has parameters to tune (tune = [\"…\"])", file.name).into());
+        return Err(problem!("{}: no law has parameters to tune (tune = [\"…\"])", file.name));
     }
     let mut table = format!(
         "{BEGINNING}validation_flights,validation_cost_before,validation_cost_after,validation_lost_before,validation_lost_after,gains\n"
@@ -105,19 +106,18 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Box<dyn Error>> {
                 write_new(&path, text.as_bytes(), MARK.as_bytes())?;
                 text
             }
-            Err(problem) => return Err(format!("{}: {problem}", path.display()).into()),
+            Err(problem) => return Err(problem).at(path.display()),
         };
         let Some(rest) = text.strip_prefix(&head) else {
             let found = text.lines().nth(1).unwrap_or_default();
             let expected = head.lines().nth(1).unwrap_or_default();
             let path = path.display();
-            return Err(format!(
+            return Err(problem!(
                 "{path}: it has gains of {found:?}, and this search is {expected:?}; take another folder"
-            )
-            .into());
+            ));
         };
         let row = row_of(rest, &plan.file.spec.law[law].tune).ok_or_else(|| {
-            format!("{}: damaged; remove it and it is made again", path.display())
+            problem!("{}: damaged; remove it and it is made again", path.display())
         })?;
         let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
         print_line!("{name}: {row}");
@@ -145,7 +145,7 @@ fn validation(file: &SpecFile) -> SpecFile {
 }
 
 /// Searches, compares on the other set, and gives the rest of the file of gains.
-fn tune(plan: &Plan, others: &Plan, law: usize) -> Result<String, Box<dyn Error>> {
+fn tune(plan: &Plan, others: &Plan, law: usize) -> Result<String, Problem> {
     let flights = plan.flights();
     let total = EVALUATIONS * usize::try_from(flights)?;
     let progress = Progress::new(plan.laws()[law], "flights", total).quiet_at_first();
@@ -193,16 +193,13 @@ fn score(
     law: usize,
     gains: &[(&str, f64)],
     progress: &Progress,
-) -> Result<Score, PlanError> {
+) -> Result<Score, Problem> {
     let laws = plan.laws().len() as u64;
-    let one = |flight: u64| -> Result<(f64, bool), PlanError> {
+    let one = |flight: u64| -> Result<(f64, bool), Problem> {
         let run = plan.run(flight * laws + law as u64)?;
         let mut setup = plan.setup(&run)?;
         let set = setup.parameters.set_all(gains.iter().copied());
-        set.map_err(|error| PlanError::Parameters {
-            law: plan.laws()[law].to_owned(),
-            problem: error.to_string(),
-        })?;
+        set.at(format_args!("law {}", plan.laws()[law]))?;
         let outcome = fly::outcome(&setup, &[])?;
         progress.one_done();
         Ok((cost(plan, run.airframe, &outcome), !outcome.is_kept()))
@@ -234,7 +231,7 @@ fn cost(plan: &Plan, airframe: usize, outcome: &Outcome) -> f64 {
 }
 
 impl<'a> Tuned<'a> {
-    fn new(plan: &'a Plan, law: usize, progress: &'a Progress) -> Result<Self, PlanError> {
+    fn new(plan: &'a Plan, law: usize, progress: &'a Progress) -> Result<Self, Problem> {
         let names = &plan.file.spec.law[law].tune;
         let parameters = plan.setup(&plan.run(law as u64)?)?.parameters;
         let (mut start, mut ranges) = (Vec::new(), Vec::new());
@@ -243,12 +240,10 @@ impl<'a> Tuned<'a> {
             let value = row.map_or(0.0, |row| row.value(&parameters));
             let Some(row) = row.filter(|row| row.kind == parameters::Kind::Real && value != 0.0)
             else {
-                return Err(PlanError::Parameters {
-                    law: plan.laws()[law].to_owned(),
-                    problem: format!(
-                        "tune: {name}: expected a parameter that is no choice and no whole number, and whose value is not zero"
-                    ),
-                });
+                return Err(problem!(
+                    "law {}: tune: {name}: expected a parameter that is no choice and no whole number, and whose value is not zero",
+                    plan.laws()[law]
+                ));
             };
             start.push(value);
             ranges.push([row.min, row.max]);

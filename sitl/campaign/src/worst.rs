@@ -3,18 +3,19 @@
 //! Over one variable the search goes outwards from its mildest value, in steps and then by halving. Over all drawn variables
 //! together it is differential evolution, which minimises how unlikely the draw is that the law does not survive.
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use flight_analysis::fly::outcome::{Fate, Outcome};
+use flight_analysis::problem;
+use flight_analysis::problem::Problem;
 use flight_analysis::runner;
 use host_io::folder::OutFolder;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 
 use crate::draw;
-use crate::plan::{Plan, PlanError, Run, Value};
+use crate::plan::{Plan, Run, Value};
 use crate::spec::Variable;
 use crate::store::write_new;
 use flight_analysis::table::field;
@@ -62,16 +63,16 @@ pub fn run(
     over: Option<&str>,
     from: Option<f64>,
     folder: &Path,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<(), Problem> {
     let _ = OutFolder::create(folder)?;
     let place = over.map(|key| one_variable(plan, key)).transpose()?;
     let cases = match place {
         Some(place) => cases_over(plan, place, from)?,
         None if plan.variables().iter().any(Variable::is_drawn) => cases(plan, None)?,
         None => {
-            return Err(
-                "no variable of the campaign is drawn: name a listed one by --over KEY".into()
-            );
+            return Err(problem!(
+                "no variable of the campaign is drawn: name a listed one by --over KEY"
+            ));
         }
     };
     let search = |case: &Case| match (place, case.towards) {
@@ -98,12 +99,11 @@ pub fn run(
 }
 
 /// The place of a variable with numbers.
-fn one_variable(plan: &Plan, key: &str) -> Result<usize, String> {
+fn one_variable(plan: &Plan, key: &str) -> Result<usize, Problem> {
     let place = plan.variables().iter().position(|variable| variable.key == key);
     let known: Vec<&str> = plan.variables().iter().map(|variable| variable.key.as_str()).collect();
-    let refuse = |problem: &str| {
-        Err(format!("--over {key}: {problem}; the variables are {}", known.join(", ")))
-    };
+    let refuse =
+        |why: &str| Err(problem!("--over {key}: {why}; the variables are {}", known.join(", ")));
     match place {
         None => refuse("the campaign has no such variable"),
         Some(place) if plan.variables()[place].range().is_none() => {
@@ -120,23 +120,23 @@ fn mildest(plan: &Plan, place: usize, from: Option<f64>) -> f64 {
 }
 
 /// A case for each law, combination and end of the range.
-fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<Case>, Box<dyn Error>> {
+fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<Case>, Problem> {
     let [low, high] = plan.variables()[place].range().unwrap_or_default();
     let begin = mildest(plan, place, from);
     if !(low..=high).contains(&begin) {
-        return Err(format!("--from {begin}: expected {low} to {high}").into());
+        return Err(problem!("--from {begin}: expected {low} to {high}"));
     }
     let ends = [low, high].into_iter().filter(|end| (end - begin).abs() > 0.0);
     let all = ends.map(|end| {
         let mut all = cases(plan, Some(place))?;
         all.iter_mut().for_each(|case| case.towards = Some(end));
-        Ok::<_, Box<dyn Error>>(all)
+        Ok::<_, Problem>(all)
     });
     Ok(all.collect::<Result<Vec<_>, _>>()?.concat())
 }
 
 /// A case for each law and combination of listed values, without those of `place`.
-fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Box<dyn Error>> {
+fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Problem> {
     let samples = u64::from(plan.file.spec.samples);
     let laws = plan.laws().len() as u64;
     let mut cases: Vec<Case> = Vec::new();
@@ -166,7 +166,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Box<dyn Error>>
 }
 
 /// Flies the aircraft with these values.
-fn flown(plan: &Plan, case: &Run, values: Vec<Value>) -> Result<(Run, Outcome), PlanError> {
+fn flown(plan: &Plan, case: &Run, values: Vec<Value>) -> Result<(Run, Outcome), Problem> {
     let run = plan.translated(Run { values, ..case.clone() })?;
     let outcome = plan.fly(&run)?;
     Ok((run, outcome))
@@ -179,7 +179,7 @@ fn outwards(
     place: usize,
     begin: f64,
     end: f64,
-) -> Result<Found, PlanError> {
+) -> Result<Found, Problem> {
     let at = |value: f64| {
         let mut values = case.run.values.clone();
         values[place] = Value::Number(value);
@@ -265,7 +265,7 @@ impl ObjFunc for Likelihood<'_> {
     }
 }
 
-fn evolve(plan: &Plan, case: &Case) -> Result<Found, PlanError> {
+fn evolve(plan: &Plan, case: &Case) -> Result<Found, Problem> {
     let drawn = plan.variables().iter().filter(|variable| variable.is_drawn()).count();
     let likelihood =
         Likelihood { plan, case: &case.run, bounds: vec![[-FARTHEST, FARTHEST]; drawn] };
@@ -331,7 +331,7 @@ fn scenario_text(
     run: &Run,
     outcome: &Outcome,
     path: &Path,
-) -> Result<String, Box<dyn Error>> {
+) -> Result<String, Problem> {
     let (table, options) = plan.scenario_of(run)?;
     let command: Vec<String> = std::iter::once(path.display().to_string())
         .chain(options)

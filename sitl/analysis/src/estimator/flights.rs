@@ -10,9 +10,10 @@ use plant_sim::range::check_range;
 use plant_sim::{Plant, Start};
 
 use super::Case;
-use crate::closed_loop::{FlightSetup, Tick, watch};
+use crate::closed_loop::{FlightSetup, watch};
 use crate::false_alarms::flights::entry;
-use crate::study::{Sides, StudyError, StudyOptions, draws};
+use crate::problem::{At as _, Problem};
+use crate::study::{Sides, StudyOptions, draws};
 
 /// Groups of three states, with the unit in which their error is shown, and its size in SI units.
 pub const GROUPS: [(&str, &str, f64); 6] = [
@@ -88,15 +89,11 @@ pub fn sides(
     options: &StudyOptions,
     mode: CompensatorMode,
     more: &[&str],
-) -> Result<Sides, StudyError> {
+) -> Result<Sides, Problem> {
     let sides = options.sides(mode, &[&OWN, more].concat())?.lasting(FLIGHT_S);
     let duration_s = sides.nominal().duration.as_seconds();
-    check_range("plant", "duration_s", duration_s, SETTLED_S + 1.0, SimTime::MAX_SECONDS).map_err(
-        |error| plant_sim::ConfigError::Range {
-            file: "the study".to_owned(),
-            source: Box::new(error),
-        },
-    )?;
+    let range = (SETTLED_S + 1.0, SimTime::MAX_SECONDS);
+    check_range("plant", "duration_s", duration_s, range.0, range.1).at("the study")?;
     Ok(sides)
 }
 
@@ -106,7 +103,7 @@ pub fn setup(
     case: &Case,
     turbulence_m_s: f64,
     seed: u64,
-) -> Result<FlightSetup, StudyError> {
+) -> Result<FlightSetup, Problem> {
     let mut setup = case.equip(sides);
     let plant = &mut setup.plant;
     let mut between = draws(seed, *b"--------two-step sitl--5");
@@ -120,37 +117,22 @@ pub fn setup(
     Ok(setup)
 }
 
-pub fn fly(
-    sides: &Sides,
-    case: &Case,
-    turbulence_m_s: f64,
-    seed: u64,
-) -> Result<Flown, StudyError> {
+pub fn fly(sides: &Sides, case: &Case, turbulence_m_s: f64, seed: u64) -> Result<Flown, Problem> {
     let setup = setup(sides, case, turbulence_m_s, seed)?;
-    let mut judge = Judge { flown: Flown::default() };
-    let end = watch(&setup, |tick| judge.tick(tick))?;
-    let mut flown = judge.flown;
+    let mut flown = Flown::default();
+    let end = watch(&setup, |tick| {
+        if let Some(estimator) = tick.estimator
+            && tick.exchange.time.as_micros().is_multiple_of(1_000_000)
+        {
+            flown.judge(estimator, &tick.log.state, tick.plant);
+        }
+        ControlFlow::Continue(())
+    })?;
     flown.lost = end.on_ground;
     Ok(flown)
 }
 
-struct Judge {
-    flown: Flown,
-}
-
-impl Judge {
-    fn tick(&mut self, tick: &Tick<'_>) -> ControlFlow<()> {
-        let time = tick.exchange.time.as_micros();
-        if let Some(estimator) = tick.estimator
-            && time.is_multiple_of(1_000_000)
-        {
-            self.judge(estimator, &tick.log.state, tick.plant);
-        }
-        ControlFlow::Continue(())
-    }
-}
-
-impl Judge {
+impl Flown {
     fn judge(&mut self, estimator: &Estimator, state: &NavigationState, plant: &Plant) {
         let truth = plant.truth();
         let (estimate, covariance) = (estimator.estimate(), estimator.covariance());
@@ -169,16 +151,15 @@ impl Judge {
             let inverse = block.try_inverse().unwrap_or_else(Matrix3::zeros);
             error.dot(&(inverse * error))
         };
-        let flown = &mut self.flown;
-        flown.nees.push(core::array::from_fn(|group| nees(&errors[group])));
-        flown.squares.push(core::array::from_fn(|group| errors[group].0.norm_squared()));
-        flown.variances.push(core::array::from_fn(|group| errors[group].1.trace()));
+        self.nees.push(core::array::from_fn(|group| nees(&errors[group])));
+        self.squares.push(core::array::from_fn(|group| errors[group].0.norm_squared()));
+        self.variances.push(core::array::from_fn(|group| errors[group].1.trace()));
         let square = |difference: f64| difference * difference;
-        flown.flow.push([
+        self.flow.push([
             square(truth.airspeed_m_s - state.airspeed_m_s),
             square(truth.alpha_rad - state.alpha),
             square(truth.beta_rad - state.beta),
         ]);
-        flown.realigned = state.estimate.map_or(0, |status| status.realigned);
+        self.realigned = state.estimate.map_or(0, |status| status.realigned);
     }
 }

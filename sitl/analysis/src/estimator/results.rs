@@ -55,7 +55,7 @@ fn history(flights: &[Flown], group: usize) -> Vec<(f64, f64)> {
 }
 
 /// Normalised squares over time, a panel for each group.
-pub fn figure(duration_s: f64, flown: &[Vec<Flown>; CASES.len()]) -> Figure {
+pub fn figure(duration_s: f64, flown: &[Vec<Flown>]) -> Figure {
     let flights = flown[0].len() as f64;
     let [low, high] = band(flights);
     let panels: Vec<Panel> = GROUPS
@@ -86,7 +86,7 @@ pub fn figure(duration_s: f64, flown: &[Vec<Flown>; CASES.len()]) -> Figure {
 }
 
 /// Mean NEES, part below the 95 % quantile, error and standard deviation of each group.
-pub fn summary(options: &Options, duration_s: f64, flown: &[Vec<Flown>; CASES.len()]) -> String {
+pub fn summary(options: &Options, duration_s: f64, flown: &[Vec<Flown>]) -> String {
     let [low, high] = band(f64::from(options.flights));
     let mut text = format!(
         "{} flights of {duration_s} s for each row, judged once a second from {SETTLED_S} s on; turbulence {} m/s, steady wind up to \
@@ -138,7 +138,7 @@ pub fn summary(options: &Options, duration_s: f64, flown: &[Vec<Flown>; CASES.le
 }
 
 /// Mean NEES of each case and group at each second.
-pub fn csv(flown: &[Vec<Flown>; CASES.len()]) -> String {
+pub fn csv(flown: &[Vec<Flown>]) -> String {
     let names: Vec<String> = GROUPS.iter().map(|(name, ..)| name.replace(' ', "_")).collect();
     let mut text = format!("sensors,time_s,{}\n", names.join(","));
     for (case, flights) in CASES.iter().zip(flown) {

@@ -15,8 +15,9 @@ use plant_sim::{Airframe, GradeName, ScheduledFault};
 use super::Options;
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
 use crate::closed_loop::{FlightSetup, fly};
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Scale, Sides, StudyError, draws};
+use crate::study::{Scale, Sides, draws};
 
 /// Length of a flight, s.
 pub const FLIGHT_S: f64 = 600.0;
@@ -156,7 +157,7 @@ pub fn setup(
     seed: u64,
     references: &str,
     duration_s: f64,
-) -> Result<FlightSetup, StudyError> {
+) -> Result<FlightSetup, Problem> {
     let mut setup = sides.with_sensors(air.grade);
     let plant = &mut setup.plant;
     plant.start.altitude_m = condition.altitude_m;
@@ -169,6 +170,17 @@ pub fn setup(
     setup.references = config::references("the study", references)?;
     setup.duration = SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO);
     Ok(setup)
+}
+
+/// Flights at each of so many conditions until the time that counts is so many hours.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    clippy::cast_precision_loss,
+    reason = "the command line allows 10,000 hours, and has few conditions"
+)]
+pub fn flights_for(hours: f64, conditions: usize) -> u64 {
+    (hours * 3_600.0 / (FLIGHT_S - SETTLED_S) / conditions as f64).ceil().max(1.0) as u64
 }
 
 /// References of one flight: manoeuvres drawn by `seed`, each followed by straight and level flight as long; or none of them.
@@ -221,7 +233,7 @@ fn over_level(log: &StepLog) -> Vector3<f64> {
 }
 
 /// Flies one healthy flight and runs all detectors on it.
-pub fn watch(setup: &FlightSetup, is_straight: bool) -> Result<Watched, StudyError> {
+pub fn watch(setup: &FlightSetup, is_straight: bool) -> Result<Watched, Problem> {
     let mut detectors = Detectors::new(setup.plant.period);
     let mut watched = Watched::default();
     // When each detector may count again.
@@ -342,17 +354,11 @@ pub fn measure_delays(
     options: &Options,
     grade: GradeName,
     sides: &Sides,
-) -> Result<Vec<Delays>, StudyError> {
+) -> Result<Vec<Delays>, Problem> {
     let faults = faults(sides.airframe());
-    let items: Vec<(&Fault, u64)> =
-        faults.iter().flat_map(|fault| (0..SEEDS).map(move |seed| (fault, seed))).collect();
-    let one = |(fault, number): &(&Fault, u64)| {
-        noticed(&options.air(grade), sides, fault, options.seed.wrapping_add(*number))
-    };
-    let flights = runner::map("faults", &items, one).into_iter().collect::<Result<Vec<_>, _>>()?;
-    let per_fault = flights.chunks(usize::try_from(SEEDS).unwrap_or(1));
-    let all = faults.iter().zip(per_fault);
-    Ok(all.map(|(fault, flights)| Delays::of(fault.clone(), flights)).collect())
+    let one = |fault: &Fault, seed| noticed(&options.air(grade), sides, fault, seed);
+    let flights = runner::map_groups("faults", &faults, (options.seed, SEEDS), one)?;
+    Ok(faults.into_iter().zip(&flights).map(|(fault, flown)| Delays::of(fault, flown)).collect())
 }
 
 impl Delays {
@@ -376,16 +382,12 @@ fn noticed(
     sides: &Sides,
     fault: &Fault,
     seed: u64,
-) -> Result<Box<PerDetector<f64>>, StudyError> {
+) -> Result<Box<PerDetector<f64>>, Problem> {
     let start = &sides.airframe().design_point;
     let design = Condition { altitude_m: start.altitude_m, airspeed_m_s: start.airspeed_m_s };
     let Condition { altitude_m, airspeed_m_s } = design;
-    let references = format!(
-        "[[autopilot.reference]]\nat_s = 0.0\naltitude_m = {altitude_m:?}\nairspeed_m_s = {airspeed_m_s:?}\n\
-         roll_deg = 0.0\n[[autopilot.reference]]\nat_s = 17.0\naltitude_m = {:?}\nroll_deg = {:?}\n",
-        altitude_m + fault.climb_m,
-        fault.roll_deg,
-    );
+    let references = entry(0.0, 0.0, altitude_m, airspeed_m_s)
+        + &entry(17.0, fault.roll_deg, altitude_m + fault.climb_m, airspeed_m_s);
     let duration_s = FAULT_S + WAITED_S;
     let mut setup = setup(air, sides, &design, seed, &references, duration_s)?;
     let onset = SimTime::from_seconds(FAULT_S).unwrap_or(SimTime::ZERO);

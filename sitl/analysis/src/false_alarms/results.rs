@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use flight_control::Gains;
-use maud::{PreEscaped, html};
 use plant_sim::GradeName;
 
 use super::detectors::{KINDS, SCALES, scale};
@@ -12,7 +11,6 @@ use super::{ALLOWED_PER_H, GradeStudy, Options, Shipped, bound_per_h, of_kind};
 use crate::chart::curve::Point;
 use crate::chart::panel::{Curve, Mark, Panel, Rule, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
-use crate::page;
 
 /// One row a detector: alarms at each flight condition and together, with the bound.
 pub fn alarms_csv(at: &[Condition], study: &[GradeStudy]) -> String {
@@ -161,19 +159,6 @@ fn lowest_levels(study: &GradeStudy) -> String {
         );
     }
     text
-}
-
-/// One page that opens without a network.
-pub fn page(options: &Options, at: &[Condition], study: &[GradeStudy], figure: &Figure) -> String {
-    let body = html! {
-        h1 { "False alarms and detection delay" }
-        figure {
-            (PreEscaped(&figure.svg))
-            figcaption { (figure.caption) }
-        }
-        (page::markdown(&summary(options, at, study)))
-    };
-    page::page("False alarms", "", &body)
 }
 
 /// Lines of the grades, in the order of [`GradeName::ALL`].

@@ -1,24 +1,23 @@
 //! `sitl study jams`: every surface jammed at parts of its travel to either side, without and with the compensator, as a table.
 
-use std::error::Error;
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
 use flight_control::CompensatorMode;
-use host_io::file::{self, FileProblem};
+use host_io::file;
 use icd::EffectorKind;
 use icd::units::DEG;
 use plant_sim::Airframe;
 
-use super::FlyError;
 use super::judge::{self, Keep};
 use super::outcome::{Fate, Outcome};
 use crate::builder::{SetupBuilder, SetupOptions};
 use crate::closed_loop::FlightSetup;
-use crate::configuration::{AircraftArgs, ConfigurationError, Named};
+use crate::configuration::{AircraftArgs, Named};
 use crate::linearize::Condition;
+use crate::problem::{At as _, Problem};
 use crate::runner;
 
 /// Where surfaces are jammed, of the travel to the one side and to the other.
@@ -66,10 +65,9 @@ struct Jam {
 }
 
 /// Flies and writes.
-pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
-    let failed = |path: &Path, problem: FileProblem| format!("--out {}: {problem}", path.display());
+pub fn run(args: &JamsArgs) -> Result<(), Problem> {
     if let Some(path) = &args.out {
-        file::can_write(path, MARK.as_bytes()).map_err(|problem| failed(path, problem))?;
+        file::can_write(path, MARK.as_bytes()).at(format_args!("--out {}", path.display()))?;
     }
     let builder = args.options().builder()?;
     let airframe = &builder.airframe;
@@ -88,7 +86,7 @@ pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
     let fly =
         |setup: &FlightSetup| judge::fly(setup, true, Keep::default()).map(|(flown, _)| flown);
     let flown = runner::map_quietly("jams", &setups, fly);
-    let flown: Vec<Outcome> = flown.into_iter().collect::<Result<_, FlyError>>()?;
+    let flown: Vec<Outcome> = flown.into_iter().collect::<Result<_, Problem>>()?;
     let mut text = format!("{MARK}\n");
     for (condition, flown) in conditions.iter().zip(flown.chunks(2 * jams.len())) {
         let Condition { altitude_m, airspeed_m_s } = condition;
@@ -107,7 +105,8 @@ pub fn run(args: &JamsArgs) -> Result<(), Box<dyn Error>> {
         print_text!("{text}");
         return Ok(());
     };
-    file::write(path, text.as_bytes(), MARK.as_bytes()).map_err(|problem| failed(path, problem))?;
+    file::write(path, text.as_bytes(), MARK.as_bytes())
+        .at(format_args!("--out {}", path.display()))?;
     print_line!("wrote {}", path.display());
     Ok(())
 }
@@ -153,7 +152,7 @@ impl Jam {
         builder: &SetupBuilder,
         at: &Condition,
         is_armed: bool,
-    ) -> Result<FlightSetup, ConfigurationError> {
+    ) -> Result<FlightSetup, Problem> {
         let Condition { altitude_m, airspeed_m_s } = at;
         let Self { key, angle_deg, .. } = self;
         let scenario = format!(

@@ -1,8 +1,6 @@
 //! Looks at every tick of a flight: measures it, writes its row and its entries of the flight log, and ends it when the
 //! aircraft is lost.
 
-use std::io;
-
 use autopilot::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Recorded, Step};
 use flight_control::DesignModel;
 use host_io::session;
@@ -13,11 +11,12 @@ use lab_judges::JudgeKind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
-use super::FlyError;
 use super::measures::{Measured, Measures};
 use super::outcome::{Fate, Loss, LossBy, Metric, Outcome, SensorLost};
-use crate::closed_loop::{Exchange, Flight, FlightError, FlightSetup, Tick};
+use crate::closed_loop::{Exchange, Flight, FlightSetup, Tick};
 use crate::paper::trace::Sample;
+use crate::problem;
+use crate::problem::Problem;
 use crate::runner::Progress;
 use crate::table::{self, Columns};
 
@@ -31,6 +30,8 @@ pub(super) struct Keep<'a> {
     pub(super) progress: Option<&'a Progress>,
     /// Judges whose numbers stand beside the measures.
     pub(super) judges: &'a [JudgeKind],
+    /// What is flown, for messages.
+    pub(super) scenario: Option<&'a str>,
 }
 
 /// One second, us.
@@ -41,7 +42,7 @@ pub(super) fn fly(
     setup: &FlightSetup,
     stops_at_loss: bool,
     keep: Keep<'_>,
-) -> Result<(Outcome, Option<FlightLog>), FlyError> {
+) -> Result<(Outcome, Option<FlightLog>), Problem> {
     let airframe = &setup.plant.airframe;
     let mut judge = Judge {
         model: DesignModel::new(setup.model),
@@ -66,7 +67,12 @@ pub(super) fn fly(
     if let Some(output) = judge.keep.table.as_mut() {
         output.write(judge.columns.header().as_bytes())?;
     }
-    let mut flight = Flight::new(setup).map_err(FlightError::from)?;
+    let scenario = judge.keep.scenario;
+    let of_scenario = |problem: Problem| match scenario {
+        Some(name) => problem!("scenario {name}: {problem}"),
+        None => problem,
+    };
+    let mut flight = Flight::new(setup).map_err(|error| of_scenario(error.into()))?;
     if judge.keep.log.is_none() && judge.judges.is_empty() {
         flight.skip_unread_verdict();
     }
@@ -77,7 +83,7 @@ pub(super) fn fly(
         }
     }
     if let Some(failure) = flight.failure() {
-        return Err(FlightError::from(failure).into());
+        return Err(of_scenario(failure.into()));
     }
     let end = flight.end();
     if end.on_ground {
@@ -123,7 +129,7 @@ struct Judge<'a> {
 }
 
 impl Judge<'_> {
-    fn look(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
+    fn look(&mut self, tick: &Tick<'_>) -> Result<(), Problem> {
         let truth = tick.plant.truth();
         let sensed = &tick.log.state;
         // The angles of the navigation state are those of its orientation.
@@ -180,7 +186,7 @@ impl Judge<'_> {
         Ok(())
     }
 
-    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), FlyError> {
+    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), Problem> {
         let by = plant.broken_by().map_or(LossBy::Ground, LossBy::Broken);
         self.loss.get_or_insert(Loss { at_s: time.as_seconds(), by });
         match self.keep.log.as_mut() {
@@ -196,21 +202,20 @@ pub(super) struct FlightLog(Encoder<Vec<u8>>);
 
 impl FlightLog {
     /// Begins the log of a flight of the scenario with this name.
-    pub(super) fn begin(scenario: &str, setup: &FlightSetup) -> Result<Self, FlyError> {
+    pub(super) fn begin(scenario: &str, setup: &FlightSetup) -> Result<Self, Problem> {
         // There is no link; the seed tells one flight from another.
         let session = session::shown(setup.plant.seed);
         let period_us = setup.plant.period.as_micros();
         let header = ControlHeader::new(setup.settings(), session, period_us, false);
         let begin = Begin { time: SimTime::ZERO, header };
         let mut log = Encoder::begin(Vec::new(), begin, &setup.parameters, LogRate::Events)?;
-        let json = serde_json::to_vec(&PlantHeader::new(scenario, &setup.plant))
-            .map_err(io::Error::from)?;
+        let json = serde_json::to_vec(&PlantHeader::new(scenario, &setup.plant))?;
         log.add(Entry::Piece { index: 0, count: 1, bytes: json.into() })?;
         Ok(Self(log))
     }
 
     /// A control step and its events.
-    pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), FlyError> {
+    pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), Problem> {
         let snapshot = tick.snapshot;
         let plant = tick.plant;
         let demand = &snapshot.demand;
@@ -242,12 +247,12 @@ impl FlightLog {
     }
 
     /// The aircraft is on the ground.
-    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), FlyError> {
+    fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), Problem> {
         let row = plant.truth().to_row(plant.on_ground(), plant.is_broken());
         Ok(self.0.add(Entry::Ground { time, row })?)
     }
 
-    pub(super) fn end(self) -> Result<Vec<u8>, FlyError> {
+    pub(super) fn end(self) -> Result<Vec<u8>, Problem> {
         Ok(self.0.end(End::Stopped)?)
     }
 }

@@ -7,7 +7,7 @@ use host_io::folder::OutFolder;
 use plant_sim::Exceeded;
 use serde::{Serialize, Serializer};
 
-use super::FlyError;
+use crate::problem::Problem;
 
 /// What became of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -182,8 +182,8 @@ pub(super) fn write_json(
     folder: &OutFolder,
     name: &str,
     value: &impl Serialize,
-) -> Result<(), FlyError> {
-    let mut json = serde_json::to_vec_pretty(value).map_err(std::io::Error::from)?;
+) -> Result<(), Problem> {
+    let mut json = serde_json::to_vec_pretty(value)?;
     json.push(b'\n');
     Ok(folder.write_marked(name, MARK.as_bytes(), &json)?)
 }

@@ -6,12 +6,11 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
-use lab_judges::JudgeKind;
-
+use super::judge::{self, Keep};
 use super::outcome::{Fate, Outcome};
-use super::{FlyError, judge};
 use crate::closed_loop::FlightSetup;
 use crate::metrics::wilson_95;
+use crate::problem::Problem;
 use crate::runner;
 
 /// Most flights of one command.
@@ -56,19 +55,18 @@ impl FromStr for Seeds {
 }
 
 /// Flies a setup once for each seed, on all cores.
-pub(super) fn fly(
+pub(super) fn fly<'a>(
     setup: &FlightSetup,
     from: u64,
     to: u64,
     stops_at_loss: bool,
-    judges: &[JudgeKind],
-) -> Result<Vec<Outcome>, FlyError> {
+    keep: impl Fn() -> Keep<'a> + Sync,
+) -> Result<Vec<Outcome>, Problem> {
     let seeds: Vec<u64> = (from..=to).collect();
     let one = |seed: &u64| {
         let mut setup = setup.clone();
         setup.plant.seed = *seed;
-        judge::fly(&setup, stops_at_loss, judge::Keep { judges, ..judge::Keep::default() })
-            .map(|(outcome, _)| outcome)
+        judge::fly(&setup, stops_at_loss, keep()).map(|(outcome, _)| outcome)
     };
     runner::map_quietly("seeds", &seeds, one).into_iter().collect()
 }

@@ -12,10 +12,11 @@ use plant_sim::{Airframe, Scenario};
 use super::{Options, VARIANTS, Variant};
 use crate::closed_loop::{self, FlightSetup};
 use crate::false_alarms::flights::{
-    Condition, FLIGHT_S, SETTLED_S, conditions, entry, programme, setup,
+    Condition, FLIGHT_S, SETTLED_S, conditions, entry, flights_for, programme, setup,
 };
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Sides, StudyError, draws};
+use crate::study::{Sides, draws};
 
 /// The first fault may begin at this time, s: the turbulence has built up.
 const ONSET_S: f64 = 15.0;
@@ -63,7 +64,7 @@ impl Classes {
 }
 
 /// What became of one flight with a fault.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outcome {
     /// Place of the class.
     pub class: usize,
@@ -83,22 +84,6 @@ pub struct Outcome {
     pub verdict: Option<Verdict>,
     /// From the onset until the aircraft was lost, s.
     pub lost_s: Option<f64>,
-}
-
-impl Outcome {
-    pub(super) fn of(class: usize, seed: u64, fault: String) -> Self {
-        Self {
-            class,
-            seed,
-            fault,
-            detected_s: None,
-            named_s: None,
-            right_s: None,
-            ever_wrong: false,
-            verdict: None,
-            lost_s: None,
-        }
-    }
 }
 
 /// What became of the healthy flights of a law.
@@ -192,7 +177,7 @@ pub fn fly_faults(
     options: &Options,
     sides: &Sides,
     classes: &Classes,
-) -> Result<[Vec<Outcome>; VARIANTS.len()], StudyError> {
+) -> Result<[Vec<Outcome>; VARIANTS.len()], Problem> {
     let numbers = (0..classes.all.len())
         .flat_map(|class| (0..u64::from(options.flights)).map(move |flight| (class, flight)));
     let seeds = (0_u64..).map(|number| options.seed.wrapping_add(number));
@@ -202,14 +187,8 @@ pub fn fly_faults(
         let condition = &at[usize::try_from(flight % 3).unwrap_or(0)];
         fly_fault(options, sides, classes, *class, condition, *seed)
     };
-    let flown = runner::map("flights with a fault", &items, one);
-    let mut outcomes: [Vec<Outcome>; VARIANTS.len()] = Default::default();
-    for flight in flown {
-        for (all, outcome) in outcomes.iter_mut().zip(flight?) {
-            all.push(outcome);
-        }
-    }
-    Ok(outcomes)
+    let flown = runner::try_map("flights with a fault", &items, one)?;
+    Ok(std::array::from_fn(|law| flown.iter().map(|flight| flight[law].clone()).collect()))
 }
 
 /// One fault with each law.
@@ -220,7 +199,7 @@ fn fly_fault(
     class: usize,
     condition: &Condition,
     seed: u64,
-) -> Result<[Outcome; VARIANTS.len()], StudyError> {
+) -> Result<[Outcome; VARIANTS.len()], Problem> {
     let mut between = draws(seed, *b"-----two-step isolation-");
     let onset_s = (between(ONSET_S, ONSET_S + 5.0) * 1.0e3).round() / 1.0e3;
     let broken = classes.all[class];
@@ -231,7 +210,7 @@ fn fly_fault(
     let text = format!("[plant]\nseed = {seed}\n{tables}");
     setup.plant.faults =
         Scenario::from_toml("the study", &text, &sides.airframe().effectors)?.plant.faults;
-    let start = Outcome::of(class, seed, line);
+    let start = Outcome { class, seed, fault: line, ..Outcome::default() };
     fly_each(&setup, &VARIANTS, broken.effectors, onset_s, &start)
 }
 
@@ -242,7 +221,7 @@ pub(super) fn fly_each<const N: usize>(
     broken: [Option<Effector>; 2],
     onset_s: f64,
     start: &Outcome,
-) -> Result<[Outcome; N], StudyError> {
+) -> Result<[Outcome; N], Problem> {
     let mut flown = variants.map(|_| start.clone());
     for (variant, outcome) in variants.iter().zip(&mut flown) {
         let setup = select(setup.clone(), variant);
@@ -275,17 +254,8 @@ pub(super) fn fly_each<const N: usize>(
 }
 
 /// Flies the healthy flights of every law.
-pub fn fly_healthy(
-    options: &Options,
-    sides: &Sides,
-) -> Result<[Healthy; VARIANTS.len()], StudyError> {
-    let each = (options.hours * 3_600.0 / (FLIGHT_S - SETTLED_S)).ceil().max(1.0);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the command line allows 10,000 hours"
-    )]
-    let flights = each as u64;
+pub fn fly_healthy(options: &Options, sides: &Sides) -> Result<[Healthy; VARIANTS.len()], Problem> {
+    let flights = flights_for(options.hours, 1);
     let numbers = (0..flights).flat_map(|flight| (0..VARIANTS.len()).map(move |law| (flight, law)));
     let items: Vec<(u64, usize)> = numbers.collect();
     let at = conditions(&[], &sides.scale());
@@ -297,10 +267,10 @@ pub fn fly_healthy(
         let setup = setup(&options.air(), sides, condition, seed, &references, FLIGHT_S)?;
         watch(&select(setup, &VARIANTS[*law]))
     };
-    let results = runner::map("healthy flights of 10 minutes", &items, one);
+    let results = runner::try_map("healthy flights of 10 minutes", &items, one)?;
     let mut healthy = [Healthy::default(); VARIANTS.len()];
     for ((_, law), flown) in items.iter().zip(results) {
-        let (all, flown) = (&mut healthy[*law], flown?);
+        let all = &mut healthy[*law];
         all.seconds += flown.seconds;
         all.woken += flown.woken;
         all.named += flown.named;
@@ -309,7 +279,7 @@ pub fn fly_healthy(
     Ok(healthy)
 }
 
-fn watch(setup: &FlightSetup) -> Result<Healthy, StudyError> {
+fn watch(setup: &FlightSetup) -> Result<Healthy, Problem> {
     let mut healthy = Healthy::default();
     let limits = setup.plant.airframe.limits;
     let (h, mut active) = (setup.plant.period.as_seconds(), false);

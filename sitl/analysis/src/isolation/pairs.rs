@@ -10,8 +10,9 @@ use plant_sim::{GradeName, Scenario};
 use super::flights::{Outcome, fly_each, references};
 use super::{Options, VARIANTS, Variant};
 use crate::false_alarms::flights::{Air, conditions, setup};
+use crate::problem::Problem;
 use crate::runner;
-use crate::study::{Sides, StudyError, draws};
+use crate::study::{Sides, draws};
 
 /// The law beyond the paper, without and with the use of the verdict.
 pub const COMPARED: [Variant; 2] = [VARIANTS[1], VARIANTS[2]];
@@ -37,20 +38,20 @@ fn of_two(list: &EffectorList) -> Vec<[Effector; 2]> {
 }
 
 /// Flies `options.pairs` pairs, on the aircraft of the study and on that of the paper by turns.
-pub fn fly(options: &Options, sides: &Sides) -> Result<Vec<[Outcome; COMPARED.len()]>, StudyError> {
+pub fn fly(options: &Options, sides: &Sides) -> Result<Vec<[Outcome; COMPARED.len()]>, Problem> {
     let paper = options.study.sides(CompensatorMode::Armed, &[])?;
     let is_given = options.study.flight.aircraft.airframe.is_some();
     let both = if is_given { [sides; 2] } else { [sides, &paper] };
     let numbers: Vec<u32> = (0..options.pairs).collect();
     let one = |number: &u32| fly_pair(options, both, *number);
-    runner::map("pairs of jams", &numbers, one).into_iter().collect()
+    runner::try_map("pairs of jams", &numbers, one)
 }
 
 fn fly_pair(
     options: &Options,
     both: [&Sides; 2],
     number: u32,
-) -> Result<[Outcome; COMPARED.len()], StudyError> {
+) -> Result<[Outcome; COMPARED.len()], Problem> {
     // Other air than that of the other flights.
     let seed = options.seed.wrapping_add(1 << 33).wrapping_add(u64::from(number));
     let mut between = draws(seed, *b"------two-step iso pairs");
@@ -95,6 +96,7 @@ fn fly_pair(
     );
     let text = format!("[plant]\nseed = {seed}\n{tables}");
     setup.plant.faults = Scenario::from_toml("the study", &text, &airframe.effectors)?.plant.faults;
-    let start = Outcome::of(number % pairs.len(), seed, line);
+    let class = number % pairs.len();
+    let start = Outcome { class, seed, fault: line, ..Outcome::default() };
     fly_each(&setup, &COMPARED, pair.map(Some), onset_s, &start)
 }

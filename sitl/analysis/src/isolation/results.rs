@@ -3,14 +3,12 @@
 use std::fmt::Write as _;
 
 use flight_control::isolation::Verdict;
-use maud::{PreEscaped, html};
 
 use super::flights::{Class, Outcome};
 use super::{Options, Study, VARIANTS};
 use crate::chart::drawing::Drawing;
 use crate::chart::{Figure, WIDTH};
 use crate::metrics::{quantile, wilson_95};
-use crate::page;
 
 /// Columns behind those of the classes: other pairs, no one although detected, not detected.
 const FURTHER: [&str; 3] = ["two others", "no one", "not detected"];
@@ -213,19 +211,6 @@ pub fn summary(options: &Options, study: &Study) -> String {
         );
     }
     text
-}
-
-/// One page that opens without a network.
-pub fn page(summary: &str, figure: &Figure) -> String {
-    let body = html! {
-        h1 { "Which effector the isolation names" }
-        figure {
-            (PreEscaped(&figure.svg))
-            figcaption { (figure.caption) }
-        }
-        (page::markdown(summary))
-    };
-    page::page("Isolation", "", &body)
 }
 
 /// Space left of the cells, for names.

@@ -5,11 +5,15 @@ use std::path::{Path, PathBuf};
 use autopilot::config::Model;
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::measures::Measures;
+use flight_analysis::problem;
+use flight_analysis::problem::Problem;
 use icd::{Effector, EffectorKind};
 use plant_sim::{Airframe, airframe};
 
-use super::{Plan, PlanError, Value};
-use crate::spec::{AirframeSpec, Each, Meaning, SpecFile, Variable, settings_of, text_of};
+use super::{Plan, Value};
+use crate::spec::{
+    AirframeSpec, Each, Meaning, RUNS_MAX, SpecFile, Variable, settings_of, text_of,
+};
 
 /// An aircraft of the campaign, read and checked.
 #[derive(Debug)]
@@ -38,11 +42,7 @@ impl Aircraft {
     }
 
     /// Reads its files and lists the values of the listed variables.
-    pub(super) fn read(
-        spec: &AirframeSpec,
-        file: &SpecFile,
-        first: u64,
-    ) -> Result<Self, PlanError> {
+    pub(super) fn read(spec: &AirframeSpec, file: &SpecFile, first: u64) -> Result<Self, Problem> {
         // The name of an aircraft that comes with the program, or a file beside the specification.
         let named = |name: &Option<PathBuf>| {
             name.as_deref().map(|name: &Path| match airframe::is_shipped(name) {
@@ -61,15 +61,12 @@ impl Aircraft {
         for (list, variable) in lists.iter().zip(&file.spec.vary) {
             let Some(list) = list else { continue };
             if list.is_empty() {
-                return Err(PlanError::Variable {
-                    file: file.name.clone(),
-                    key: variable.key.clone(),
-                    problem: format!("{} has no such effector", airframe.name),
-                });
+                let (file, key, airframe) = (&file.name, &variable.key, &airframe.name);
+                return Err(problem!("{file}: {key}: {airframe} has no such effector"));
             }
             combinations = combinations
                 .checked_mul(list.len() as u64)
-                .ok_or_else(|| PlanError::TooMany { file: file.name.clone() })?;
+                .ok_or_else(|| problem!("{}: more than {RUNS_MAX} runs", file.name))?;
         }
         let period_s = file.spec.period().unwrap_or_default().as_seconds();
         let observer = model.defaults.gains.selection.observer;
@@ -95,7 +92,7 @@ impl Aircraft {
     }
 
     /// Turns factors and parts of a travel into values of their keys.
-    pub(super) fn translate(&self, plan: &Plan, values: &[Value]) -> Result<Vec<Value>, PlanError> {
+    pub(super) fn translate(&self, plan: &Plan, values: &[Value]) -> Result<Vec<Value>, Problem> {
         let of = |(variable, value): (&Variable, &Value)| {
             let Value::Number(number) = value else { return Ok(value.clone()) };
             match variable.meaning {
@@ -117,7 +114,7 @@ impl Aircraft {
     }
 
     /// The number that the file of a key has.
-    fn base(&self, plan: &Plan, variable: &Variable) -> Result<f64, PlanError> {
+    fn base(&self, plan: &Plan, variable: &Variable) -> Result<f64, Problem> {
         let key = variable.key.as_str();
         let of = |table: &toml::Table, path: &str| number_at(table, path);
         let found = match key.split_once('.') {
@@ -129,10 +126,9 @@ impl Aircraft {
                 .find(|row| row.name == key)
                 .map(|row| row.value(&self.model.defaults)),
         };
-        found.ok_or_else(|| PlanError::Variable {
-            file: plan.file.name.clone(),
-            key: key.to_owned(),
-            problem: "as = \"factor\" needs a number in the file, and there is none".to_owned(),
+        found.ok_or_else(|| {
+            let file = &plan.file.name;
+            problem!("{file}: {key}: as = \"factor\" needs a number in the file, and there is none")
         })
     }
 
@@ -143,11 +139,8 @@ impl Aircraft {
         variable: &Variable,
         values: &[Value],
         part: f64,
-    ) -> Result<f64, PlanError> {
-        let fail = |problem: String| {
-            let (file, key) = (plan.file.name.clone(), variable.key.clone());
-            Err(PlanError::Variable { file, key, problem })
-        };
+    ) -> Result<f64, Problem> {
+        let fail = |why: String| Err(problem!("{}: {}: {why}", plan.file.name, variable.key));
         if !(-1.0..=1.0).contains(&part) {
             return fail(format!("{part} of the travel: expected -1 to 1"));
         }

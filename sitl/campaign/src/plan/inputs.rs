@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 
 use flight_analysis::configuration::Named;
+use flight_analysis::problem::Problem;
 use sha2::{Digest, Sha256};
 
-use super::{Aircraft, Law, PlanError};
+use super::{Aircraft, Law};
 use crate::spec::SpecFile;
 
 /// A text that decides the results. Its name does not: a file may lie elsewhere on another machine.
@@ -21,7 +22,7 @@ pub(super) fn inputs(
     scenario: &Named,
     aircraft: &[Aircraft],
     laws: &[Law],
-) -> Result<Vec<InputText>, PlanError> {
+) -> Result<Vec<InputText>, Problem> {
     let input = |name: String, text: &str| InputText { name, sha256: Sha256::digest(text).into() };
     let mut inputs =
         vec![input(file.name.clone(), &file.text), input(scenario.name.clone(), &scenario.text)];

@@ -1,15 +1,16 @@
 //! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
 
 use autopilot::own_law::OwnLaw;
+use flight_analysis::problem::Problem;
 use flight_analysis::study::WholeSetup;
 use serde_json::json;
 
-use super::{Plan, PlanError};
+use super::Plan;
 
 impl Plan {
     /// The specification and the first flight of each aircraft with each law, as JSON: with the row of a run enough to fly it again,
     /// but for the code of a law of the program.
-    pub fn setup_json(&self) -> Result<String, PlanError> {
+    pub fn setup_json(&self) -> Result<String, Problem> {
         let laws = self.laws.len() as u64;
         let mut flights = Vec::new();
         for aircraft in &self.aircraft {

@@ -1,9 +1,10 @@
 //! Several keys that are varied together by one listed level.
 
+use flight_analysis::problem::Problem;
 use serde::Deserialize;
 
 use super::variable::{Meaning, Variable};
-use super::{SpecError, check_key};
+use super::{check_key, refuse};
 
 /// A level with the keys that it acts on. In tables and plots it is a listed variable with its name.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -48,14 +49,9 @@ impl Joint {
         }
     }
 
-    pub(super) fn check(&self, file: &str) -> Result<(), SpecError> {
+    pub(super) fn check(&self, file: &str) -> Result<(), Problem> {
         let refuse = |part: &str, value: String, expected: &str| {
-            Err(SpecError::Value {
-                file: file.to_owned(),
-                key: format!("joint {}, {part}", self.name),
-                value,
-                expected: expected.to_owned(),
-            })
+            refuse(file, &format!("joint {}, {part}", self.name), value, expected)
         };
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
         if self.name.is_empty() || !self.name.chars().all(is_word) {

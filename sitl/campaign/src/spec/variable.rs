@@ -1,10 +1,11 @@
 //! A variable of a campaign: which key is varied, and how.
 
+use flight_analysis::problem::Problem;
 use flight_analysis::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 
-use super::{SpecError, check_key, is_scalar};
+use super::{check_key, is_scalar, refuse};
 
 /// Most values of one variable.
 const VALUES_MAX: u32 = 100_000;
@@ -104,14 +105,9 @@ impl Variable {
         Some([low, high])
     }
 
-    pub(super) fn check(&self, file: &str) -> Result<(), SpecError> {
+    pub(super) fn check(&self, file: &str) -> Result<(), Problem> {
         let refuse = |part: &str, value: String, expected: &str| {
-            Err(SpecError::Value {
-                file: file.to_owned(),
-                key: format!("{}, {part}", self.key),
-                value,
-                expected: expected.to_owned(),
-            })
+            refuse(file, &format!("{}, {part}", self.key), value, expected)
         };
         check_key(&self.key, file)?;
         let ways = [
