@@ -23,7 +23,8 @@
 //! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
-    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, Target, Timing,
+    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, SensorKind,
+    Target, Timing,
 };
 use icd::{Effector, EffectorList, PerEffector, SimTime};
 
@@ -83,6 +84,8 @@ pub struct Faults {
     alters_commands: bool,
     /// Whether a fault changes from step to step.
     varies: bool,
+    /// Whether a sensor has a fault.
+    alters_sensors: bool,
     next_event: Option<SimTime>,
     last_id: u32,
 }
@@ -108,6 +111,7 @@ impl Faults {
             delayed: PerEffector::from_fn(|_| Delayed::new()),
             alters_commands: false,
             varies: false,
+            alters_sensors: false,
             next_event: None,
             last_id: 0,
         }
@@ -414,6 +418,8 @@ impl Faults {
     fn look_ahead(&mut self, now: SimTime) {
         self.alters_commands = self.any(ActiveFault::alters_commands);
         self.varies = self.vary_after(now);
+        let has_fault = |sensor: SensorKind| self.current[slot(sensor)].is_some();
+        self.alters_sensors = SensorKind::ALL.into_iter().any(has_fault);
         let of_effector = |effector: Effector| {
             let current = self.current[slot(effector)].as_ref()?;
             let within = current.active.as_ref().and_then(|active| active.next_event(now));

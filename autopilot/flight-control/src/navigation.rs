@@ -130,7 +130,9 @@ impl NavigationState {
     /// has not lost the sensor.
     pub fn alive(&self, sensors: &Sensors) -> [bool; Sensors::SENSORS] {
         let (valid, stamps) = (&self.valid, sensors.stamps());
-        SensorKind::ALL.map(|sensor| {
+        let mut alive = [false; Sensors::SENSORS];
+        // A loop: `map` costs three times as many instructions.
+        for sensor in SensorKind::ALL {
             let counts = match (&self.estimate, sensor) {
                 // Of the airspeed a drift is a loss too; other samples that contradict the estimate are still what the sensor says.
                 (Some(estimate), SensorKind::Pitot) => !estimate.source(sensor).is_gone(),
@@ -147,8 +149,9 @@ impl NavigationState {
                 (None, SensorKind::EngineMonitor) => valid.thrust,
                 (None, SensorKind::Magnetometer) => true,
             };
-            counts && stamps[sensor as usize].valid
-        })
+            alive[sensor as usize] = counts && stamps[sensor as usize].valid;
+        }
+        alive
     }
 
     /// Velocity of the air over the ground, m/s, where it blows to: velocity over the ground minus velocity through

@@ -143,17 +143,31 @@ impl Autopilot {
         let command =
             self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
         let own = self.own_law.as_mut().map(Brought::law_mut);
-        let latest = self.latest.insert(Snapshot {
-            time,
-            period: self.period,
-            on_ground: false,
-            mode: self.vehicle.mode(),
-            demand: self.vehicle.demand().copied().unwrap_or(command),
-            navigation: self.vehicle.navigation(),
-            terminated: self.vehicle.is_terminated(),
-            sensors: *sensors,
-            log: self.flight.step_with(state, &command, own),
-        });
+        let log = self.flight.step_with(state, &command, own);
+        let (mode, navigation) = (self.vehicle.mode(), self.vehicle.navigation());
+        let demand = self.vehicle.demand().copied().unwrap_or(command);
+        let (period, terminated) = (self.period, self.vehicle.is_terminated());
+        let latest = match &mut self.latest {
+            // Field by field: a whole snapshot would be copied once more.
+            Some(latest) => {
+                (latest.sensors, latest.log) = (*sensors, log);
+                (latest.time, latest.period, latest.on_ground) = (time, period, false);
+                (latest.mode, latest.demand, latest.navigation) = (mode, demand, navigation);
+                latest.terminated = terminated;
+                latest
+            }
+            latest => latest.insert(Snapshot {
+                time,
+                period,
+                on_ground: false,
+                mode,
+                demand,
+                navigation,
+                terminated,
+                sensors: *sensors,
+                log,
+            }),
+        };
         let log = &mut latest.log;
         if latest.terminated {
             log.commands = termination::commands(&self.model);

@@ -8,8 +8,9 @@ use super::{FaultContext, Faults, SensorEffect};
 
 impl Faults {
     /// Whether a sensor has a fault.
+    #[inline]
     pub fn has_sensor_faults(&self) -> bool {
-        SensorKind::ALL.into_iter().any(|sensor| self.current[slot(sensor)].is_some())
+        self.alters_sensors
     }
 
     /// How much of each part of the airframe is torn off at `now`: the fraction of its span from the tip.
