@@ -1,6 +1,5 @@
 //! `sitl study checkcase`: flies a scenario without a controller, and writes its trajectory for a comparison with other simulators.
 
-use std::error::Error;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -10,6 +9,8 @@ use plant_sim::scenario::case::{CaseFile, CaseOptions, CheckCase};
 use plant_sim::{Airframe, Plant, SetupError};
 
 use crate::configuration::{AircraftArgs, Named};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 use crate::runner::Progress;
 use crate::settings::{self, Setting, Target};
 use columns::Columns;
@@ -46,57 +47,20 @@ pub struct CheckcaseArgs {
     out: PathBuf,
 }
 
-/// Why a case did not come to its end.
-#[derive(Debug, thiserror::Error)]
-pub enum CaseError {
-    /// It cannot begin.
-    #[error("{file}: {source}")]
-    Setup {
-        /// The scenario.
-        file: String,
-        /// The reason.
-        source: Box<SetupError>,
-    },
-    /// The state was not finite any more.
-    #[error("after {time_s} s the {what} is not finite any more; a shorter step may help")]
-    Broken {
-        /// Time of the last finite state, s.
-        time_s: f64,
-        /// The quantity.
-        what: &'static str,
-    },
-    /// The ground was reached.
-    #[error("ground contact after {time_s} s, before duration_s = {duration_s}")]
-    Ground {
-        /// Time, s.
-        time_s: f64,
-        /// Duration of the case, s.
-        duration_s: f64,
-    },
-    /// The receiver of the rows failed.
-    #[error(transparent)]
-    Output(#[from] std::io::Error),
-}
-
 /// Flies and writes.
-pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
     let name = args.scenario.display().to_string();
     let case = args.case()?;
     let mut flight = Flight::new(&name, &case)?;
-    let refused = |problem: &dyn Error| format!("--out {}: {problem}", args.out.display());
-    let mut file = NewFile::begin(&args.out, |beginning| beginning.starts_with(MARK))
-        .map_err(|problem| refused(&problem))?;
+    let out = format!("--out {}", args.out.display());
+    let mut file = NewFile::begin(&args.out, |beginning| beginning.starts_with(MARK)).at(&out)?;
     print_line!("{}", flight.described());
     let rows = case.duration.as_micros() / case.output_us + 1;
     let rows = usize::try_from(rows).unwrap_or(usize::MAX);
     let progress = Progress::new(&name, "rows", rows).quiet_at_first();
     let mut count = 0_u64;
-    let mut line = String::new();
-    let end = flight.fly(&mut |text| {
-        line.clear();
-        line.push_str(text);
-        line.push('\n');
-        file.write_all(line.as_bytes())?;
+    let end = flight.fly(&mut |line| {
+        file.write_all(format!("{line}\n").as_bytes()).at(&out)?;
         if count > 0 {
             progress.one_done();
         }
@@ -104,14 +68,12 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Box<dyn Error>> {
         Ok(())
     });
     progress.finish();
-    match end {
-        Ok(()) | Err(CaseError::Ground { .. }) => {}
-        Err(CaseError::Output(problem)) => return Err(refused(&problem).into()),
-        Err(other) => return Err(format!("{name}: {other}").into()),
+    if end.is_err() && !flight.plant.on_ground() {
+        return end.at(name);
     }
-    file.finish().map_err(|problem| refused(&problem))?;
+    file.finish().at(&out)?;
     print_line!("wrote {}: {} rows", args.out.display(), count - 1);
-    Ok(end.map_err(|error| format!("{name}: {error}; the file has the rows until then"))?)
+    end.map_err(|problem| problem!("{name}: {problem}; the file has the rows until then"))
 }
 
 impl CheckcaseArgs {
@@ -122,11 +84,11 @@ impl CheckcaseArgs {
     }
 
     /// The case with its airframe.
-    pub fn case(&self) -> Result<CheckCase, Box<dyn Error>> {
+    pub fn case(&self) -> Result<CheckCase, Problem> {
         settings::check_keys(&self.settings)?;
         let is_ours = |target| matches!(target, Ok(Target::Scenario | Target::Airframe));
         if let Some(other) = self.settings.iter().find(|setting| !is_ours(setting.target())) {
-            return Err(format!("--set {}: a check case has no controller", other.key).into());
+            return Err(problem!("--set {}: a check case has no controller", other.key));
         }
         let scenario = Named::read(&self.scenario)?;
         let mut aircraft =
@@ -153,14 +115,12 @@ pub struct Flight<'a> {
 
 impl<'a> Flight<'a> {
     /// Begins a case; errors call its file `name`.
-    pub fn new(name: &str, case: &'a CheckCase) -> Result<Self, CaseError> {
-        let refused = |source| CaseError::Setup { file: name.to_owned(), source: Box::new(source) };
-        let plant = Plant::release(&case.setup).map_err(refused)?;
+    pub fn new(name: &str, case: &'a CheckCase) -> Result<Self, Problem> {
+        let plant = Plant::release(&case.setup).at(name)?;
         let start = plant.controls();
         for step in &case.steps {
             let controls = start.plus(&step.change);
-            let checked = case.setup.check_controls(&controls);
-            checked.map_err(|source| refused(SetupError::Range(source)))?;
+            case.setup.check_controls(&controls).map_err(SetupError::Range).at(name)?;
         }
         let columns = Columns::new(&plant);
         Ok(Self { case, plant, columns })
@@ -186,11 +146,11 @@ impl<'a> Flight<'a> {
         text
     }
 
-    /// Flies to the end. `write` gets the header and then each row.
+    /// Flies to the end; a contact with the ground before it is a problem. `write` gets the header and then each row.
     pub fn fly(
         &mut self,
-        write: &mut dyn FnMut(&str) -> std::io::Result<()>,
-    ) -> Result<(), CaseError> {
+        write: &mut dyn FnMut(&str) -> Result<(), Problem>,
+    ) -> Result<(), Problem> {
         let Self { case, plant, columns } = self;
         let start = plant.controls();
         let end_us = case.duration.as_micros();
@@ -211,12 +171,16 @@ impl<'a> Flight<'a> {
             plant.advance(&Actuators { commands: plant.controls().positions });
             if let Some(what) = plant.broken_by() {
                 let time_s = SimTime::from_micros(now_us).as_seconds();
-                return Err(CaseError::Broken { time_s, what });
+                return Err(problem!(
+                    "after {time_s} s the {what} is not finite any more; a shorter step may help"
+                ));
             }
         }
         if plant.time() < case.duration {
             let (time_s, duration_s) = (plant.time().as_seconds(), case.duration.as_seconds());
-            return Err(CaseError::Ground { time_s, duration_s });
+            return Err(problem!(
+                "ground contact after {time_s} s, before duration_s = {duration_s}"
+            ));
         }
         Ok(())
     }

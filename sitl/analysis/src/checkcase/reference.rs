@@ -12,7 +12,9 @@ use plant_sim::earth::SPHERE_RADIUS_M;
 use plant_sim::geodesy::{self, Radii};
 use serde::Deserialize;
 
-use super::trajectory::{Trajectory, TrajectoryError, quaternion_angle};
+use super::trajectory::{Trajectory, quaternion_angle};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// Longest trajectory file, bytes.
 const TRAJECTORY_MAX: u64 = 1 << 26;
@@ -20,27 +22,6 @@ const TRAJECTORY_MAX: u64 = 1 << 26;
 pub const SPREADS: f64 = 2.0;
 /// The simulator with the finest step, to which the tight tolerances refer.
 const FINEST: &str = "05";
-
-/// Why a trajectory cannot be compared.
-#[derive(Debug, thiserror::Error)]
-pub enum ReferenceError {
-    /// A file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read { path: PathBuf, source: file::FileProblem },
-    /// The manifest is something else.
-    #[error("{}: {source}", path.display())]
-    Manifest { path: PathBuf, source: serde_json::Error },
-    #[error(transparent)]
-    Trajectory(#[from] TrajectoryError),
-    /// The manifest lacks the case.
-    #[error("{}: no case {case}, there are {known}", folder.display())]
-    NoCase {
-        folder: PathBuf,
-        case: String,
-        /// The cases of the manifest.
-        known: String,
-    },
-}
 
 #[derive(Debug, Deserialize)]
 struct Manifest {
@@ -159,28 +140,24 @@ impl Deviation {
 
 impl References {
     /// Reads the manifest of a folder.
-    pub fn open(folder: &Path) -> Result<Self, ReferenceError> {
+    pub fn open(folder: &Path) -> Result<Self, Problem> {
         let path = folder.join("manifest.json");
-        let bytes = file::read(&path, file::TEXT_MAX)
-            .map_err(|source| ReferenceError::Read { path: path.clone(), source })?;
-        let manifest = serde_json::from_slice(&bytes)
-            .map_err(|source| ReferenceError::Manifest { path, source })?;
+        let bytes = file::read(&path, file::TEXT_MAX).at(path.display())?;
+        let manifest = serde_json::from_slice(&bytes).at(path.display())?;
         Ok(Self { folder: folder.to_path_buf(), manifest })
     }
 
     /// Reads the trajectories of a case.
-    pub fn case(&self, case: &str) -> Result<Reference<'_>, ReferenceError> {
+    pub fn case(&self, case: &str) -> Result<Reference<'_>, Problem> {
         let Some(about) = self.manifest.cases.get(case) else {
             let known = self.manifest.cases.keys().cloned().collect::<Vec<_>>().join(", ");
-            let (folder, case) = (self.folder.clone(), case.to_owned());
-            return Err(ReferenceError::NoCase { folder, case, known });
+            return Err(problem!("{}: no case {case}, there are {known}", self.folder.display()));
         };
         let mut sims = BTreeMap::new();
         let mut times: Option<Vec<f64>> = None;
         for sim in &about.sims {
             let path = self.folder.join(case).join(format!("sim_{sim}.csv"));
-            let text = file::read_text(&path, TRAJECTORY_MAX)
-                .map_err(|source| ReferenceError::Read { path: path.clone(), source })?;
+            let text = file::read_text(&path, TRAJECTORY_MAX).at(path.display())?;
             let trajectory = Trajectory::read(&path.display().to_string(), &text)?;
             let at = times.get_or_insert_with(|| trajectory.times().to_vec());
             sims.insert(sim.as_str(), trajectory.at(at)?);
@@ -196,7 +173,7 @@ impl Reference<'_> {
     }
 
     /// The distance of a trajectory in every quantity that it and the core simulators have.
-    pub fn deviations(&self, ours: &Trajectory) -> Result<Vec<Deviation>, TrajectoryError> {
+    pub fn deviations(&self, ours: &Trajectory) -> Result<Vec<Deviation>, Problem> {
         let Some(first) = self.sims.values().next() else { return Ok(Vec::new()) };
         let ours = ours.at(first.times())?;
         let one = |quantity| self.deviation(quantity, &ours);

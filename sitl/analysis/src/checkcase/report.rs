@@ -1,6 +1,5 @@
 //! `sitl study compare-checkcases`: flies check cases and writes how far they are from other simulators, as a table and a picture.
 
-use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -11,6 +10,8 @@ use super::reference::{Comparison, Deviation, References};
 use super::trajectory::Trajectory;
 use super::{CheckcaseArgs, Flight, picture};
 use crate::chart::write_figure;
+use crate::problem;
+use crate::problem::{At as _, Problem};
 use crate::runner;
 use crate::table::field;
 
@@ -38,7 +39,7 @@ pub struct CompareArgs {
 }
 
 /// Flies, compares and writes.
-pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &CompareArgs) -> Result<(), Problem> {
     let references = References::open(&args.reference)?;
     let folder = OutFolder::create(&args.out)?;
     let mut cases = Vec::new();
@@ -49,7 +50,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
         }
     }
     let compared = runner::map_quietly("check cases", &cases, |(name, case)| {
-        compare(name, case, &references).map_err(|error| format!("{name}: {error}"))
+        compare(name, case, &references).at(name)
     });
     let comparisons: Vec<Comparison> = compared.into_iter().collect::<Result<_, _>>()?;
     let table = table(&comparisons);
@@ -59,14 +60,14 @@ pub fn run(args: &CompareArgs) -> Result<(), Box<dyn Error>> {
         format!("{MARK}\n\n{table}").as_bytes(),
     )?;
     folder.write_marked("checkcases.csv", COLUMNS.as_bytes(), csv(&comparisons).as_bytes())?;
-    write_figure::<Box<dyn Error>>(&folder, &picture::figure(&comparisons))?;
+    write_figure::<Problem>(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));
     let far: Vec<String> = far.map(|one| format!("{} at {} ms", one.case, one.step_ms)).collect();
     match far.is_empty() {
         true => Ok(()),
-        false => Err(format!("farther from the reference than allowed: {}", far.join(", ")).into()),
+        false => Err(problem!("farther from the reference than allowed: {}", far.join(", "))),
     }
 }
 
@@ -75,12 +76,11 @@ pub fn compare(
     name: &str,
     case: &CheckCase,
     references: &References,
-) -> Result<Comparison, Box<dyn Error>> {
+) -> Result<Comparison, Problem> {
     let Some(reference_name) = &case.reference else {
-        return Err(
+        return Err(problem!(
             "[checkcase] reference is missing, expected the case's name in the reference data"
-                .into(),
-        );
+        ));
     };
     let reference = references.case(reference_name)?;
     let mut text = String::new();

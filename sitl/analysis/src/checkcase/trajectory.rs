@@ -2,31 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::problem;
+use crate::problem::Problem;
+
 /// Times of two trajectories that count as the same, s.
 const SAME_TIME_S: f64 = 1.0e-6;
-
-/// Why a trajectory cannot be read or compared.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TrajectoryError {
-    /// A trajectory is no table of numbers.
-    #[error("{file}: line {line}: {problem}")]
-    Table {
-        file: String,
-        /// The line, from 1.
-        line: usize,
-        /// What is wrong, and what is expected.
-        problem: String,
-    },
-    /// A trajectory has no row at a time of the reference.
-    #[error(
-        "{file}: no row at {time_s} s, which the reference has; another output_rate_hz may have it"
-    )]
-    NoRow {
-        file: String,
-        /// The time, s.
-        time_s: f64,
-    },
-}
 
 /// A trajectory as columns.
 #[derive(Debug, Clone, PartialEq)]
@@ -40,12 +20,8 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// Reads comma-separated values; errors call them `name`.
-    pub fn read(name: &str, text: &str) -> Result<Self, TrajectoryError> {
-        let wrong = |line: usize, problem: String| TrajectoryError::Table {
-            file: name.to_owned(),
-            line: line + 1,
-            problem,
-        };
+    pub fn read(name: &str, text: &str) -> Result<Self, Problem> {
+        let wrong = |line: usize, what: String| problem!("{name}: line {}: {what}", line + 1);
         let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
         let header = lines.next().map_or("", |(_, header)| header);
         let names: Vec<&str> = header.split(',').map(str::trim).collect();
@@ -98,12 +74,17 @@ impl Trajectory {
     }
 
     /// The rows at these times.
-    pub(super) fn at(&self, times: &[f64]) -> Result<Self, TrajectoryError> {
+    pub(super) fn at(&self, times: &[f64]) -> Result<Self, Problem> {
         let ours = self.times();
         let row = |time_s: &f64| {
             let near = ours.partition_point(|t| *t < time_s - SAME_TIME_S);
             let is_there = ours.get(near).is_some_and(|t| (t - time_s).abs() <= SAME_TIME_S);
-            let missing = || TrajectoryError::NoRow { file: self.name.clone(), time_s: *time_s };
+            let missing = || {
+                problem!(
+                    "{}: no row at {time_s} s, which the reference has; another output_rate_hz may have it",
+                    self.name
+                )
+            };
             is_there.then_some(near).ok_or_else(missing)
         };
         let rows: Vec<usize> = times.iter().map(row).collect::<Result<_, _>>()?;
