@@ -115,7 +115,7 @@ pub fn run(args: &ActuatorsArgs) -> Result<(), Problem> {
     let responses = bench.responses()?;
     let travel = bench.travel()?;
     folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
-    write_figure::<Problem>(&folder, &bench.figure(&responses, travel))?;
+    write_figure(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
         let signal = signal.name();

@@ -9,9 +9,9 @@ pub mod drawing;
 pub mod panel;
 pub mod raster;
 
-pub use raster::RasterError;
+use host_io::folder::OutFolder;
 
-use host_io::folder::{FolderError, OutFolder};
+use crate::problem::Problem;
 
 use drawing::{Drawing, LETTER};
 use panel::{LEFT, Panel};
@@ -71,7 +71,7 @@ pub struct Figure {
 
 impl Figure {
     /// Its files, SVG and PNG: name and bytes.
-    pub fn files(&self) -> Result<[(String, Vec<u8>); 2], RasterError> {
+    pub fn files(&self) -> Result<[(String, Vec<u8>); 2], Problem> {
         let png = raster::png(&self.svg)?;
         Ok([
             (format!("{}.svg", self.name), self.svg.clone().into_bytes()),
@@ -81,10 +81,7 @@ impl Figure {
 }
 
 /// Writes a figure into a folder, as SVG and PNG.
-pub fn write_figure<E: From<RasterError> + From<FolderError>>(
-    folder: &OutFolder,
-    figure: &Figure,
-) -> Result<(), E> {
+pub fn write_figure(folder: &OutFolder, figure: &Figure) -> Result<(), Problem> {
     for (name, bytes) in figure.files()? {
         folder.write(&name, &bytes)?;
     }

@@ -18,6 +18,9 @@ use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use nalgebra::{SMatrix, SVector, Vector3};
 use plant_sim::airframe::DEFAULT_NAME;
 
+use crate::problem;
+use crate::problem::Problem;
+
 /// By this line a file of gains is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl aircraft design lqr`";
 
@@ -49,17 +52,6 @@ pub struct DesignArgs {
     out: PathBuf,
 }
 
-/// Why there are no gains.
-#[derive(Debug, PartialEq, Eq, thiserror::Error)]
-pub enum DesignError {
-    /// No gains make this model stable.
-    #[error("the discrete Riccati equation of the {motion} motion has no solution with this model")]
-    NoSolution {
-        /// Longitudinal or lateral.
-        motion: &'static str,
-    },
-}
-
 /// Designs and writes a file of gains.
 pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
     let aircraft = config::named_model(&args.model)?.aircraft;
@@ -70,13 +62,17 @@ pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+fn no_solution(motion: &str) -> Problem {
+    problem!("the discrete Riccati equation of the {motion} motion has no solution with this model")
+}
+
 /// The gains for this model.
-pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGains, DesignError> {
+pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGains, Problem> {
     let model = DesignModel::new(*aircraft);
     let h = period.as_seconds();
     let system = discretise(&longitudinal(&model), h);
     let k = regulator(&system, &LONGITUDINAL_STATES, &LONGITUDINAL_INPUTS)
-        .ok_or(DesignError::NoSolution { motion: "longitudinal" })?;
+        .ok_or_else(|| no_solution("longitudinal"))?;
     let row = |i: usize| LongitudinalRow {
         climb: k[(i, 0)],
         airspeed: k[(i, 1)],
@@ -89,7 +85,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
     let (elevator, thrust) = (row(0), row(1));
     let system = discretise(&lateral(&model), h);
     let k = regulator(&system, &LATERAL_STATES, &LATERAL_INPUTS)
-        .ok_or(DesignError::NoSolution { motion: "lateral" })?;
+        .ok_or_else(|| no_solution("lateral"))?;
     let row = |i: usize| LateralRow {
         beta: k[(i, 0)],
         p: k[(i, 1)],
@@ -303,6 +299,6 @@ mod tests {
         aircraft.effectors.c_pitch = icd::PerEffector::default();
         aircraft.effectors.c_lift = icd::PerEffector::default();
         let refused = design(&aircraft, ControlPeriod::DEFAULT);
-        assert_eq!(refused, Err(DesignError::NoSolution { motion: "longitudinal" }));
+        assert_eq!(refused, Err(no_solution("longitudinal")));
     }
 }

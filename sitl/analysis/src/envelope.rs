@@ -156,7 +156,7 @@ pub fn run(options: &StudyOptions) -> Result<(), Problem> {
     let folder = sides.begin(&options.out)?;
     let flown = runner::try_map("held altitude", &cases(&sides.scale()), |case| fly(&sides, case))?;
     folder.write("envelope.csv", csv(&flown).as_bytes())?;
-    write_figure::<Problem>(&folder, &figure(sides.airframe().name.as_ref(), &flown))?;
+    write_figure(&folder, &figure(sides.airframe().name.as_ref(), &flown))?;
     print_text!("{}", summary(&flown));
     Ok(())
 }

@@ -89,7 +89,7 @@ pub fn run(options: &Options) -> Result<(), Problem> {
     let folder = sides.begin(&options.study.out)?;
     let duration_s = sides.nominal().duration.as_seconds();
     let flown = study(options, &sides)?;
-    write_figure::<Problem>(&folder, &results::figure(duration_s, &flown))?;
+    write_figure(&folder, &results::figure(duration_s, &flown))?;
     let summary = results::summary(options, duration_s, &flown);
     folder.write_markdown("estimator.md", &summary)?;
     folder.write("nees.csv", results::csv(&flown).as_bytes())?;

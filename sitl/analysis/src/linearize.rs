@@ -17,23 +17,11 @@ use host_io::file::{self, FileProblem};
 use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
 use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
 use plant_sim::airframe::{AIRFRAMES, DEFAULT_NAME};
-use plant_sim::{Airframe, Plant, PlantSetup, Scenario, SetupError, Start, scenario};
+use plant_sim::{Airframe, Plant, PlantSetup, Scenario, Start, scenario};
 
 use crate::configuration::Named;
-
-/// Why a plant cannot be linearised.
-#[derive(Debug, thiserror::Error)]
-pub enum LinearizeError {
-    /// It has no trim there.
-    #[error(transparent)]
-    Setup(#[from] SetupError),
-    /// More points than a model can have.
-    #[error("--at: {found} conditions, expected at most {POINTS_MAX}")]
-    Points {
-        /// How many there are.
-        found: usize,
-    },
-}
+use crate::problem;
+use crate::problem::Problem;
 
 /// A flight condition of the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -133,9 +121,9 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
 }
 
 /// Linearises the plant of a setup at its trim, and at the trims of further starts, between which the model is scheduled.
-pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<AircraftModel, LinearizeError> {
+pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<AircraftModel, Problem> {
     if points.len() > POINTS_MAX {
-        return Err(LinearizeError::Points { found: points.len() });
+        return Err(problem!("--at: {} conditions, expected at most {POINTS_MAX}", points.len()));
     }
     let mut schedule = Vec::new();
     for start in points {
@@ -163,7 +151,7 @@ fn schedule_point(model: &AircraftModel) -> SchedulePoint {
     }
 }
 
-fn linearize_at(setup: &PlantSetup) -> Result<AircraftModel, SetupError> {
+fn linearize_at(setup: &PlantSetup) -> Result<AircraftModel, Problem> {
     let plant = Plant::new(setup)?;
     let trim = plant.trim();
     let airframe = &setup.airframe;

@@ -224,7 +224,7 @@ pub fn run(options: &MissionOptions) -> Result<(), Problem> {
     let plan = Arc::new(demo(&setup));
     let folder = OutFolder::create(&options.out)?;
     let flown = fly(&setup, &begin(&plan))?;
-    write_figure::<Problem>(&folder, &figure(&plan, start(&setup), &flown))?;
+    write_figure(&folder, &figure(&plan, start(&setup), &flown))?;
     print_line!("wrote {}", folder.path().display());
     Ok(())
 }

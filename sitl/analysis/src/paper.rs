@@ -6,20 +6,19 @@
 //!                             └─> table (CSV), figures (SVG, PNG), comparisons ──^
 //! ```
 
-use std::error::Error;
 use std::path::PathBuf;
 
-use host_io::folder::{FolderError, OutFolder};
+use host_io::folder::OutFolder;
 use icd::ControlPeriod;
 use plant_sim::EarthModel;
 use plant_sim::io::{parse_earth, parse_period, whole};
 use plant_sim::setup::default_step_us;
 
-use crate::chart::{RasterError, write_figure};
+use crate::chart::write_figure;
 use crate::closed_loop::{End, FlightSetup, Record, fly};
 use crate::configuration::{AircraftArgs, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::page::GENERATOR;
-use crate::problem::Problem;
+use crate::problem::{At as _, Problem};
 use crate::{runner, table};
 
 pub mod both;
@@ -40,7 +39,7 @@ mod tests;
 use both::Noisy;
 use cases::{Case, Conditions, Flown, Run};
 use claim::{ClaimResult, all_hold};
-use model_error::{Extent, SurvivalPoint, UnknownDerivative};
+use model_error::{Extent, SurvivalPoint};
 
 /// Seeds of claim 4.
 const NOISE_SEEDS: u64 = 10;
@@ -49,12 +48,9 @@ const NOISE_DEG_S: f64 = 0.1;
 /// Turbulence of claim 4, m/s rms: light.
 const NOISE_TURBULENCE_M_S: f64 = 1.5;
 
-/// Why a flight could not be flown.
-pub type FlightError = Box<dyn Error + Send + Sync>;
-
 /// Flies a setup and hands every control tick to the sink: in process, or through the two real processes.
 pub type Fly<'a> =
-    dyn Fn(&FlightSetup, &mut dyn FnMut(&Record)) -> Result<End, FlightError> + Sync + 'a;
+    dyn Fn(&FlightSetup, &mut dyn FnMut(&Record)) -> Result<End, Problem> + Sync + 'a;
 
 /// Options of `sitl study paper`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
@@ -100,52 +96,6 @@ pub enum Link {
     Udp,
 }
 
-/// Why the paper could not be flown.
-#[derive(Debug, thiserror::Error)]
-pub enum PaperError {
-    /// A file, a key or a value is not what it should be.
-    #[error("{0}")]
-    Configuration(Problem),
-    /// A shipped plant file is not what it should be.
-    #[error(transparent)]
-    PlantConfig(#[from] plant_sim::ConfigError),
-    /// A shipped autopilot file is not what it should be.
-    #[error(transparent)]
-    AutopilotConfig(#[from] autopilot::config::ConfigError),
-    /// A case must break one surface at an angle.
-    #[error("{file}: the first fault must be one that sticks at an angle")]
-    NoFault {
-        /// The scenario file.
-        file: &'static str,
-    },
-    /// A flight could not be flown.
-    #[error("{flight}: {reason}")]
-    Flight {
-        /// Which one.
-        flight: String,
-        /// Why.
-        reason: FlightError,
-    },
-    /// The airframe lacks a derivative that is dispersed.
-    #[error(transparent)]
-    Derivative(#[from] UnknownDerivative),
-    /// A file or folder cannot be written.
-    #[error(transparent)]
-    Folder(#[from] FolderError),
-    /// A figure cannot be drawn.
-    #[error(transparent)]
-    Figure(#[from] RasterError),
-    /// The claims cannot be put into a file.
-    #[error("claims.json: {0}")]
-    Claims(#[from] serde_json::Error),
-}
-
-impl From<Problem> for PaperError {
-    fn from(problem: Problem) -> Self {
-        Self::Configuration(problem)
-    }
-}
-
 /// What came out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -172,7 +122,7 @@ pub struct Evaluation {
 }
 
 /// Flies in this process.
-pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
+pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, Problem> {
     Ok(fly(setup, sink)?)
 }
 
@@ -186,7 +136,7 @@ const OPTIONS: [(&str, &str); 4] = [
 
 impl Options {
     /// Checks the keys of the settings.
-    pub fn check(&self) -> Result<(), PaperError> {
+    pub fn check(&self) -> Result<(), Problem> {
         Ok(self.aircraft.check_beside(OPTIONS)?)
     }
 
@@ -209,14 +159,14 @@ impl Options {
 }
 
 /// Flies the paper in process and checks its claims, without writing anything.
-pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, PaperError> {
+pub fn evaluate(options: &Options) -> Result<Vec<ClaimResult>, Problem> {
     fly_and_check(options, &in_process).map(|evaluation| evaluation.results)
 }
 
 /// Flies the paper's runs with `fly` and checks the claims, without writing anything.
 ///
 /// Claims 4 and 5 are always flown in process: both ways of flying give the same bits.
-pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, PaperError> {
+pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, Problem> {
     let conditions = options.conditions();
     let case = |number| Case::with(number, &conditions, &options.aircraft);
     let cases = [case(1)?, case(2)?];
@@ -254,7 +204,7 @@ pub fn fly_in_noise(
     cases: &[Case; 2],
     conditions: &Conditions,
     seeds: u64,
-) -> Result<Vec<Noisy>, PaperError> {
+) -> Result<Vec<Noisy>, Problem> {
     let mut noise = *conditions;
     if conditions.are_ideal() {
         noise.gyro_noise_rad_s = NOISE_DEG_S.to_radians();
@@ -283,7 +233,7 @@ pub fn fly_in_noise(
 /// Flies the paper with `fly`, checks its claims, and writes tables, claims, figures and report.
 ///
 /// A short table of the claims goes to standard output.
-pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
+pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, Problem> {
     options.check()?;
     let folder = OutFolder::create(&options.out)?;
     let evaluation = fly_and_check(options, fly)?;
@@ -291,16 +241,14 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     for flown in &evaluation.flown {
         write_tables(&folder, flown)?;
     }
-    let json = serde_json::to_string_pretty(&evaluation.results)?;
+    let json = serde_json::to_string_pretty(&evaluation.results).at("claims.json")?;
     folder.write("claims.json", json.as_bytes())?;
 
     let mut figures = figures::of_the_paper(first, second);
     if !evaluation.survival.is_empty() {
         figures.push(figures::survival(&evaluation.survival));
     }
-    figures
-        .iter()
-        .try_for_each(|figure| write_figure(&folder, figure).map_err(|error: PaperError| error))?;
+    figures.iter().try_for_each(|figure| write_figure(&folder, figure))?;
     let comparisons = comparisons::compare([first, second], &options.conditions())?;
     let sensitivity = comparisons::sensitivity(&options.conditions(), &options.aircraft)?;
     let page = report::page(options, &evaluation, &comparisons, &sensitivity, &figures);
@@ -311,7 +259,7 @@ pub fn run(options: &Options, fly: &Fly) -> Result<Outcome, PaperError> {
     Ok(Outcome { results: evaluation.results })
 }
 
-fn write_tables(folder: &OutFolder, flown: &Flown) -> Result<(), PaperError> {
+fn write_tables(folder: &OutFolder, flown: &Flown) -> Result<(), Problem> {
     let runs =
         [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
     for (name, trace) in runs {

@@ -160,7 +160,7 @@ pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
         csv.push('\n');
     }
     folder.write_marked("sensors.csv", b"time_s,error_", csv.as_bytes())?;
-    write_figure::<Box<dyn Error>>(&folder, &figure(args, &errors))?;
+    write_figure(&folder, &figure(args, &errors))?;
     for (title, unit, si, first, names) in ROWS {
         let Some(columns) = errors.columns(first, names.len()) else { continue };
         for (name, column) in names.iter().zip(columns) {

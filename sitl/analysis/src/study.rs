@@ -217,7 +217,7 @@ pub fn write_report(
     tables: &[(&str, String)],
     summary: &str,
 ) -> Result<(), Problem> {
-    write_figure::<Problem>(folder, figure)?;
+    write_figure(folder, figure)?;
     for (name, table) in tables {
         folder.write(name, table.as_bytes())?;
     }

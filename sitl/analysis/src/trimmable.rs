@@ -141,7 +141,7 @@ pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
         MARK.as_bytes(),
         format!("{MARK}\n\n{table}").as_bytes(),
     )?;
-    write_figure::<Box<dyn Error>>(&folder, &picture::figure(&study, &sweeps))?;
+    write_figure(&folder, &picture::figure(&study, &sweeps))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
     Ok(())

@@ -179,7 +179,7 @@ pub fn run(args: &TurbulenceArgs) -> Result<(), Problem> {
         })
         .collect();
     folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
-    write_figure::<Problem>(&folder, &figure(&flown))?;
+    write_figure(&folder, &figure(&flown))?;
     print_text!("{}", summary(&flown));
     print_line!("wrote {}", args.out.display());
     Ok(())

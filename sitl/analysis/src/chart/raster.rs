@@ -7,32 +7,25 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 use ttf_parser::{Face, OutlineBuilder};
 
+use crate::problem;
+use crate::problem::{At as _, Problem};
+
 /// Pixels of a PNG for each unit of a drawing.
 const SCALE: f32 = 1.7;
 /// Size of letters without `font-size`, as [`super::drawing::Drawing`] sets it.
 const FONT_SIZE: f32 = 13.0;
 
-/// Why a drawing could not be turned into pixels.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("cannot turn a figure into pixels: {0}")]
-pub struct RasterError(String);
-
 /// Draws an SVG into a PNG, on white. Its texts are elements as [`super::drawing::Drawing::text`] writes them.
-pub fn png(svg: &str) -> Result<Vec<u8>, RasterError> {
-    let face = Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0)
-        .map_err(|e| RasterError(format!("font: {e}")))?;
-    let svg = outline_texts(svg, &face);
-    let tree = Tree::from_str(&svg, &Options::default()).map_err(|e| RasterError(e.to_string()))?;
-    let size = tree
-        .size()
-        .scale_by(SCALE)
-        .ok_or_else(|| RasterError("the drawing has no size".to_owned()))?
-        .to_int_size();
-    let mut pixmap = Pixmap::new(size.width(), size.height())
-        .ok_or_else(|| RasterError("the drawing has no size".to_owned()))?;
+pub fn png(svg: &str) -> Result<Vec<u8>, Problem> {
+    const PLACE: &str = "cannot turn a figure into pixels";
+    let face = Face::parse(epaint_default_fonts::UBUNTU_LIGHT, 0).at(PLACE)?;
+    let tree = Tree::from_str(&outline_texts(svg, &face), &Options::default()).at(PLACE)?;
+    let size = tree.size().scale_by(SCALE).map(|size| size.to_int_size());
+    let pixmap = size.and_then(|size| Pixmap::new(size.width(), size.height()));
+    let mut pixmap = pixmap.ok_or_else(|| problem!("{PLACE}: the drawing has no size"))?;
     pixmap.fill(resvg::tiny_skia::Color::WHITE);
     resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixmap.as_mut());
-    pixmap.encode_png().map_err(|e| RasterError(e.to_string()))
+    pixmap.encode_png().at(PLACE)
 }
 
 /// The SVG with a path in the place of each text.

@@ -60,7 +60,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Problem> {
         format!("{MARK}\n\n{table}").as_bytes(),
     )?;
     folder.write_marked("checkcases.csv", COLUMNS.as_bytes(), csv(&comparisons).as_bytes())?;
-    write_figure::<Problem>(&folder, &picture::figure(&comparisons))?;
+    write_figure(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));

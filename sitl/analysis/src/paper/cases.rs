@@ -6,11 +6,13 @@ use icd::{ControlPeriod, SimTime};
 use plant_sim::{Airframe, EarthModel, PlantSetup, scenario};
 use rayon::prelude::*;
 
+use super::Fly;
 use super::trace::{Sample, Trace};
-use super::{Fly, PaperError};
 use crate::builder::SetupOptions;
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, Named};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;
@@ -97,7 +99,7 @@ impl Run {
 
 impl Case {
     /// Case `number`, 1 or 2, as shipped.
-    pub fn new(number: u32, conditions: &Conditions) -> Result<Self, PaperError> {
+    pub fn new(number: u32, conditions: &Conditions) -> Result<Self, Problem> {
         Self::with(number, conditions, &AircraftArgs::default())
     }
 
@@ -106,7 +108,7 @@ impl Case {
         number: u32,
         conditions: &Conditions,
         aircraft: &AircraftArgs,
-    ) -> Result<Self, PaperError> {
+    ) -> Result<Self, Problem> {
         let (file, text) = match number {
             1 => ("case1.toml", scenario::CASE1),
             _ => ("case2.toml", scenario::CASE2),
@@ -119,9 +121,9 @@ impl Case {
         };
         let mut setup = options.builder()?.setup(&Named::shipped(file, text), &[])?;
         conditions.apply(&mut setup.plant);
-        let fault = setup.plant.faults.first().ok_or(PaperError::NoFault { file })?;
-        let FaultKind::StuckAt { angle_rad, .. } = fault.kind else {
-            return Err(PaperError::NoFault { file });
+        let kind = setup.plant.faults.first().map(|fault| (fault, fault.kind));
+        let Some((fault, FaultKind::StuckAt { angle_rad, .. })) = kind else {
+            return Err(problem!("{file}: the first fault must be one that sticks at an angle"));
         };
         let fault_s = fault.onset().as_seconds();
         Ok(Self { number, fault_s, jam_rad: angle_rad, setup })
@@ -170,17 +172,14 @@ impl Case {
         DesignModel::new(self.setup.model)
     }
 
-    pub fn fly(&self, run: Run, fly: &Fly) -> Result<Trace, PaperError> {
-        fly_to_the_end(&self.run(run), fly).map_err(|reason| {
-            let flight = format!("case {}, {}", self.number, run.name());
-            PaperError::Flight { flight, reason }
-        })
+    pub fn fly(&self, run: Run, fly: &Fly) -> Result<Trace, Problem> {
+        fly_to_the_end(&self.run(run), fly).at(format_args!("case {}, {}", self.number, run.name()))
     }
 
     /// Flies all runs, `parallel` on all cores.
-    pub fn fly_all(&self, fly: &Fly, parallel: bool) -> Result<Flown, PaperError> {
+    pub fn fly_all(&self, fly: &Fly, parallel: bool) -> Result<Flown, Problem> {
         let one = |run: &Run| self.fly(*run, fly);
-        let traces: Result<Vec<Trace>, PaperError> = if parallel {
+        let traces: Result<Vec<Trace>, Problem> = if parallel {
             Run::ALL.par_iter().map(one).collect()
         } else {
             Run::ALL.iter().map(one).collect()
@@ -220,7 +219,7 @@ impl Flown {
 }
 
 /// Flies a setup; an aircraft that is lost is followed to the ground.
-fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightError> {
+fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, Problem> {
     let trace = fly_once(setup, fly)?;
     if trace.on_ground() || trace.lost_at().is_none() {
         return Ok(trace);
@@ -230,7 +229,7 @@ fn fly_to_the_end(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::Flight
 }
 
 /// Flies a setup for its duration.
-pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, super::FlightError> {
+pub fn fly_once(setup: &FlightSetup, fly: &Fly) -> Result<Trace, Problem> {
     let model = DesignModel::new(setup.model);
     let mut samples = Vec::new();
     let end = fly(setup, &mut |record| samples.push(Sample::of(&model, record)))?;

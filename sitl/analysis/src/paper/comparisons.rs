@@ -11,13 +11,14 @@ use rayon::prelude::*;
 use super::cases::{Case, Conditions, Flown, Run, Runs, fly_once};
 use super::claim::ClaimResult;
 use super::claims::Axis;
-use super::model_error::UnknownDerivative;
 use super::trace::{Trace, column};
-use super::{PaperError, both, claims, in_process};
+use super::{both, claims, in_process};
 use crate::closed_loop::FlightSetup;
 use crate::configuration::AircraftArgs;
 use crate::linearize::linearize;
 use crate::metrics::{mean, rms, travel};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// Seeds over which the healthy flights in turbulence are averaged.
 const SEEDS: u64 = 10;
@@ -105,7 +106,7 @@ pub struct Ganged {
 }
 
 /// Flies and compares; `flown` are the paper's runs.
-pub fn compare(flown: [&Flown; 2], conditions: &Conditions) -> Result<Comparisons, PaperError> {
+pub fn compare(flown: [&Flown; 2], conditions: &Conditions) -> Result<Comparisons, Problem> {
     let (literal, (always_on, (ganged, turbulence))) = rayon::join(
         || both_cases(flown, literal),
         || {
@@ -130,13 +131,13 @@ pub fn compare(flown: [&Flown; 2], conditions: &Conditions) -> Result<Comparison
 
 fn both_cases<T: Send>(
     flown: [&Flown; 2],
-    one: impl Fn(&Flown) -> Result<T, PaperError> + Sync,
-) -> Result<[T; 2], PaperError> {
+    one: impl Fn(&Flown) -> Result<T, Problem> + Sync,
+) -> Result<[T; 2], Problem> {
     let (first, second) = rayon::join(|| one(flown[0]), || one(flown[1]));
     Ok([first?, second?])
 }
 
-fn literal(flown: &Flown) -> Result<Literal, PaperError> {
+fn literal(flown: &Flown) -> Result<Literal, Problem> {
     let case = flown.case.with_gains(|g| g.selection.observer = ObserverMode::Literal);
     let flight = case.fly(Run::Compensated, &in_process)?;
     let end = flight.last(SETTLED_S);
@@ -152,7 +153,7 @@ fn literal(flown: &Flown) -> Result<Literal, PaperError> {
     })
 }
 
-fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, PaperError> {
+fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, Problem> {
     let case = flown.case.with_gains(|g| g.selection.compensator = CompensatorMode::AlwaysOn);
     let (no_fault, compensated) = rayon::join(
         || case.fly(Run::NoFault, &in_process),
@@ -170,7 +171,7 @@ fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, PaperError> {
     Ok(results)
 }
 
-fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
+fn ganged(flown: &Flown) -> Result<Ganged, Problem> {
     let case = flown.case.with_gains(|g| g.selection.main = MainLaw::PidGangedNozzle);
     let (no_fault, faulty) = rayon::join(
         || case.fly(Run::NoFaultOff, &in_process),
@@ -192,7 +193,7 @@ fn ganged(flown: &Flown) -> Result<Ganged, PaperError> {
     })
 }
 
-fn turbulence_pair(flown: &Flown, conditions: &Conditions) -> Result<[Turbulence; 2], PaperError> {
+fn turbulence_pair(flown: &Flown, conditions: &Conditions) -> Result<[Turbulence; 2], Problem> {
     let [light, moderate] = TURBULENCE_M_S.map(|m_s| turbulence(&flown.case, conditions, m_s));
     Ok([light?, moderate?])
 }
@@ -201,9 +202,9 @@ fn turbulence(
     case: &Case,
     conditions: &Conditions,
     turbulence_m_s: f64,
-) -> Result<Turbulence, PaperError> {
+) -> Result<Turbulence, Problem> {
     let level = level_flight(case)?;
-    let fly_all = |mode: CompensatorMode| -> Result<Healthy, PaperError> {
+    let fly_all = |mode: CompensatorMode| -> Result<Healthy, Problem> {
         let flights = (0..SEEDS).into_par_iter().map(|number| {
             let conditions = Conditions {
                 turbulence_m_s,
@@ -214,12 +215,11 @@ fn turbulence(
             let mut case = Case { setup: level.clone(), ..case.clone() }.under(&conditions);
             case.setup.parameters.gains.selection.compensator = mode;
             let flight = fly_once(&case.setup, &in_process);
-            flight.map(|trace| Healthy::of(&trace)).map_err(|reason| {
-                let flight = format!("healthy flight in turbulence of {turbulence_m_s} m/s");
-                PaperError::Flight { flight, reason }
-            })
+            flight
+                .map(|trace| Healthy::of(&trace))
+                .at(format_args!("healthy flight in turbulence of {turbulence_m_s} m/s"))
         });
-        flights.collect::<Result<Vec<Healthy>, PaperError>>().map(|all| Healthy::mean(&all))
+        flights.collect::<Result<Vec<Healthy>, Problem>>().map(|all| Healthy::mean(&all))
     };
     Ok(Turbulence {
         turbulence_m_s,
@@ -233,7 +233,7 @@ fn turbulence(
 const LEVEL: &str = "[[autopilot.reference]]\nat_s = 0.0\nroll_deg = 0.0\n";
 
 /// Level flight without references and faults.
-fn level_flight(case: &Case) -> Result<FlightSetup, PaperError> {
+fn level_flight(case: &Case) -> Result<FlightSetup, Problem> {
     let like = &case.setup.plant;
     let effectors = &like.airframe.effectors;
     let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, effectors)?.plant;
@@ -337,15 +337,15 @@ pub struct Sensitivity {
 pub fn sensitivity(
     conditions: &Conditions,
     aircraft: &AircraftArgs,
-) -> Result<Vec<Sensitivity>, PaperError> {
+) -> Result<Vec<Sensitivity>, Problem> {
     let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..*conditions };
     let cases = [Case::with(1, &still, aircraft)?, Case::with(2, &still, aircraft)?];
     DOUBTS.par_iter().map(|doubt| with_other_value(&cases, doubt)).collect()
 }
 
-fn with_other_value(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, PaperError> {
+fn with_other_value(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, Problem> {
     let mut airframe = cases[0].setup.plant.airframe.clone();
-    let unknown = || UnknownDerivative { name: doubt.name.to_owned() };
+    let unknown = || problem!("the airframe has no derivative {}", doubt.name);
     let value = airframe.set_derivative(doubt.name, doubt.instead).ok_or_else(unknown)?;
 
     let mut results = Vec::new();

@@ -18,11 +18,12 @@ use plant_sim::{EarthModel, GradeName, SensorSettings};
 use super::both::Noisy;
 use super::cases::{Case, Conditions, Run, Runs};
 use super::claim::{ClaimResult, Limit};
-use super::{NOISE_TURBULENCE_M_S, PaperError, claims, in_process};
+use super::{NOISE_TURBULENCE_M_S, claims, in_process};
 use crate::builder::preset_of;
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 use crate::estimator::{CASES, Case as Fit};
 use crate::metrics::{max, min};
+use crate::problem::Problem;
 use crate::runner;
 
 /// Most seeds.
@@ -64,8 +65,8 @@ pub struct Flown {
 }
 
 /// Flies both cases.
-pub fn fly(fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Flown, PaperError> {
-    let one = |number| -> Result<(Noisy, Vec<ClaimResult>), PaperError> {
+pub fn fly(fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Flown, Problem> {
+    let one = |number| -> Result<(Noisy, Vec<ClaimResult>), Problem> {
         let case = case(number, fit, turbulence_m_s, seed)?;
         let fly = |run| case.fly(run, &in_process);
         let traces = [fly(Run::NoFault)?, fly(Run::PidOnly)?, fly(Run::Compensated)?];
@@ -79,7 +80,7 @@ pub fn fly(fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Flown, PaperErro
     Ok(Flown { outcomes: [first, second], limits })
 }
 
-fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, PaperError> {
+fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, Problem> {
     let period = ControlPeriod::DEFAULT;
     let conditions = Conditions {
         earth: EarthModel::Wgs84,
@@ -98,7 +99,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
 }
 
 /// Flies every fit under every seed.
-pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> {
+pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], Problem> {
     let seeds = (0..u64::from(options.seeds)).map(|number| options.seed.wrapping_add(number));
     let items: Vec<(usize, u64)> =
         seeds.flat_map(|seed| (0..FITS.len()).map(move |fit| (fit, seed))).collect();
@@ -111,7 +112,7 @@ pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], PaperError> 
 }
 
 /// Flies everything, writes and prints the tables.
-pub fn run(options: &Options) -> Result<(), PaperError> {
+pub fn run(options: &Options) -> Result<(), Problem> {
     let folder = OutFolder::create(&options.out)?;
     let flown = study(options)?;
     let text = summary(options, &flown);

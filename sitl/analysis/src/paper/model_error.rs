@@ -9,9 +9,10 @@ use rand_chacha::rand_core::{Rng, SeedableRng};
 
 use super::cases::{Case, Run};
 use super::claim::{Claim, ClaimResult, Limit};
-use super::{FlightError, PaperError};
 use crate::closed_loop;
 use crate::metrics::{max, min, wilson_95};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 use crate::runner;
 use icd::units::DEG;
 
@@ -129,7 +130,7 @@ impl Extent {
 }
 
 /// Flies the campaign on all cores.
-pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelError, PaperError> {
+pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelError, Problem> {
     let mut jobs = Vec::new();
     for case in cases {
         let changed = aircraft(&case.setup.plant.airframe, seed, extent)?;
@@ -141,7 +142,7 @@ pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelEr
 }
 
 /// The aircraft of the claim and of the curve.
-fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Changed>, PaperError> {
+fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Changed>, Problem> {
     let mut all = Vec::new();
     let singles = DERIVATIVES.into_iter().flat_map(|name| FACTORS.map(|factor| (name, factor)));
     for (name, factor) in singles.step_by(extent.single_stride) {
@@ -160,14 +161,10 @@ fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Change
     Ok(all)
 }
 
-fn judge(case: &Case, changed: &Changed) -> Result<Judged, PaperError> {
+fn judge(case: &Case, changed: &Changed) -> Result<Judged, Problem> {
     let case = case.with_airframe(changed.airframe.clone());
-    let fly = |run: Run| {
-        verdict(&case, run).map_err(|reason| {
-            let flight = format!("case {}, {}", case.number, changed.name);
-            PaperError::Flight { flight, reason }
-        })
-    };
+    let fly =
+        |run: Run| verdict(&case, run).at(format_args!("case {}, {}", case.number, changed.name));
     let of_claim = matches!(changed.kind, Kind::Single | Kind::Joint { of_claim: true, .. });
     Ok(Judged {
         name: format!("case {}, {}", case.number, changed.name),
@@ -180,7 +177,7 @@ fn judge(case: &Case, changed: &Changed) -> Result<Judged, PaperError> {
 }
 
 /// Flies one run and keeps only the verdict: thousands of traces would fill the memory.
-fn verdict(case: &Case, run: Run) -> Result<Verdict, FlightError> {
+fn verdict(case: &Case, run: Run) -> Result<Verdict, Problem> {
     let settled_from_s = case.duration_s() - SETTLED_S;
     let (mut lost, mut activated, mut sum, mut count) = (false, false, 0.0, 0.0);
     let limits = case.setup.plant.airframe.limits;
@@ -271,15 +268,8 @@ pub const DERIVATIVES: [&str; 28] = [
     "rCnde", "rCnda", "Cndr",
 ];
 
-/// A derivative that the airframe does not have.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("the airframe has no derivative {name}")]
-pub struct UnknownDerivative {
-    pub name: String,
-}
-
 /// The aircraft with one derivative multiplied by `factor`.
-pub fn single(nominal: &Airframe, name: &str, factor: f64) -> Result<Airframe, UnknownDerivative> {
+pub fn single(nominal: &Airframe, name: &str, factor: f64) -> Result<Airframe, Problem> {
     let mut airframe = nominal.clone();
     scale(&mut airframe, name, factor)?;
     Ok(airframe)
@@ -294,7 +284,7 @@ pub fn joint(
     half_width: f64,
     seed: u64,
     draw: u64,
-) -> Result<Airframe, UnknownDerivative> {
+) -> Result<Airframe, Problem> {
     let mut key = *b"........--------two-step sitl--1";
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(&draw.to_le_bytes());
@@ -307,11 +297,11 @@ pub fn joint(
     Ok(airframe)
 }
 
-fn scale(airframe: &mut Airframe, name: &str, factor: f64) -> Result<(), UnknownDerivative> {
+fn scale(airframe: &mut Airframe, name: &str, factor: f64) -> Result<(), Problem> {
     if airframe.change_derivative(name, |value| *value *= factor) {
         Ok(())
     } else {
-        Err(UnknownDerivative { name: name.to_owned() })
+        Err(problem!("the airframe has no derivative {name}"))
     }
 }
 

@@ -4,6 +4,8 @@ use plant_sim::start::Start;
 use serde::Deserialize;
 
 use super::steady::{FlightBounds, Interval};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// The sets that come with the program.
 pub const SHIPPED: &str = include_str!("sets.toml");
@@ -31,59 +33,26 @@ struct File {
     set: Vec<Set>,
 }
 
-/// Why a file of sets is refused.
-#[derive(Debug, thiserror::Error)]
-pub enum SetsError {
-    /// Not TOML of the right form; the message has line and column.
-    #[error("{file}: {source}")]
-    Syntax {
-        file: String,
-        /// The error of the parser.
-        source: Box<toml::de::Error>,
-    },
-    /// A number that cannot be.
-    #[error(
-        "{file}: set {set}, {key} = [{low}, {high}]: expected two numbers in rising order from {min} to {max}"
-    )]
-    Range {
-        file: String,
-        /// Key of the set.
-        set: String,
-        /// Key of the pair.
-        key: &'static str,
-        low: f64,
-        high: f64,
-        /// Smallest that can be.
-        min: f64,
-        /// Largest that can be.
-        max: f64,
-    },
-    /// A key that is missing, used twice or no word.
-    #[error("{file}: the key {key:?} of a set: expected letters, digits and _, and each key once")]
-    Key { file: String, key: String },
-    /// No set at all.
-    #[error("{file}: expected at least one [[set]]")]
-    Empty { file: String },
-}
-
 /// Reads a file of sets; `file` stands for it in messages.
-pub fn read(file: &str, text: &str) -> Result<Vec<Set>, SetsError> {
-    let File { set: sets } = toml::from_str(text)
-        .map_err(|source| SetsError::Syntax { file: file.to_owned(), source: Box::new(source) })?;
+pub fn read(file: &str, text: &str) -> Result<Vec<Set>, Problem> {
+    let File { set: sets } = toml::from_str(text).at(file)?;
     if sets.is_empty() {
-        return Err(SetsError::Empty { file: file.to_owned() });
+        return Err(problem!("{file}: expected at least one [[set]]"));
     }
     for (place, set) in sets.iter().enumerate() {
+        let key = &set.key;
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
-        let is_new = sets[..place].iter().all(|other| other.key != set.key);
-        if set.key.is_empty() || !set.key.chars().all(is_word) || !is_new {
-            return Err(SetsError::Key { file: file.to_owned(), key: set.key.clone() });
+        let is_new = sets[..place].iter().all(|other| other.key != *key);
+        if key.is_empty() || !key.chars().all(is_word) || !is_new {
+            return Err(problem!(
+                "{file}: the key {key:?} of a set: expected letters, digits and _, and each key once"
+            ));
         }
-        for (key, [low, high], [min, max]) in set.pairs() {
+        for (pair, [low, high], [min, max]) in set.pairs() {
             if !(min <= low && low <= high && high <= max) {
-                let set = set.key.clone();
-                let file = file.to_owned();
-                return Err(SetsError::Range { file, set, key, low, high, min, max });
+                return Err(problem!(
+                    "{file}: set {key}, {pair} = [{low}, {high}]: expected two numbers in rising order from {min} to {max}"
+                ));
             }
         }
     }
