@@ -19,8 +19,9 @@ mod recording;
 
 pub use compare::Difference;
 pub use fly::{Outcome, Verdict, fly};
-pub use recording::{CannotFly, Input, Recording, inputs};
+pub use recording::{Input, Recording, inputs};
 
+use crate::problem::Problem;
 use crate::runner::Progress;
 
 /// Exit code of a flight that is the same to the bit.
@@ -61,7 +62,7 @@ pub fn open_log(path: &Path) -> Result<Log, ReadError> {
 /// Flies the log again. Exit code 0: the same flight; 1: another one; 2: it could not be flown, or
 /// whether it is the same is unknown; 3: the log is damaged, and the same flight where it can be read.
 pub fn run(args: &ReplayArgs) -> u8 {
-    let log = open_log(&args.log).map_err(CannotFly::from);
+    let log = open_log(&args.log).map_err(Problem::from);
     let recording = match log.and_then(|log| Recording::with_law(log, args.own.clone())) {
         Ok(recording) => recording,
         Err(reason) => return cannot(args, &reason),
@@ -87,15 +88,12 @@ pub fn run(args: &ReplayArgs) -> u8 {
 }
 
 /// Flies the bytes of a file again, whatever they are, for `steps_max` control steps at most.
-///
-/// # Errors
-/// [`CannotFly`] is the reason why there is no flight in them.
-pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, CannotFly> {
+pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, Problem> {
     let recording = Recording::of(Log::from_bytes(bytes)?)?.up_to(steps_max);
     fly(&recording, &mut |_| {})
 }
 
-fn cannot(args: &ReplayArgs, reason: &CannotFly) -> u8 {
+fn cannot(args: &ReplayArgs, reason: &Problem) -> u8 {
     print_line!("{} cannot be flown again: {reason}", args.log.display());
     CANNOT_FLY
 }

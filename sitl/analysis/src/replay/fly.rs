@@ -12,8 +12,10 @@ use icd::{EffectorList, Sensors, SimTime};
 use plant_sim::Plant;
 
 use super::compare::{Difference, Hashes, Rows};
-use super::recording::{CannotFly, Input, Recording};
+use super::recording::{Input, Recording};
 use crate::closed_loop::{Exchange, Flight, Held, Tick};
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]
@@ -121,18 +123,16 @@ impl fmt::Display for Verdict {
 }
 
 /// Flies the log again up to its end, its first difference, or the ground; `each` gets the number of each step.
-///
-/// # Errors
-/// [`CannotFly::Start`] if the plant refuses the setup, [`CannotFly::Law`] if the law of the program fails.
-pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, CannotFly> {
+pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, Problem> {
     let mut replay = Replay::new(recording, each);
     // A log has its own end.
     let until = SimTime::from_micros(u64::MAX);
-    let mut flight = Flight::of(&recording.plant.setup, &recording.settings(), until)?;
+    let mut flight = Flight::of(&recording.plant.setup, &recording.settings(), until)
+        .at("the plant cannot start")?;
     let difference = replay.fly(&mut flight).err();
     let steps = flight.steps();
     if let Some(failure) = flight.failure().filter(|_| steps < recording.steps()) {
-        return Err(CannotFly::Law { steps, failure });
+        return Err(problem!("after {steps} of its control steps {failure}"));
     }
     Ok(Verdict {
         steps: replay.hash.steps(),

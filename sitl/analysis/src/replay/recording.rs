@@ -6,91 +6,23 @@ use autopilot::autopilot::Settings;
 use autopilot::command::Command;
 use autopilot::command::Configuration;
 use autopilot::own_law::OwnLaw;
-use autopilot::parameters::{ParameterError, Parameters};
+use autopilot::parameters::Parameters;
 use autopilot::recorder::{ControlHeader, FLIGHT_RULES, Moment, Recorded};
-use flight_control::aircraft_model::AircraftModelError;
 use icd::wire;
-use lab_engine::law::LawFailure;
 use plant_sim::io::header::PlantHeader;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use ulog::format::Field;
-use ulog::reader::{Damage, Log, ReadError, Row, Topic};
+use ulog::reader::{Damage, Log, Row, Topic};
+
+use crate::problem;
+use crate::problem::{At as _, Problem};
 
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
 
 /// No log leaves out more rows than this between two of them: it has 50 each second.
 const ROW_EVERY_MAX: u32 = 20;
-
-/// Why a log cannot be flown again.
-#[derive(Debug, thiserror::Error)]
-pub enum CannotFly {
-    #[error(transparent)]
-    Read(#[from] ReadError),
-    /// Another program wrote it.
-    #[error("it was not written by Two-Step (sys_name is {0})")]
-    Foreign(String),
-    /// The log has no header.
-    #[error("its {0} is missing{1}")]
-    NoHeader(&'static str, &'static str),
-    /// A header has another shape.
-    #[error(
-        "its {header} cannot be read by this version: {why}. The log is of {theirs}, this is {ours}"
-    )]
-    Header {
-        header: &'static str,
-        /// The error of the parser.
-        why: String,
-        /// Versions of the log.
-        theirs: String,
-        /// Versions of this program.
-        ours: String,
-    },
-    /// The same inputs would be flown otherwise today.
-    #[error(
-        "its flight follows rules {0}, this program has rules {FLIGHT_RULES}: \
-         fly it again with the program that wrote it"
-    )]
-    Rules(u32),
-    /// The model of the header cannot be flown.
-    #[error("the model in its control_header cannot be flown: {0}")]
-    Model(#[from] AircraftModelError),
-    /// Parameters of the header, or of an input, cannot be flown.
-    #[error("the parameters in its {place} cannot be flown: {why}")]
-    Parameters {
-        place: String,
-        /// Which, and their range.
-        why: ParameterError,
-    },
-    /// The autopilot came in while the aircraft was flying, in an unknown state.
-    #[error(
-        "the autopilot joined a flight under way, so the state at the log's first tick is not known"
-    )]
-    Joined,
-    /// An entry of the inputs cannot be read.
-    #[error("input {number} of the log (at {time_s:.3} s) cannot be read: {why}")]
-    Input {
-        /// Its number in the topic `recorded`, from 1.
-        number: usize,
-        /// Its timestamp, s.
-        time_s: f64,
-        why: String,
-    },
-    /// There is nothing to compare with.
-    #[error("it has no control step")]
-    Empty,
-    /// The plant refuses the setup.
-    #[error("the plant cannot start: {0}")]
-    Start(#[from] plant_sim::SetupError),
-    /// The law of the program fails where that of the log did not.
-    #[error("after {steps} of its control steps {failure}")]
-    Law {
-        steps: u64,
-        /// What the law says.
-        failure: LawFailure,
-    },
-}
 
 /// An input, and where in the flight it came.
 #[derive(Debug, Clone, PartialEq)]
@@ -118,32 +50,36 @@ pub struct Recording {
 }
 
 impl Recording {
-    pub fn of(log: Log) -> Result<Self, CannotFly> {
+    pub fn of(log: Log) -> Result<Self, Problem> {
         Self::with_law(log, None)
     }
 
     /// Of a log, with the law that flies where `CTL_LAW` is 9.
-    pub fn with_law(log: Log, own_law: Option<OwnLaw>) -> Result<Self, CannotFly> {
+    pub fn with_law(log: Log, own_law: Option<OwnLaw>) -> Result<Self, Problem> {
         let name = log.info_text("sys_name").unwrap_or("missing");
         if name != "Two-Step" {
-            return Err(CannotFly::Foreign(name.to_owned()));
+            return Err(problem!("it was not written by Two-Step (sys_name is {name})"));
         }
         // Before the rest: a header of other rules may have another shape too.
         let Rules { flight_rules } = header(&log, "control_header", "")?;
         if flight_rules != FLIGHT_RULES {
-            return Err(CannotFly::Rules(flight_rules));
+            return Err(problem!(
+                "its flight follows rules {flight_rules}, this program has rules {FLIGHT_RULES}: \
+                 fly it again with the program that wrote it"
+            ));
         }
         let control: ControlHeader = header(&log, "control_header", "")?;
         if control.joined_in_flight {
-            return Err(CannotFly::Joined);
+            return Err(problem!(
+                "the autopilot joined a flight under way, so the state at the log's first tick is not known"
+            ));
         }
-        control.model.validate()?;
+        control.model.validate().at("the model in its control_header cannot be flown")?;
         let ControlHeader { gains, limits, navigation, .. } = control;
         let brings_law = own_law.is_some();
         let parameters =
             Parameters { gains, limits, navigation, brings_law, ..Parameters::default() };
-        let refused = |place: String, why| CannotFly::Parameters { place, why };
-        parameters.check().map_err(|why| refused("control_header".to_owned(), why))?;
+        parameters.check().at("the parameters in its control_header cannot be flown")?;
         let when = "; it comes over the link with the first ticks, and the log may end before";
         let plant: PlantHeader = header(&log, "plant_header", when)?;
         let inputs = inputs(&log)?;
@@ -158,11 +94,13 @@ impl Recording {
                 }
                 _ => continue,
             }
-            changed.check().map_err(|why| refused(format!("input {number}"), why))?;
+            let place = format_args!("the parameters in its input {number} cannot be flown");
+            changed.check().at(place)?;
         }
         let topics: Vec<Topic<'_>> =
             COMPARED.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
-        let rows = topics.iter().map(Topic::len).max().ok_or(CannotFly::Empty)? as u64;
+        let rows = topics.iter().map(Topic::len).max();
+        let rows = rows.ok_or_else(|| problem!("it has no control step"))? as u64;
         let period_us = u64::from(plant.setup.period.as_micros()).max(1);
         let every = row_every(&control);
         let is_damaged = !log.damages().is_empty();
@@ -320,19 +258,18 @@ fn header<T: DeserializeOwned>(
     log: &Log,
     key: &'static str,
     when: &'static str,
-) -> Result<T, CannotFly> {
-    let text = log.info_text(key).ok_or(CannotFly::NoHeader(key, when))?;
+) -> Result<T, Problem> {
+    let text = log.info_text(key).ok_or_else(|| problem!("its {key} is missing{when}"))?;
     serde_json::from_str(text).map_err(|error| {
         let (theirs, ours) = versions(log);
-        CannotFly::Header { header: key, why: error.to_string(), theirs, ours }
+        problem!(
+            "its {key} cannot be read by this version: {error}. The log is of {theirs}, this is {ours}"
+        )
     })
 }
 
-/// Puts the pieces of the topic `recorded` together.
-///
-/// # Errors
-/// [`CannotFly::Input`] for the first entry that cannot be read. In a damaged log such entries are left out.
-pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
+/// Puts the pieces of the topic `recorded` together. In a damaged log entries that cannot be read are left out.
+pub fn inputs(log: &Log) -> Result<Vec<Input>, Problem> {
     let Some(topic) = log.topic("recorded") else { return Ok(Vec::new()) };
     let mut inputs = Vec::new();
     let mut text: Vec<u8> = Vec::new();
@@ -341,7 +278,9 @@ pub fn inputs(log: &Log) -> Result<Vec<Input>, CannotFly> {
     for row in topic.rows() {
         let number = inputs.len() + 1;
         let time_s = row.timestamp_us() as f64 * 1.0e-6;
-        let failed = |why: String| CannotFly::Input { number, time_s, why };
+        let failed = |why: String| {
+            problem!("input {number} of the log (at {time_s:.3} s) cannot be read: {why}")
+        };
         let field =
             |name| row.unsigned(name).ok_or_else(|| failed(format!("there is no column {name}")));
         let (part, parts) = (field("part")?, field("parts")?);
