@@ -42,7 +42,6 @@ pub enum FaultRequest {
     /// Inject a fault. At its onset it replaces the present fault of the target.
     Inject {
         /// The target.
-        #[serde(alias = "effector")]
         target: Target,
         /// The kind.
         kind: FaultKind,
@@ -52,7 +51,6 @@ pub enum FaultRequest {
     /// Clear the fault of a target, and cancel the faults scheduled for it.
     Clear {
         /// The target.
-        #[serde(alias = "effector")]
         target: Target,
     },
     /// Clear all faults, and cancel all scheduled ones.
@@ -176,7 +174,6 @@ pub struct FaultEntry {
     /// Number of the fault in this flight, from 1; never used twice.
     pub id: u32,
     /// Its target.
-    #[serde(alias = "effector")]
     pub target: Target,
     /// Its kind.
     pub kind: FaultKind,

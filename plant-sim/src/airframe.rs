@@ -92,35 +92,18 @@ pub struct Airframe {
     /// Positions of the air data sensors.
     pub air_data: AirData,
     /// Limits of the thrust besides the travel of the engine; `None` if there are none.
-    #[serde(default, with = "stored")]
+    #[serde(with = "stored")]
     pub propulsion: Option<Propulsion>,
     /// How the derivatives change with the Mach number; `None` where they do not.
     pub mach: Option<MachEffects>,
-    /// Parts that can be torn off; none in logs of earlier versions.
-    #[serde(default)]
+    /// Parts that can be torn off.
     pub damage: Panels,
     /// Fuel that burns; `None` where the mass stays.
-    #[serde(default)]
     pub fuel: Option<Fuel>,
     /// Start of a scenario without one, and design point of the controller's model.
-    #[serde(default = "of_earlier_logs::design_point")]
     pub design_point: Start,
     /// Beyond these limits the aircraft counts as lost.
-    #[serde(default = "of_earlier_logs::limits")]
     pub limits: FlightLimits,
-}
-
-/// Name for logs from before airframes had one: their aircraft was the paper's.
-mod of_earlier_logs {
-    use super::{Airframe, FlightLimits, Start};
-
-    pub fn design_point() -> Start {
-        Airframe::paper().design_point
-    }
-
-    pub fn limits() -> FlightLimits {
-        Airframe::paper().limits
-    }
 }
 
 /// The nozzle that turns the jet.

@@ -120,14 +120,6 @@ pub enum ConfigError {
         /// Longest one, bytes.
         longest: usize,
     },
-    /// A key of an earlier version of the file.
-    #[error("{file}: {key} is of an earlier version of this file; instead there is {instead}")]
-    OldKey {
-        /// Name of the file.
-        file: String,
-        key: String,
-        instead: String,
-    },
     /// A fault of an effector that the aircraft lacks, or of an unknown sensor.
     #[error(
         "{file}: [[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"

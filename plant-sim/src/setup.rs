@@ -42,12 +42,9 @@ pub struct PlantSetup {
     pub earth: EarthModel,
     pub wind: WindSettings,
     /// Wind over the altitude, added to the steady one.
-    #[serde(default)]
     pub profile: WindProfile,
     /// How much warmer the air is than the standard, K.
-    #[serde(default)]
     pub temperature_offset_k: f64,
-    #[serde(default)]
     pub gusts: Vec<DiscreteGust>,
     /// Errors of the sensors.
     pub sensors: SensorSettings,

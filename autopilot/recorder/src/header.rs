@@ -14,9 +14,7 @@ use flight_management::script::Script;
 use flight_management::vehicle::schedule::ReferenceSchedule;
 
 /// Version of the rules that a flight follows. It is raised whenever a program of the same version would fly the
-/// same inputs differently, so that a replay refuses an older log instead of comparing it. Logs without the number have 0: their
-/// flights begin with a roll reference of zero and not with a course. Those of 1 have an altitude law with one trim,
-/// and in those of 2 a change of CTL_LAW in flight is not smoothed.
+/// same inputs differently, so that a replay refuses an older log instead of comparing it.
 pub const FLIGHT_RULES: u32 = 4;
 
 /// The control side of a flight at its first packet; JSON in the info message `control_header`.
@@ -27,19 +25,16 @@ pub struct ControlHeader {
     /// Version of the plant link's packets.
     pub wire_version: u16,
     /// [`FLIGHT_RULES`] of this program.
-    #[serde(default)]
     pub flight_rules: u32,
     /// Short form of the flight's session: the beginning of its hash.
     pub session: String,
     /// Control period, us.
     pub period_us: u32,
-    /// Interval of rows away from events, control steps ([`super::LogRate`]); older logs have all rows.
-    #[serde(default = "every_step")]
+    /// Interval of rows away from events, control steps ([`super::LogRate`]).
     pub row_every: u32,
     /// The first packet was not the flight's first: such a log cannot be replayed.
     pub joined_in_flight: bool,
     /// The controller's model of the aircraft.
-    #[serde(rename = "belief")]
     pub model: AircraftModel,
     pub gains: Gains,
     pub limits: ReferenceLimits,
@@ -97,10 +92,6 @@ impl ControlHeader {
             own_law: None,
         }
     }
-}
-
-const fn every_step() -> u32 {
-    1
 }
 
 /// SHA-256 over a line `NAME=VALUE` for each parameter, 64 hexadecimal digits. The values are written so that they

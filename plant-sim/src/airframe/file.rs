@@ -1,4 +1,4 @@
-//! The airframe file as written, and errors about keys of an earlier version.
+//! The airframe file as written.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -79,15 +79,13 @@ struct EffectorTable {
 /// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
 pub(super) fn read(
     file: &str,
-    table: toml::Table,
+    mut table: toml::Table,
     text: Option<&str>,
 ) -> Result<Airframe, ConfigError> {
-    refuse_old_keys(file, &table)?;
     let has_tables = table
         .get("aerodynamics")
         .and_then(toml::Value::as_table)
         .is_some_and(|part| part.contains_key("sum") || part.contains_key("table"));
-    let mut table = table;
     // Line and column are those of the text, which has no converted units.
     let text = match units::convert(file, &mut table, known_keys())? {
         true => None,
@@ -384,43 +382,3 @@ impl EffectorTable {
 
 /// Damping ratio of a second-order servo whose file has none: the usual one, with an overshoot of 5 %.
 const DAMPING_RATIO: f64 = 0.7;
-
-/// Tables of earlier versions.
-const OLD_TABLES: [&str; 4] = ["aileron", "elevator", "rudder", "engine"];
-
-/// Endings of the keys of `[aerodynamics]` in earlier versions.
-const OLD_ENDS: [&str; 3] = ["_aileron", "_elevator", "_rudder"];
-
-/// Names the replacement of a key of an earlier version of the file.
-fn refuse_old_keys(file: &str, table: &toml::Table) -> Result<(), ConfigError> {
-    let old = |key: String, instead: String| {
-        Err(ConfigError::OldKey { file: file.to_owned(), key, instead })
-    };
-    if let Some(key) = OLD_TABLES.into_iter().find(|key| table.contains_key(*key)) {
-        let instead = format!("an [[effector]] with kind = \"{key}\" for each");
-        return old(format!("[{key}]"), instead);
-    }
-    let keys = |name: &str| {
-        let table = table.get(name).and_then(toml::Value::as_table);
-        table.into_iter().flat_map(toml::Table::keys).cloned().collect::<Vec<String>>()
-    };
-    for key in keys("aerodynamics") {
-        if let Some(kind) = OLD_ENDS.into_iter().find(|end| key.ends_with(end)) {
-            let new = key.trim_end_matches(kind).to_owned();
-            let kind = kind.trim_start_matches('_');
-            let instead = format!(
-                "{new} of each [[effector]] with kind = \"{kind}\" (of one surface, with its sign)"
-            );
-            return old(format!("[aerodynamics] {key}"), instead);
-        }
-    }
-    if let Some(key) = keys("nozzle")
-        .into_iter()
-        .find(|key| ["lag_s", "rate_limit_deg_s", "travel_deg"].contains(&key.as_str()))
-    {
-        let instead =
-            format!("{key} of the [[effector]] with kind = \"nozzle_pitch\" and \"nozzle_yaw\"");
-        return old(format!("[nozzle] {key}"), instead);
-    }
-    Ok(())
-}

@@ -130,27 +130,6 @@ fn the_effectors_of_the_file_are_those_that_tests_and_studies_name() {
 }
 
 #[test]
-fn a_file_of_an_earlier_version_is_refused_with_the_new_keys() {
-    let with = |more: &str| {
-        let text = format!("{more}\n{DEFAULT_AIRFRAME}");
-        Airframe::from_toml("old.toml", &text).unwrap_err().to_string()
-    };
-    assert_eq!(
-        with("elevator.lag_s = 0.05"),
-        "old.toml: [elevator] is of an earlier version of this file; instead there is an [[effector]] with \
-         kind = \"elevator\" for each"
-    );
-    assert_eq!(
-        refusal("c_lift_q", "c_lift_elevator"),
-        "jet.toml: [aerodynamics] c_lift_elevator is of an earlier version of this file; instead there is c_lift \
-         of each [[effector]] with kind = \"elevator\" (of one surface, with its sign)"
-    );
-    assert!(
-        refusal("thrust_floor_n", "travel_deg").contains("[nozzle] travel_deg is of an earlier")
-    );
-}
-
-#[test]
 fn a_number_of_an_effector_is_refused_with_its_name() {
     assert_eq!(
         refusal("travel_deg = [-25.0, 25.0]", "travel_deg = [-25.0, 250.0]"),

@@ -14,7 +14,6 @@ use crate::servos::Servo;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ScheduledFault {
     /// The effector, sensor or part that fails.
-    #[serde(alias = "effector")]
     pub target: Target,
     pub kind: FaultKind,
     /// When, how fast, for how long, how often; at once means at the start of the flight.

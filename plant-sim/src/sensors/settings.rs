@@ -17,22 +17,13 @@ pub struct SensorSettings {
     /// White noise of each gyro, rad/s rms of the control samples; only of ideal sensors.
     pub gyro_noise_rad_s: f64,
     /// Name of their grade, which single numbers beside it do not change.
-    #[serde(default)]
     pub name: GradeName,
     /// Their errors; `None` for ideal sensors.
-    #[serde(default)]
     pub grade: Option<Grade>,
     /// Which sensors the aircraft has, in the order of [`SensorKind::ALL`].
-    #[serde(default = "all")]
     pub fitted: [bool; Sensors::SENSORS],
     /// Date of the flight, for the magnetic field.
-    #[serde(default)]
     pub date: Date,
-}
-
-/// Every sensor is there.
-const fn all() -> [bool; Sensors::SENSORS] {
-    [true; Sensors::SENSORS]
 }
 
 impl SensorSettings {
@@ -41,7 +32,7 @@ impl SensorSettings {
         gyro_noise_rad_s: 0.0,
         name: GradeName::Ideal,
         grade: None,
-        fitted: all(),
+        fitted: [true; Sensors::SENSORS],
         date: Date::DEFAULT,
     };
 

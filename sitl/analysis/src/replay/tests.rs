@@ -236,7 +236,7 @@ fn a_log_that_cannot_be_flown_gives_the_reason() {
     };
     let joined = patch("\"joined_in_flight\":false", "\"joined_in_flight\":true ").unwrap_err();
     assert!(joined.to_string().contains("joined a flight under way"), "{joined}");
-    let other = patch("\"belief\"", "\"gelief\"").unwrap_err().to_string();
+    let other = patch("\"model\"", "\"modal\"").unwrap_err().to_string();
     assert!(other.contains("control_header cannot be read by this version"), "{other}");
     let present = format!("\"flight_rules\":{FLIGHT_RULES}");
     let rules = patch(&present, "\"flight_rules\":0").unwrap_err().to_string();
