@@ -104,13 +104,6 @@ struct JamLimit {
     range: Option<[f64; 2]>,
 }
 
-impl From<Sweep> for JamLimit {
-    fn from(sweep: Sweep) -> Self {
-        let Sweep { set, margin, effector, limits, .. } = sweep;
-        Self { set, margin, effector, range: limits }
-    }
-}
-
 /// The search takes seconds, so its result stays: in the folder of the campaign, and for others of this process, as those of a suite.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct KnownLimits {
@@ -158,7 +151,13 @@ impl Limits {
             None => {
                 let study = Study::new(airframe, sets.clone());
                 let sweeps = study.map_err(|error| problem!("{error}"))?.singles(STEP_DEG);
-                let limits = sweeps.into_iter().map(JamLimit::from).collect();
+                let limit = |Sweep { set, margin, effector, limits: range, .. }| JamLimit {
+                    set,
+                    margin,
+                    effector,
+                    range,
+                };
+                let limits = sweeps.into_iter().map(limit).collect();
                 KnownLimits { sha256, limits }
             }
         };

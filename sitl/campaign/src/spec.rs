@@ -135,7 +135,7 @@ pub enum Design {
 }
 
 /// An aircraft of a campaign.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirframeSpec {
     /// Name in tables.

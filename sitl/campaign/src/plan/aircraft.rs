@@ -32,15 +32,11 @@ pub struct Aircraft {
     pub(super) lists: Vec<Option<Vec<Value>>>,
     /// Combinations of the listed values.
     pub(super) combinations: u64,
-    pub(super) first: u64,
+    /// Number of its first flight.
+    pub(crate) first: u64,
 }
 
 impl Aircraft {
-    /// Number of its first flight.
-    pub fn first_flight(&self) -> u64 {
-        self.first
-    }
-
     /// Reads its files and lists the values of the listed variables.
     pub(super) fn read(spec: &AirframeSpec, file: &SpecFile, first: u64) -> Result<Self, Problem> {
         // The name of an aircraft that comes with the program, or a file beside the specification.

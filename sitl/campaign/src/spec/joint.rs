@@ -76,7 +76,12 @@ impl Joint {
 impl Variable {
     fn level(name: &str, levels: &[f64]) -> Self {
         let values = levels.iter().copied().map(toml::Value::from).collect();
-        Self { key: name.to_owned(), values: Some(values), meaning: Meaning::Level, ..Self::none() }
+        Self {
+            key: name.to_owned(),
+            values: Some(values),
+            meaning: Meaning::Level,
+            ..Self::default()
+        }
     }
 
     /// A drawn factor, so many times the level called `level` from 1.
@@ -86,21 +91,7 @@ impl Variable {
             uniform: Some([-1.0, 1.0]),
             meaning: Meaning::Factor,
             level: Some(level.to_owned()),
-            ..Self::none()
-        }
-    }
-
-    fn none() -> Self {
-        Self {
-            key: String::new(),
-            values: None,
-            grid: None,
-            each: None,
-            uniform: None,
-            normal: None,
-            meaning: Meaning::Value,
-            sets: Vec::new(),
-            level: None,
+            ..Self::default()
         }
     }
 }
