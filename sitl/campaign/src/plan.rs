@@ -98,7 +98,11 @@ pub struct Plan {
 }
 
 /// Options and settings of a law.
-type Law = (LawArgs, Vec<Setting>);
+#[derive(Debug)]
+struct Law {
+    args: LawArgs,
+    settings: Vec<Setting>,
+}
 
 impl Plan {
     /// Reads everything that a specification leads to.
@@ -129,8 +133,8 @@ impl Plan {
         let named = || spec.law.iter().zip(&laws);
         let both = aircraft.iter().flat_map(|aircraft| named().map(move |law| (aircraft, law)));
         let builders: Vec<SetupBuilder> = both
-            .map(|(aircraft, (law, (laws, _)))| {
-                let (args, laws) = (aircraft.args.clone(), laws.clone());
+            .map(|(aircraft, (law, read))| {
+                let (args, laws) = (aircraft.args.clone(), read.args.clone());
                 let options = SetupOptions {
                     aircraft: args,
                     laws,
@@ -266,7 +270,7 @@ impl Plan {
         let paths = [
             ("--airframe", &args.airframe),
             ("--model", &args.model),
-            ("--gains", &self.laws[run.law].0.gains),
+            ("--gains", &self.laws[run.law].args.gains),
         ];
         let paths = paths.into_iter().filter_map(|(option, path)| {
             path.as_ref().map(|path| [option.to_owned(), path.display().to_string()])
@@ -283,7 +287,7 @@ impl Plan {
     /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.
     pub fn settings(&self, run: &Run) -> Vec<Setting> {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
-        settings.extend(self.laws[run.law].1.iter().cloned());
+        settings.extend(self.laws[run.law].settings.iter().cloned());
         let varied = self.variables().iter().zip(&run.values);
         settings.extend(varied.flat_map(|(variable, value)| {
             let is_key = variable.meaning != Meaning::Level;
@@ -354,7 +358,7 @@ impl Plan {
 fn read_law(law: &LawSpec, file: &SpecFile) -> Result<Law, Problem> {
     let gains = law.gains.as_deref().map(|path| file.beside(path));
     let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
-    Ok((args, settings_of(&law.set, &file.name)?))
+    Ok(Law { args, settings: settings_of(&law.set, &file.name)? })
 }
 
 /// A number below the length of a list.

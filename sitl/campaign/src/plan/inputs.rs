@@ -34,7 +34,7 @@ pub(super) fn inputs(
         inputs.push(input(shown(&args.airframe, "airframe"), &airframe.to_string()));
         inputs.push(input(shown(&args.model, "model"), &model.to_string()));
     }
-    for (law, (args, _)) in file.spec.law.iter().zip(laws) {
+    for (law, Law { args, .. }) in file.spec.law.iter().zip(laws) {
         // A law without a file differs from one with an empty file.
         let gains = args.gains.as_deref().map(Named::read).transpose()?;
         let text = gains.as_ref().map_or("none", |gains| gains.text.as_ref());
