@@ -15,6 +15,7 @@ use plant_sim::{Airframe, GradeName, ScheduledFault};
 use super::Options;
 use super::detectors::{Detectors, KINDS, PerDetector, SCALES};
 use crate::closed_loop::{FlightSetup, fly};
+pub use crate::linearize::Condition;
 use crate::metrics::quantile;
 use crate::problem::Problem;
 use crate::runner;
@@ -28,14 +29,6 @@ pub const SETTLED_S: f64 = 10.0;
 const PART_S: f64 = 30.0;
 /// An alarm that goes on counts again after this time, s: as a detector that is reset would.
 const AGAIN_S: f64 = 5.0;
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Condition {
-    /// Altitude, m.
-    pub altitude_m: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-}
 
 /// Slow and low (Mach 0.60), the design point (0.82), fast and high (0.88), and twice 300 m/s: with 1.8 times the dynamic pressure of
 /// the design point (0.90), and the most the Mach number changes the aircraft (0.94).
