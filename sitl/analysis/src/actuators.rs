@@ -16,8 +16,7 @@ use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 use crate::settings::Target;
 use crate::table::field;
 

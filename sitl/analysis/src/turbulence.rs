@@ -16,8 +16,7 @@ use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
 
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 
 mod spectrum;
 

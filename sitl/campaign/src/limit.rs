@@ -6,8 +6,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use flight_analysis::metrics::wilson_95;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use flight_analysis::trimmable::sets::{self, Set};
 use flight_analysis::trimmable::{Study, Sweep};
 use host_io::file::{self, TEXT_MAX};

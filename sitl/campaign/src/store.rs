@@ -10,8 +10,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use flight_analysis::fly::outcome::Outcome;
-use flight_analysis::problem;
-use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::problem::{At as _, Problem, problem};
 use host_io::file::{self, NewFile, TEXT_MAX};
 use serde::{Deserialize, Serialize};
 

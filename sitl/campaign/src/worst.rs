@@ -7,8 +7,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use flight_analysis::fly::outcome::Outcome;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use flight_analysis::runner;
 use host_io::folder::OutFolder;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};

@@ -15,8 +15,7 @@ use super::measures::{Measured, Measures};
 use super::outcome::{Loss, LossBy, Metric, Outcome, SensorLost};
 use crate::closed_loop::{Exchange, Flight, FlightSetup, Tick};
 use crate::paper::trace::Sample;
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 use crate::runner::Progress;
 use crate::table::{self, Columns};
 

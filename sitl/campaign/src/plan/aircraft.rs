@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use autopilot::config::Model;
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::measures::Measures;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use icd::{Effector, EffectorKind};
 use plant_sim::{Airframe, airframe};
 
