@@ -14,8 +14,7 @@ use plant_sim::scenario::{self, SCENARIOS};
 use plant_sim::{Airframe, PlantPart, Scenario};
 use toml::Table;
 
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 use crate::settings::{self, Setting, Target};
 
 /// Which aircraft, which model of it, and what is changed in all that is flown.

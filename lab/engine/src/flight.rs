@@ -152,23 +152,6 @@ pub struct End {
     pub on_ground: bool,
 }
 
-/// Why a flight cannot begin, or did not come to its end.
-#[derive(Debug, Clone, thiserror::Error)]
-pub enum FlightError {
-    /// The plant cannot start, or the model is of another aircraft.
-    #[error(transparent)]
-    Setup(Box<SetupError>),
-    /// The law that the program brings has failed.
-    #[error(transparent)]
-    Law(#[from] LawFailure),
-}
-
-impl From<SetupError> for FlightError {
-    fn from(source: SetupError) -> Self {
-        Self::Setup(Box::new(source))
-    }
-}
-
 /// The law of a flight cannot be copied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("the flight cannot be copied: its law cannot")]

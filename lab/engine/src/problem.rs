@@ -12,6 +12,7 @@ pub struct Problem(String);
 macro_rules! problem {
     ($($text:tt)*) => { $crate::problem::Problem::new(format!($($text)*)) };
 }
+pub use crate::problem;
 
 impl Problem {
     pub fn new(sentence: impl Into<String>) -> Self {

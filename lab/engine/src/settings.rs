@@ -15,8 +15,7 @@ use std::fmt;
 use autopilot::parameters::{Parameter, ParameterError, Parameters, table};
 use toml::{Table, Value};
 
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 pub mod keys;
 

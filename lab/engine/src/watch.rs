@@ -6,7 +6,8 @@ use autopilot::command::{Command, Intent};
 use autopilot::recorder::Recorded;
 use icd::SimTime;
 
-use crate::flight::{End, Flight, FlightError, FlightSetup, Record, Tick};
+use crate::flight::{End, Flight, FlightSetup, Record, Tick};
+use crate::problem::Problem;
 
 /// An operator's command at a time. Such a flight repeats to the bit like any other.
 #[derive(Debug, Clone)]
@@ -20,7 +21,7 @@ pub struct TimedCommand {
 pub fn watch(
     setup: &FlightSetup,
     look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
-) -> Result<End, FlightError> {
+) -> Result<End, Problem> {
     watch_with_commands(setup, &[], look)
 }
 
@@ -29,7 +30,7 @@ pub fn watch_with_commands(
     setup: &FlightSetup,
     commands: &[TimedCommand],
     mut look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
-) -> Result<End, FlightError> {
+) -> Result<End, Problem> {
     let mut flight = Flight::new(setup)?;
     let mut commands = commands.iter().zip(1..).peekable();
     loop {
@@ -51,7 +52,7 @@ pub fn watch_with_commands(
 }
 
 /// Flies a setup from its start to its end and hands every tick to `sink`.
-pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, FlightError> {
+pub fn fly(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, Problem> {
     watch(setup, |tick| {
         sink(&tick.record());
         ControlFlow::Continue(())

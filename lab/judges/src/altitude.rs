@@ -17,7 +17,7 @@ pub const COLUMNS: [(&str, &str); 4] = [
 ];
 
 /// Errors are what the controller knows minus its reference.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct AltitudeJudge {
     end_s: f64,
     /// Largest altitude error of the end, m; `None` before it.
@@ -32,14 +32,7 @@ pub struct AltitudeJudge {
 
 impl AltitudeJudge {
     pub fn of(setup: &FlightSetup) -> Self {
-        let end_s = setup.duration.as_seconds();
-        Self {
-            end_s,
-            error_m: None,
-            largest_m: None,
-            airspeed_error_m_s: None,
-            alpha_max_rad: None,
-        }
+        Self { end_s: setup.duration.as_seconds(), ..Self::default() }
     }
 }
 

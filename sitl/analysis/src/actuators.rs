@@ -16,8 +16,7 @@ use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 use crate::settings::Target;
 use crate::table::field;
 
@@ -59,45 +58,30 @@ struct Property {
 /// Positions of the effector over time, deg, and what was commanded.
 struct Response {
     property: String,
-    signal: Signal,
+    signal: &'static Signal,
     /// Time, s; command, ideal actuator, actuator with the property, deg.
     rows: Vec<[f64; 4]>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Signal {
-    Step,
-    Triangle,
-}
-
-impl Signal {
-    const ALL: [Self; 2] = [Self::Step, Self::Triangle];
-
-    const fn name(self) -> &'static str {
-        match self {
-            Self::Step => "step",
-            Self::Triangle => "triangle",
-        }
-    }
-
-    const fn seconds(self) -> f64 {
-        match self {
-            Self::Step => STEP_S,
-            Self::Triangle => TRIANGLE_S,
-        }
-    }
-
+/// What the effector is commanded.
+struct Signal {
+    name: &'static str,
+    seconds: f64,
     /// Between -1 and 1.
-    fn at(self, time_s: f64) -> f64 {
-        match self {
-            Self::Step => f64::from(u8::from(time_s >= STEP_AT_S)),
-            Self::Triangle => {
-                let part = (time_s / TRIANGLE_PERIOD_S + 0.25) % 1.0;
-                if part < 0.5 { 4.0 * part - 1.0 } else { 3.0 - 4.0 * part }
-            }
-        }
-    }
+    at: fn(time_s: f64) -> f64,
 }
+
+const STEP: Signal =
+    Signal { name: "step", seconds: STEP_S, at: |time_s| f64::from(u8::from(time_s >= STEP_AT_S)) };
+
+const TRIANGLE: Signal = Signal {
+    name: "triangle",
+    seconds: TRIANGLE_S,
+    at: |time_s| {
+        let part = (time_s / TRIANGLE_PERIOD_S + 0.25) % 1.0;
+        if part < 0.5 { 4.0 * part - 1.0 } else { 3.0 - 4.0 * part }
+    },
+};
 
 /// An actuator on a test bench: the aircraft is held in its trimmed flight.
 struct Bench {
@@ -118,7 +102,7 @@ pub fn run(args: &ActuatorsArgs) -> Result<(), Problem> {
     write_figure(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
-        let signal = signal.name();
+        let signal = signal.name;
         print_line!("{property:<46} {signal:<8} up to {apart:6.3} deg from the ideal actuator");
     }
     print_line!("wrote {}", args.out.display());
@@ -251,9 +235,9 @@ impl Bench {
         let pressure_pa = ideal.truth().dynamic_pressure_pa();
         let mut responses = Vec::new();
         for Property { title, servo } in self.properties(pressure_pa) {
-            for signal in Signal::ALL {
-                let command = |time_s| self.height * signal.at(time_s);
-                let move_it = |plant: &mut Plant| self.hold(plant, 1.0, signal.seconds(), command);
+            for signal in [&STEP, &TRIANGLE] {
+                let command = |time_s| self.height * (signal.at)(time_s);
+                let move_it = |plant: &mut Plant| self.hold(plant, 1.0, signal.seconds, command);
                 let without = move_it(&mut ideal.clone());
                 let with = move_it(&mut self.plant(servo)?);
                 let period_s = self.setup.period.as_seconds();
@@ -308,7 +292,7 @@ impl Bench {
                     title: property.clone(),
                     x_label: "time, s",
                     y_label: "deg",
-                    x: (0.0, signal.seconds()),
+                    x: (0.0, signal.seconds),
                     y: crate::chart::axis::range(values, 1.0e-3),
                     height: 150.0,
                     curves,
@@ -343,7 +327,7 @@ impl Bench {
 fn csv(responses: &[Response]) -> String {
     let mut text = format!("{COLUMNS}\n");
     for Response { property, signal, rows } in responses {
-        let (property, signal) = (field(property), signal.name());
+        let (property, signal) = (field(property), signal.name);
         for [time_s, command, ideal, at] in rows {
             let _ =
                 writeln!(text, "{property},{signal},{time_s:.3},{command:.6},{ideal:.6},{at:.6}");
@@ -378,8 +362,8 @@ mod tests {
             let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs());
             let apart = apart.fold(0.0_f64, f64::max);
             // A step larger than the deadband passes it.
-            let is_seen = !(property.starts_with("deadband") && *signal == Signal::Step);
-            assert_eq!(apart > 0.3, is_seen, "{property}, {}: {apart} deg", signal.name());
+            let is_seen = !(property.starts_with("deadband") && signal.name == "step");
+            assert_eq!(apart > 0.3, is_seen, "{property}, {}: {apart} deg", signal.name);
         }
         let travel = bench.travel().unwrap();
         assert_eq!(travel.len(), SPEED_COUNT as usize);

@@ -5,7 +5,7 @@ use icd::{EulerAngles, PerEffector};
 use nalgebra::Vector3;
 use plant_sim::Truth;
 
-pub use lab_engine::flight::{End, Exchange, Flight, FlightError, FlightSetup, Held, Record, Tick};
+pub use lab_engine::flight::{End, Exchange, Flight, FlightSetup, Held, Record, Tick};
 pub use lab_engine::watch::{TimedCommand, fly, watch, watch_with_commands};
 
 /// F: the truth that z2 estimates, rad/s².

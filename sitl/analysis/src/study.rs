@@ -18,8 +18,7 @@ use crate::chart::{Figure, write_figure};
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, Named};
 use crate::page;
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 use crate::settings::Setting;
 
 /// Options that every study takes.

@@ -11,13 +11,12 @@ use std::path::PathBuf;
 use host_io::folder::OutFolder;
 use icd::{Attitude, Ned};
 use plant_sim::io::whole;
-use plant_sim::wind::level::{Scales, spectra};
+use plant_sim::wind::level::spectra;
 use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
 
 use crate::chart::panel::{Curve, Panel};
 use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 
 mod spectrum;
 
@@ -84,23 +83,6 @@ fn level(text: &str) -> Result<TurbulenceLevel, String> {
     found.ok_or_else(|| "expected light, moderate or severe".to_owned())
 }
 
-/// One flight through the turbulence, straight and level in calm air.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Flight {
-    /// Level of the standard.
-    pub level: TurbulenceLevel,
-    /// Height above the ground, m.
-    pub height_m: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-    /// Span of the aircraft, m.
-    pub span_m: f64,
-    /// Duration, s.
-    pub seconds: f64,
-    /// Seed of the random streams.
-    pub seed: u64,
-}
-
 /// A spectrum in one band of frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Band {
@@ -114,25 +96,20 @@ pub struct Band {
     pub count: f64,
 }
 
-impl Flight {
-    /// Intensities and lengths at its height.
-    pub fn scales(&self) -> Scales {
-        self.level.scales(self.height_m)
-    }
+/// A height above the ground, m, and the spectra of the six axes there.
+type Flown = (f64, [Vec<Band>; 6]);
 
-    fn way_m(&self) -> f64 {
-        (WAY_PER_SPAN * self.span_m).min(WAY_PER_LENGTH * self.scales().vertical_m)
-    }
-
-    /// Spectra of the six axes.
-    pub fn fly(&self) -> [Vec<Band>; 6] {
-        let (scales, way_m) = (self.scales(), self.way_m());
+impl TurbulenceArgs {
+    /// Spectra of the six axes on a flight at a height, straight and level in calm air.
+    pub fn fly(&self, height_m: f64) -> [Vec<Band>; 6] {
+        let scales = self.level.scales(height_m);
+        let way_m = (WAY_PER_SPAN * self.span_m).min(WAY_PER_LENGTH * scales.vertical_m);
         let period_s = way_m / self.airspeed_m_s;
         let longest_m = scales.horizontal_m.max(scales.vertical_m);
         let mut air = LevelTurbulence::new(self.level, self.span_m, period_s, self.seed, 0);
         let at = Surroundings {
             airspeed_m_s: self.airspeed_m_s,
-            height_m: self.height_m,
+            height_m,
             attitude: Attitude::identity(),
             wind: Ned::zero(),
         };
@@ -168,19 +145,11 @@ impl Flight {
 pub fn run(args: &TurbulenceArgs) -> Result<(), Problem> {
     args.check()?;
     let folder = OutFolder::create(&args.out)?;
-    let flown: Vec<(Flight, [Vec<Band>; 6])> = args
-        .altitude_m
-        .iter()
-        .map(|height_m| {
-            let TurbulenceArgs { level, airspeed_m_s, span_m, seconds, seed, .. } = *args;
-            let height_m = *height_m;
-            let flight = Flight { level, height_m, airspeed_m_s, span_m, seconds, seed };
-            (flight, flight.fly())
-        })
-        .collect();
+    let flown: Vec<Flown> =
+        args.altitude_m.iter().map(|height_m| (*height_m, args.fly(*height_m))).collect();
     folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
-    write_figure(&folder, &figure(&flown))?;
-    print_text!("{}", summary(&flown));
+    write_figure(&folder, &figure(args, &flown))?;
+    print_text!("{}", summary(args, &flown));
     print_line!("wrote {}", args.out.display());
     Ok(())
 }
@@ -205,12 +174,11 @@ impl TurbulenceArgs {
     }
 }
 
-fn csv(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
+fn csv(flown: &[Flown]) -> String {
     let mut text = format!("{COLUMNS}\n");
-    for (flight, axes) in flown {
+    for (height_m, axes) in flown {
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
             for Band { omega_rad_m, estimate, formula, count } in bands {
-                let height_m = flight.height_m;
                 let _ = writeln!(
                     text,
                     "{height_m},{axis},{omega_rad_m:.6e},{estimate:.6e},{formula:.6e},{count}"
@@ -222,15 +190,14 @@ fn csv(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
 }
 
 /// The largest deviation of each axis, in the bands that have enough estimates.
-fn summary(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
+fn summary(args: &TurbulenceArgs, flown: &[Flown]) -> String {
     let mut text = String::new();
-    for (flight, axes) in flown {
-        let scales = flight.scales();
+    for (height_m, axes) in flown {
+        let scales = args.level.scales(*height_m);
         let _ = writeln!(
             text,
-            "{} at {} m: L {:.1} m, {:.1} m up; intensity {:.2} m/s, {:.2} m/s up",
-            flight.level,
-            flight.height_m,
+            "{} at {height_m} m: L {:.1} m, {:.1} m up; intensity {:.2} m/s, {:.2} m/s up",
+            args.level,
             scales.horizontal_m,
             scales.vertical_m,
             scales.horizontal_m_s,
@@ -246,18 +213,13 @@ fn summary(flown: &[(Flight, [Vec<Band>; 6])]) -> String {
     text
 }
 
-fn figure(flown: &[(Flight, [Vec<Band>; 6])]) -> Figure {
-    let title = match flown {
-        [(flight, _), ..] => {
-            let Flight { level, airspeed_m_s, span_m, .. } = flight;
-            format!("Turbulence, {level}, at {airspeed_m_s} m/s, span {span_m} m")
-        }
-        [] => String::new(),
-    };
+fn figure(args: &TurbulenceArgs, flown: &[Flown]) -> Figure {
+    let TurbulenceArgs { level, airspeed_m_s, span_m, .. } = args;
+    let title = format!("Turbulence, {level}, at {airspeed_m_s} m/s, span {span_m} m");
     let flown_ink = |place: usize| Ink::new(COLOURS[place % HEIGHTS_MAX], Pattern::Solid).wide(2.4);
     let formula = Ink::new("#111111", Pattern::Dashed).wide(1.2);
     let names: Vec<String> =
-        flown.iter().map(|(flight, _)| format!("flown at {} m", flight.height_m)).collect();
+        flown.iter().map(|(height_m, _)| format!("flown at {height_m} m")).collect();
     let mut legend: Vec<(&str, Ink)> =
         names.iter().enumerate().map(|(place, name)| (name.as_str(), flown_ink(place))).collect();
     legend.push(("MIL-F-8785C", formula));
@@ -301,19 +263,18 @@ fn figure(flown: &[(Flight, [Vec<Band>; 6])]) -> Figure {
 mod tests {
     use super::*;
 
-    fn flight(level: TurbulenceLevel, height_m: f64) -> Flight {
-        Flight { level, height_m, airspeed_m_s: 60.0, span_m: 3.0, seconds: 0.0, seed: 1 }
+    fn args(level: TurbulenceLevel, seconds: f64) -> TurbulenceArgs {
+        let (altitude_m, out) = (vec![100.0], PathBuf::new());
+        TurbulenceArgs { level, altitude_m, airspeed_m_s: 60.0, span_m: 3.0, seconds, seed: 1, out }
     }
 
     #[test]
     fn val_spectra_of_all_six_axes_are_those_of_the_standard_at_every_level_low_and_high() {
         for level in TurbulenceLevel::ALL {
             for height_m in [30.0, 5_000.0] {
-                let flight = flight(level, height_m);
                 // Forty segments of the longest length.
-                let longest_m = flight.scales().horizontal_m;
-                let seconds = 40.0 * LENGTHS * longest_m / flight.airspeed_m_s;
-                let axes = Flight { seconds, ..flight }.fly();
+                let longest_m = level.scales(height_m).horizontal_m;
+                let axes = args(level, 40.0 * LENGTHS * longest_m / 60.0).fly(height_m);
                 for (bands, (axis, _)) in axes.iter().zip(AXES) {
                     let certain: Vec<&Band> =
                         bands.iter().filter(|band| band.count >= 100.0).collect();
@@ -337,15 +298,7 @@ mod tests {
 
     #[test]
     fn an_option_that_cannot_be_is_named_with_its_range() {
-        let args = TurbulenceArgs {
-            level: TurbulenceLevel::Light,
-            altitude_m: vec![100.0],
-            airspeed_m_s: 50.0,
-            span_m: 3.0,
-            seconds: 10.0,
-            seed: 1,
-            out: PathBuf::new(),
-        };
+        let args = args(TurbulenceLevel::Light, 10.0);
         assert_eq!(args.check(), Ok(()));
         let refused = |args: TurbulenceArgs| args.check().unwrap_err().to_string();
         let slow = TurbulenceArgs { airspeed_m_s: 3.0, ..args.clone() };
@@ -359,13 +312,13 @@ mod tests {
 
     #[test]
     fn table_and_picture_have_all_axes() {
-        let flight = Flight { seconds: 1.0, ..flight(TurbulenceLevel::Light, 30.0) };
-        let flown = vec![(flight, flight.fly())];
+        let args = args(TurbulenceLevel::Light, 1.0);
+        let flown = vec![(30.0, args.fly(30.0))];
         let text = csv(&flown);
         for (axis, _) in AXES {
             assert!(text.contains(&format!("\n30,{axis},")), "{axis}");
-            assert!(figure(&flown).svg.contains(&format!("{axis}_g")));
+            assert!(figure(&args, &flown).svg.contains(&format!("{axis}_g")));
         }
-        assert!(summary(&flown).contains("light at 30 m"));
+        assert!(summary(&args, &flown).contains("light at 30 m"));
     }
 }

@@ -8,8 +8,7 @@ use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{panic, thread};
 
-use flight_analysis::problem;
-use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::problem::{At as _, Problem, problem};
 use parquet::basic::Compression;
 use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -91,8 +90,7 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
             a.runs()
         ));
     }
-    let mut laws: BTreeMap<(usize, String), Differences> = BTreeMap::new();
-    let mut order: Vec<String> = Vec::new();
+    let mut laws: Vec<(String, Differences)> = Vec::new();
     reading(false);
     let mut rows_a = a.rows()?;
     reading(true);
@@ -108,11 +106,11 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
         let (Some(Field::Long(run)), Some(law)) = (cell("run"), cell("law").map(show)) else {
             return Err(a.damaged("a run has no number, or no law"));
         };
-        let place = order.iter().position(|known| *known == law).unwrap_or_else(|| {
-            order.push(law.clone());
-            order.len() - 1
+        let place = laws.iter().position(|(known, _)| *known == law).unwrap_or_else(|| {
+            laws.push((law, Differences::default()));
+            laws.len() - 1
         });
-        let differences = laws.entry((place, law)).or_default();
+        let differences = &mut laws[place].1;
         differences.runs += 1;
         let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome");
         let outcome_at = outcome_at.ok_or_else(|| a.damaged("it has no column outcome"))?;
@@ -233,11 +231,7 @@ impl Differences {
     }
 }
 
-fn report(
-    a: &RunTable<'_>,
-    b: &RunTable<'_>,
-    laws: &BTreeMap<(usize, String), Differences>,
-) -> String {
+fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) -> String {
     let mut text = format!("A = {}, B = {}\n", a.folder.display(), b.folder.display());
     for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
         let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));
@@ -252,7 +246,7 @@ fn report(
             let _ = writeln!(text, "columns in {folder} only: {}", only.join(", "));
         }
     }
-    for ((_, law), differences) in laws {
+    for (law, differences) in laws {
         let Differences { runs, same, lost, measures } = differences;
         let _ = writeln!(text, "\n{law}: {same} of {runs} runs are the same to the bit");
         for ((count, runs), folder) in lost.iter().zip(["A", "B"]) {

@@ -6,8 +6,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use flight_analysis::metrics::wilson_95;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use flight_analysis::trimmable::sets::{self, Set};
 use flight_analysis::trimmable::{Study, Sweep};
 use host_io::file::{self, TEXT_MAX};
@@ -104,13 +103,6 @@ struct JamLimit {
     range: Option<[f64; 2]>,
 }
 
-impl From<Sweep> for JamLimit {
-    fn from(sweep: Sweep) -> Self {
-        let Sweep { set, margin, effector, limits, .. } = sweep;
-        Self { set, margin, effector, range: limits }
-    }
-}
-
 /// The search takes seconds, so its result stays: in the folder of the campaign, and for others of this process, as those of a suite.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct KnownLimits {
@@ -158,7 +150,13 @@ impl Limits {
             None => {
                 let study = Study::new(airframe, sets.clone());
                 let sweeps = study.map_err(|error| problem!("{error}"))?.singles(STEP_DEG);
-                let limits = sweeps.into_iter().map(JamLimit::from).collect();
+                let limit = |Sweep { set, margin, effector, limits: range, .. }| JamLimit {
+                    set,
+                    margin,
+                    effector,
+                    range,
+                };
+                let limits = sweeps.into_iter().map(limit).collect();
                 KnownLimits { sha256, limits }
             }
         };

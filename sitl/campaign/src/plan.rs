@@ -11,8 +11,7 @@ use flight_analysis::closed_loop::FlightSetup;
 use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_analysis::fly;
 use flight_analysis::fly::outcome::Outcome;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use flight_analysis::settings::{Setting, Target, written};
 use flight_control::CompensatorMode;
 use icd::SimTime;
@@ -97,12 +96,11 @@ pub struct Plan {
     flights: u64,
 }
 
+/// Options and settings of a law.
 #[derive(Debug)]
 struct Law {
-    name: String,
     args: LawArgs,
     settings: Vec<Setting>,
-    knows_fault: bool,
 }
 
 impl Plan {
@@ -110,9 +108,7 @@ impl Plan {
     pub fn new(file: SpecFile) -> Result<Self, Problem> {
         let spec = &file.spec;
         let scenario = file.scenario()?;
-        let only =
-            AirframeSpec { name: String::new(), file: None, model: None, set: toml::Table::new() };
-        let shipped = [only];
+        let shipped = [AirframeSpec::default()];
         let specs = if spec.airframe.is_empty() { &shipped[..] } else { &spec.airframe };
         let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
         for spec in specs {
@@ -126,17 +122,18 @@ impl Plan {
             aircraft.push(one);
         }
         let laws: Vec<Law> =
-            spec.law.iter().map(|law| Law::read(law, &file)).collect::<Result<_, _>>()?;
+            spec.law.iter().map(|law| read_law(law, &file)).collect::<Result<_, _>>()?;
         let inputs = inputs(&file, &scenario, &aircraft, &laws)?;
         let mut all = Sha256::new();
         inputs.iter().for_each(|input| all.update(input.sha256));
         let fingerprint = all.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
         let period_ms = spec.period().unwrap_or_default();
         let step_us = spec.step_us.unwrap_or_else(|| step_within(period_ms, STEP_US));
-        let both = aircraft.iter().flat_map(|aircraft| laws.iter().map(move |law| (aircraft, law)));
+        let named = || spec.law.iter().zip(&laws);
+        let both = aircraft.iter().flat_map(|aircraft| named().map(move |law| (aircraft, law)));
         let builders: Vec<SetupBuilder> = both
-            .map(|(aircraft, law)| {
-                let (args, laws) = (aircraft.args.clone(), law.args.clone());
+            .map(|(aircraft, (law, read))| {
+                let (args, laws) = (aircraft.args.clone(), read.args.clone());
                 let options = SetupOptions {
                     aircraft: args,
                     laws,
@@ -186,7 +183,7 @@ impl Plan {
 
     /// Names of the laws.
     pub fn laws(&self) -> Vec<&str> {
-        self.laws.iter().map(|law| law.name.as_str()).collect()
+        self.file.spec.law.iter().map(|law| law.name.as_str()).collect()
     }
 
     pub fn variables(&self) -> &[Variable] {
@@ -269,11 +266,10 @@ impl Plan {
             let _ = plant.insert("seed".to_owned(), run.seed.cast_signed().into());
             let _ = plant.insert("duration_s".to_owned(), self.file.spec.duration_s.into());
         }
-        let law = &self.laws[run.law];
         let paths = [
             ("--airframe", &args.airframe),
             ("--model", &args.model),
-            ("--gains", &law.args.gains),
+            ("--gains", &self.laws[run.law].args.gains),
         ];
         let paths = paths.into_iter().filter_map(|(option, path)| {
             path.as_ref().map(|path| [option.to_owned(), path.display().to_string()])
@@ -308,15 +304,15 @@ impl Plan {
 
     /// The flight of a run.
     pub fn setup(&self, run: &Run) -> Result<FlightSetup, Problem> {
-        let law = &self.laws[run.law];
+        let law = &self.file.spec.law[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
         let beyond = self.aircraft[run.airframe].args.settings.len();
         let mut setup = builder.setup(&self.scenario, &self.settings(run)[beyond..])?;
         setup.plant.seed = run.seed;
-        setup.knows_fault = law.knows_fault;
+        setup.knows_fault = law.fault_known;
         setup.duration = SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO);
         let compensator = setup.parameters.gains.selection.compensator;
-        if law.knows_fault && compensator != CompensatorMode::Off {
+        if law.fault_known && compensator != CompensatorMode::Off {
             return Err(problem!(
                 "law {}: fault_known = true needs FTC_MODE = 0: it takes the compensator's place",
                 law.name
@@ -327,7 +323,7 @@ impl Plan {
 
     /// Whether a run has the reference that knows the fault.
     pub fn knows_fault(&self, run: &Run) -> bool {
-        self.laws[run.law].knows_fault
+        self.file.spec.law[run.law].fault_known
     }
 
     /// Flies a run to its end, or to the loss of the aircraft.
@@ -358,14 +354,10 @@ impl Plan {
     }
 }
 
-impl Law {
-    fn read(law: &LawSpec, file: &SpecFile) -> Result<Self, Problem> {
-        let gains = law.gains.as_deref().map(|path| file.beside(path));
-        let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
-        let settings = settings_of(&law.set, &file.name)?;
-        let knows_fault = law.fault_known;
-        Ok(Self { name: law.name.clone(), args, settings, knows_fault })
-    }
+fn read_law(law: &LawSpec, file: &SpecFile) -> Result<Law, Problem> {
+    let gains = law.gains.as_deref().map(|path| file.beside(path));
+    let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
+    Ok(Law { args, settings: settings_of(&law.set, &file.name)? })
 }
 
 /// A number below the length of a list.

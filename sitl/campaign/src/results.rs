@@ -106,7 +106,7 @@ impl Results {
             sources: plan.aircraft.iter().map(sources).collect(),
             places: plan.aircraft.iter().map(of).collect(),
             ends_of_aircraft: ends_of_aircraft
-                .map(|aircraft| aircraft.first_flight() * laws as u64)
+                .map(|aircraft| aircraft.first * laws as u64)
                 .collect(),
         }
     }

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
 use flight_analysis::configuration::Named;
-use flight_analysis::problem;
-use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::problem::{At as _, Problem, problem};
 use flight_analysis::settings::{self, Setting, number, written};
 use host_io::file::{self, TEXT_MAX};
 use icd::ControlPeriod;
@@ -135,7 +134,7 @@ pub enum Design {
 }
 
 /// An aircraft of a campaign.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct AirframeSpec {
     /// Name in tables.

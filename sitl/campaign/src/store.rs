@@ -9,9 +9,8 @@ use std::fs;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use flight_analysis::fly::outcome::{Fate, Outcome};
-use flight_analysis::problem;
-use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::fly::outcome::Outcome;
+use flight_analysis::problem::{At as _, Problem, problem};
 use host_io::file::{self, NewFile, TEXT_MAX};
 use serde::{Deserialize, Serialize};
 
@@ -70,9 +69,9 @@ impl RunEnd {
 impl Row {
     /// The row of a flight.
     pub fn of(run: u64, outcome: &Outcome) -> Self {
-        let (end, lost_at_s, reason) = match &outcome.fate {
-            Fate::Kept => (RunEnd::Kept, None, String::new()),
-            Fate::Lost(loss) => (RunEnd::Lost, Some(loss.at_s), loss.by.to_string()),
+        let (end, lost_at_s, reason) = match &outcome.loss {
+            None => (RunEnd::Kept, None, String::new()),
+            Some(loss) => (RunEnd::Lost, Some(loss.at_s), loss.by.to_string()),
         };
         let measures = outcome.metrics.iter().map(|metric| metric.value).collect();
         Self { run, end, lost_at_s, reason, end_s: outcome.end_s, measures }
@@ -137,7 +136,7 @@ impl Store {
         let laws = plan.laws().len() as u64;
         let of = |aircraft: &Aircraft| {
             let names = aircraft.measures.iter().map(|(name, _)| name.clone()).collect();
-            (aircraft.first_flight() * laws, names)
+            (aircraft.first * laws, names)
         };
         let aircraft = plan.aircraft.iter().map(of).collect();
         let store = Self { folder: folder.to_path_buf(), head: Head::of(plan), aircraft };

@@ -40,58 +40,43 @@ pub fn run(folder: &Path, settings: &[Setting], own: Option<&OwnLaw>) -> Result<
 /// Losses of every law in every campaign, and the medians of the first measure of each.
 fn table(flown: &[(Plan, Vec<Group>)]) -> String {
     let mut text = format!("{MARK}\n\nFlights lost:\n\n");
-    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |(plan, _)| plan.laws());
-    heading(
-        &mut text,
-        flown.iter().map(|(_, groups)| {
-            let flights = groups.first().map_or(0, |group| group.flown + group.failed);
-            format!("of {flights}")
-        }),
-    );
-    for (law, name) in laws.iter().enumerate() {
-        row(
-            &mut text,
-            name,
-            flown.iter().map(|(_, groups)| {
-                groups.get(law).map_or_else(String::new, |group| group.lost.to_string())
-            }),
-        );
-    }
+    let flights = |_: &Plan, groups: &[Group]| {
+        let flights = groups.first().map_or(0, |group| group.flown + group.failed);
+        format!("of {flights}")
+    };
+    push_table(&mut text, flown, flights, |group| {
+        group.map_or_else(String::new, |group| group.lost.to_string())
+    });
     text.push_str("\nMedian of the first measure of each, over the flights that were kept:\n\n");
-    heading(
-        &mut text,
-        flown.iter().map(|(plan, _)| {
-            let name = plan.file.spec.measures.first().map_or("", String::as_str);
-            format!("`{name}`, {}", plan.unit_of(name))
-        }),
-    );
-    for (law, name) in laws.iter().enumerate() {
-        row(
-            &mut text,
-            name,
-            flown.iter().map(|(_, groups)| {
-                let median =
-                    groups.get(law).and_then(|group| group.medians.first().copied().flatten());
-                median.map_or_else(|| "-".to_owned(), |median| format!("{median:.3}"))
-            }),
-        );
-    }
+    let measure = |plan: &Plan, _: &[Group]| {
+        let name = plan.file.spec.measures.first().map_or("", String::as_str);
+        format!("`{name}`, {}", plan.unit_of(name))
+    };
+    push_table(&mut text, flown, measure, |group| {
+        let median = group.and_then(|group| group.medians.first().copied().flatten());
+        median.map_or_else(|| "-".to_owned(), |median| format!("{median:.3}"))
+    });
     text
 }
 
-fn heading(text: &mut String, about: impl Iterator<Item = String>) {
-    let about: Vec<String> = about.collect();
+/// A table with a column for each campaign and a row for each law.
+fn push_table(
+    text: &mut String,
+    flown: &[(Plan, Vec<Group>)],
+    about: impl Fn(&Plan, &[Group]) -> String,
+    cell: impl Fn(Option<&Group>) -> String,
+) {
     text.push_str("| law |");
-    for (number, about) in about.iter().enumerate() {
-        let _ = write!(text, " FTC-{} {about} |", number + 1);
+    for (number, (plan, groups)) in flown.iter().enumerate() {
+        let _ = write!(text, " FTC-{} {} |", number + 1, about(plan, groups));
     }
-    let _ = write!(text, "\n|---|{}\n", "---|".repeat(about.len()));
-}
-
-fn row(text: &mut String, name: &str, cells: impl Iterator<Item = String>) {
-    let _ = write!(text, "| {name} |");
-    for cell in cells {
-        let _ = write!(text, " {cell} |");
+    let _ = write!(text, "\n|---|{}\n", "---|".repeat(flown.len()));
+    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |(plan, _)| plan.laws());
+    for (law, name) in laws.iter().enumerate() {
+        let _ = write!(text, "| {name} |");
+        for (_, groups) in flown {
+            let _ = write!(text, " {} |", cell(groups.get(law)));
+        }
+        text.push('\n');
     }
-    text.push('\n');
 }

@@ -17,9 +17,8 @@ use std::path::Path;
 
 use autopilot::parameters;
 use flight_analysis::fly;
-use flight_analysis::fly::outcome::{Fate, Outcome};
-use flight_analysis::problem;
-use flight_analysis::problem::{At as _, Problem};
+use flight_analysis::fly::outcome::Outcome;
+use flight_analysis::problem::{At as _, Problem, problem};
 use flight_analysis::runner::Progress;
 use host_io::file::{self, TEXT_MAX};
 use host_io::folder::OutFolder;
@@ -215,7 +214,7 @@ fn score(
 /// Cost of a flight.
 fn cost(plan: &Plan, airframe: usize, outcome: &Outcome) -> f64 {
     let duration_s = plan.file.spec.duration_s;
-    if let Fate::Lost(loss) = outcome.fate {
+    if let Some(loss) = outcome.loss {
         return KEPT_MAX + KEPT_MAX * (1.0 - loss.at_s / duration_s).clamp(0.0, 1.0);
     }
     let list = &plan.aircraft[airframe].airframe.effectors;

@@ -6,9 +6,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use flight_analysis::fly::outcome::{Fate, Outcome};
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::fly::outcome::Outcome;
+use flight_analysis::problem::{Problem, problem};
 use flight_analysis::runner;
 use host_io::folder::OutFolder;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
@@ -318,10 +317,7 @@ fn push_row(
         };
         let _ = write!(table, "{shown},");
     }
-    let lost = loss.as_ref().and_then(|(_, outcome)| match outcome.fate {
-        Fate::Lost(loss) => Some(loss.at_s),
-        Fate::Kept => None,
-    });
+    let lost = loss.as_ref().and_then(|(_, outcome)| Some(outcome.loss?.at_s));
     let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
     let _ = writeln!(table, "{},{},{scenario}", number(lost), number(*kept_to));
 }

@@ -131,12 +131,6 @@ fn at_most(events: u32, mean: f64) -> f64 {
     sum
 }
 
-/// The middle one of the values, or the upper one of two; infinity for none.
-pub fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::INFINITY)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

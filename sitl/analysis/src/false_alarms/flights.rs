@@ -13,8 +13,10 @@ use nalgebra::Vector3;
 use plant_sim::{Airframe, GradeName, ScheduledFault};
 
 use super::Options;
-use super::detectors::{Detectors, KINDS, PerDetector, SCALES, median};
+use super::detectors::{Detectors, KINDS, PerDetector, SCALES};
 use crate::closed_loop::{FlightSetup, fly};
+pub use crate::linearize::Condition;
+use crate::metrics::quantile;
 use crate::problem::Problem;
 use crate::runner;
 use crate::study::{Scale, Sides, draws};
@@ -27,14 +29,6 @@ pub const SETTLED_S: f64 = 10.0;
 const PART_S: f64 = 30.0;
 /// An alarm that goes on counts again after this time, s: as a detector that is reset would.
 const AGAIN_S: f64 = 5.0;
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Condition {
-    /// Altitude, m.
-    pub altitude_m: f64,
-    /// True airspeed, m/s.
-    pub airspeed_m_s: f64,
-}
 
 /// Slow and low (Mach 0.60), the design point (0.82), fast and high (0.88), and twice 300 m/s: with 1.8 times the dynamic pressure of
 /// the design point (0.90), and the most the Mach number changes the aircraft (0.94).
@@ -87,7 +81,7 @@ pub struct Air {
 }
 
 /// What one flight, or many, came to.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct Watched {
     /// Time that counts, s.
     pub seconds: f64,
@@ -104,21 +98,6 @@ pub struct Watched {
     pub ticks: f64,
     /// Flights in which the aircraft was lost.
     pub lost: u32,
-}
-
-impl Default for Watched {
-    fn default() -> Self {
-        Self {
-            seconds: 0.0,
-            manoeuvring_s: 0.0,
-            alarms: Box::new([[0; SCALES]; KINDS]),
-            flown: 0,
-            squares: Vector3::zeros(),
-            largest: Vector3::zeros(),
-            ticks: 0.0,
-            lost: 0,
-        }
-    }
 }
 
 impl Watched {
@@ -369,7 +348,7 @@ impl Delays {
             for index in 0..SCALES {
                 let all: Vec<f64> = flights.iter().map(|flight| flight[kind][index]).collect();
                 longest_s[kind][index] = all.iter().copied().fold(0.0, f64::max);
-                median_s[kind][index] = median(all);
+                median_s[kind][index] = quantile(all, 0.5);
             }
         }
         Self { fault, median_s, longest_s }

@@ -12,7 +12,7 @@ use icd::units::DEG;
 use plant_sim::Airframe;
 
 use super::judge::{self, Keep};
-use super::outcome::{Fate, Outcome};
+use super::outcome::Outcome;
 use crate::builder::{SetupBuilder, SetupOptions};
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, Named};
@@ -130,9 +130,9 @@ fn jams(airframe: &Airframe) -> Vec<Jam> {
 
 /// What became of a flight.
 fn cell(outcome: &Outcome) -> String {
-    match outcome.fate {
-        Fate::Lost(loss) => format!("lost at {:.1} s, {}", loss.at_s, loss.by),
-        Fate::Kept => {
+    match outcome.loss {
+        Some(loss) => format!("lost at {:.1} s, {}", loss.at_s, loss.by),
+        None => {
             // The measures are reference minus true value; plus zero makes a rounded zero positive.
             let off = |name: &str, unit: f64| {
                 let value = outcome.metric(name).unwrap_or(f64::NAN);

@@ -12,11 +12,10 @@ use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
 use super::measures::{Measured, Measures};
-use super::outcome::{Fate, Loss, LossBy, Metric, Outcome, SensorLost};
+use super::outcome::{Loss, LossBy, Metric, Outcome, SensorLost};
 use crate::closed_loop::{Exchange, Flight, FlightSetup, Tick};
 use crate::paper::trace::Sample;
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 use crate::runner::Progress;
 use crate::table::{self, Columns};
 
@@ -100,7 +99,7 @@ pub(super) fn fly(
     }
     let outcome = Outcome {
         seed: setup.plant.seed,
-        fate: judge.loss.map_or(Fate::Kept, Fate::Lost),
+        loss: judge.loss,
         end_s: end.time.as_seconds(),
         steps: judge.steps,
         altitude_m: judge.altitude_m,

@@ -9,14 +9,6 @@ use serde::{Serialize, Serializer};
 
 use crate::problem::Problem;
 
-/// What became of the aircraft.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Fate {
-    /// It flew to the end.
-    Kept,
-    Lost(Loss),
-}
-
 /// When and how an aircraft was lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Loss {
@@ -50,13 +42,14 @@ impl fmt::Display for LossBy {
 }
 
 /// One measure of a flight.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Metric {
+    #[serde(skip)]
     pub name: String,
-    /// Unit of the value; `1` for a count or a ratio.
-    pub unit: &'static str,
     /// The value; `None` where the flight has nothing to measure (no fault, too short).
     pub value: Option<f64>,
+    /// Unit of the value; `1` for a count or a ratio.
+    pub unit: &'static str,
 }
 
 impl Metric {
@@ -66,21 +59,43 @@ impl Metric {
     }
 }
 
-/// What became of a flight.
-#[derive(Debug, Clone, PartialEq)]
+/// What became of a flight; also its part of `outcome.json`.
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Outcome {
     /// Seed of its random streams.
     pub seed: u64,
-    /// What became of the aircraft.
-    pub fate: Fate,
+    /// The loss of the aircraft; `None` if it flew to the end.
+    #[serde(flatten, serialize_with = "with_words")]
+    pub loss: Option<Loss>,
     /// Simulation time at the end, s.
     pub end_s: f64,
+    #[serde(rename = "control_steps")]
     pub steps: u64,
     /// Altitude at the end and its reference, m.
+    #[serde(skip)]
     pub altitude_m: [f64; 2],
     /// Sensors that the estimator gave up, in the order of time.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensors_lost: Vec<SensorLost>,
+    #[serde(serialize_with = "by_name")]
     pub metrics: Vec<Metric>,
+}
+
+fn with_words<S: Serializer>(loss: &Option<Loss>, to: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Words {
+        outcome: &'static str,
+        lost_at_s: Option<f64>,
+        lost_by: Option<String>,
+    }
+    let outcome = if loss.is_some() { "lost" } else { "kept" };
+    let (lost_at_s, lost_by) = loss.map(|Loss { at_s, by }| (at_s, by.to_string())).unzip();
+    Words { outcome, lost_at_s, lost_by }.serialize(to)
+}
+
+/// A map from name to value and unit, in the order of the measures.
+fn by_name<S: Serializer>(metrics: &[Metric], to: S) -> Result<S::Ok, S::Error> {
+    to.collect_map(metrics.iter().map(|metric| (&metric.name, metric)))
 }
 
 /// A sensor that the estimator gave up.
@@ -95,7 +110,7 @@ pub struct SensorLost {
 impl Outcome {
     /// Whether the aircraft was kept.
     pub fn is_kept(&self) -> bool {
-        self.fate == Fate::Kept
+        self.loss.is_none()
     }
 
     /// The value of a measure.
@@ -108,63 +123,15 @@ impl Outcome {
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { seed, end_s, altitude_m: [altitude, reference], .. } = self;
-        match self.fate {
-            Fate::Kept => write!(
+        match self.loss {
+            None => write!(
                 f,
                 "seed {seed}: kept, {end_s:.3} s flown, altitude {altitude:.0} m, reference {reference:.0} m"
             ),
-            Fate::Lost(Loss { at_s, by }) => {
+            Some(Loss { at_s, by }) => {
                 write!(f, "seed {seed}: lost at {at_s:.3} s, {by}; {end_s:.3} s flown")
             }
         }
-    }
-}
-
-/// As in `outcome.json`.
-impl Serialize for Outcome {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Shown<'a> {
-            seed: u64,
-            outcome: &'static str,
-            lost_at_s: Option<f64>,
-            lost_by: Option<String>,
-            end_s: f64,
-            control_steps: u64,
-            #[serde(skip_serializing_if = "<[_]>::is_empty")]
-            sensors_lost: &'a [SensorLost],
-            metrics: Metrics<'a>,
-        }
-        let lost = match self.fate {
-            Fate::Kept => None,
-            Fate::Lost(loss) => Some(loss),
-        };
-        Shown {
-            seed: self.seed,
-            outcome: if lost.is_some() { "lost" } else { "kept" },
-            lost_at_s: lost.map(|loss| loss.at_s),
-            lost_by: lost.map(|loss| loss.by.to_string()),
-            end_s: self.end_s,
-            control_steps: self.steps,
-            sensors_lost: &self.sensors_lost,
-            metrics: Metrics(&self.metrics),
-        }
-        .serialize(to)
-    }
-}
-
-/// A map from name to value and unit, in the order of the measures.
-struct Metrics<'a>(&'a [Metric]);
-
-impl Serialize for Metrics<'_> {
-    fn serialize<S: Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        #[derive(Serialize)]
-        struct Shown {
-            value: Option<f64>,
-            unit: &'static str,
-        }
-        let shown = |metric: &Metric| Shown { value: metric.value, unit: metric.unit };
-        to.collect_map(self.0.iter().map(|metric| (&metric.name, shown(metric))))
     }
 }
 

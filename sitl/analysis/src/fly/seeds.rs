@@ -7,7 +7,7 @@ use std::fmt::Write as _;
 use std::str::FromStr;
 
 use super::judge::{self, Keep};
-use super::outcome::{Fate, Outcome};
+use super::outcome::Outcome;
 use crate::closed_loop::FlightSetup;
 use crate::metrics::wilson_95;
 use crate::problem::Problem;
@@ -85,7 +85,7 @@ pub(super) fn shown(outcomes: &[Outcome]) -> String {
             let value = outcome.metric(name).map_or("-".to_owned(), |value| format!("{value:.4}"));
             let _ = write!(text, "  {value:>17}");
         }
-        if let Fate::Lost(loss) = outcome.fate {
+        if let Some(loss) = outcome.loss {
             let _ = write!(text, "  {}", loss.by);
         }
         text.push('\n');
@@ -111,10 +111,7 @@ pub(super) fn csv(outcomes: &[Outcome]) -> String {
     }
     text.push('\n');
     for outcome in outcomes {
-        let lost = match outcome.fate {
-            Fate::Lost(loss) => loss.at_s.to_string(),
-            Fate::Kept => String::new(),
-        };
+        let lost = outcome.loss.map_or_else(String::new, |loss| loss.at_s.to_string());
         let _ = write!(
             text,
             "{},{},{lost},{}",

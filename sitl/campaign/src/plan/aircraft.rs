@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use autopilot::config::Model;
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::measures::Measures;
-use flight_analysis::problem;
-use flight_analysis::problem::Problem;
+use flight_analysis::problem::{Problem, problem};
 use icd::{Effector, EffectorKind};
 use plant_sim::{Airframe, airframe};
 
@@ -32,15 +31,11 @@ pub struct Aircraft {
     pub(super) lists: Vec<Option<Vec<Value>>>,
     /// Combinations of the listed values.
     pub(super) combinations: u64,
-    pub(super) first: u64,
+    /// Number of its first flight.
+    pub(crate) first: u64,
 }
 
 impl Aircraft {
-    /// Number of its first flight.
-    pub fn first_flight(&self) -> u64 {
-        self.first
-    }
-
     /// Reads its files and lists the values of the listed variables.
     pub(super) fn read(spec: &AirframeSpec, file: &SpecFile, first: u64) -> Result<Self, Problem> {
         // The name of an aircraft that comes with the program, or a file beside the specification.

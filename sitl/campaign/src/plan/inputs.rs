@@ -34,9 +34,9 @@ pub(super) fn inputs(
         inputs.push(input(shown(&args.airframe, "airframe"), &airframe.to_string()));
         inputs.push(input(shown(&args.model, "model"), &model.to_string()));
     }
-    for law in laws {
+    for (law, Law { args, .. }) in file.spec.law.iter().zip(laws) {
         // A law without a file differs from one with an empty file.
-        let gains = law.args.gains.as_deref().map(Named::read).transpose()?;
+        let gains = args.gains.as_deref().map(Named::read).transpose()?;
         let text = gains.as_ref().map_or("none", |gains| gains.text.as_ref());
         inputs
             .push(input(gains.as_ref().map_or_else(|| law.name.clone(), |g| g.name.clone()), text));

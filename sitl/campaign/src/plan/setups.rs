@@ -21,7 +21,7 @@ impl Plan {
                 flights.push(json!({
                     "run": run.number,
                     "aircraft": aircraft.name,
-                    "law": self.laws[run.law].name,
+                    "law": self.file.spec.law[run.law].name,
                     "seed": run.seed,
                     "settings": settings.iter().map(ToString::to_string).collect::<Vec<_>>(),
                     "fault_known": setup.knows_fault,

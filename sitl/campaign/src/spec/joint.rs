@@ -36,14 +36,24 @@ pub enum JointMeaning {
 impl Joint {
     /// The variables that it stands for: its level, listed, and for [`JointMeaning::Error`] a drawn factor for each key.
     pub(super) fn variables(&self) -> Vec<Variable> {
-        let mut level = Variable::level(&self.name, &self.levels);
+        let values = self.levels.iter().copied().map(toml::Value::from).collect();
+        let level = Variable {
+            key: self.name.clone(),
+            values: Some(values),
+            meaning: Meaning::Level,
+            ..Variable::default()
+        };
         match self.meaning {
-            JointMeaning::Value => {
-                level.sets.clone_from(&self.keys);
-                vec![level]
-            }
+            JointMeaning::Value => vec![Variable { sets: self.keys.clone(), ..level }],
             JointMeaning::Error => {
-                let drawn = |key: &String| Variable::error(key, &self.name);
+                // A factor, so many times the level from 1.
+                let drawn = |key: &String| Variable {
+                    key: key.clone(),
+                    uniform: Some([-1.0, 1.0]),
+                    meaning: Meaning::Factor,
+                    level: Some(self.name.clone()),
+                    ..Variable::default()
+                };
                 std::iter::once(level).chain(self.keys.iter().map(drawn)).collect()
             }
         }
@@ -70,37 +80,5 @@ impl Joint {
             return refuse("keys", "[]".to_owned(), "one or more keys of --set");
         }
         self.keys.iter().try_for_each(|key| check_key(key, file))
-    }
-}
-
-impl Variable {
-    fn level(name: &str, levels: &[f64]) -> Self {
-        let values = levels.iter().copied().map(toml::Value::from).collect();
-        Self { key: name.to_owned(), values: Some(values), meaning: Meaning::Level, ..Self::none() }
-    }
-
-    /// A drawn factor, so many times the level called `level` from 1.
-    fn error(key: &str, level: &str) -> Self {
-        Self {
-            key: key.to_owned(),
-            uniform: Some([-1.0, 1.0]),
-            meaning: Meaning::Factor,
-            level: Some(level.to_owned()),
-            ..Self::none()
-        }
-    }
-
-    fn none() -> Self {
-        Self {
-            key: String::new(),
-            values: None,
-            grid: None,
-            each: None,
-            uniform: None,
-            normal: None,
-            meaning: Meaning::Value,
-            sets: Vec::new(),
-            level: None,
-        }
     }
 }

@@ -11,7 +11,7 @@ use super::{check_key, is_scalar, refuse};
 const VALUES_MAX: u32 = 100_000;
 
 /// A key that is varied. One of `values`, `grid`, `each`, `uniform` and `normal` says how.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Variable {
     /// A key of `--set`.
