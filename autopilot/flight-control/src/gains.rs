@@ -4,6 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+#[macro_use]
 mod table;
 
 pub use table::{LQR, Tunable, tunables};
@@ -13,12 +14,12 @@ use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
 pub use crate::estimator::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
-use crate::isolation::gains::IsolationGains;
-pub use crate::isolation::gains::IsolationMode;
+use crate::isolation::IsolationGains;
+pub use crate::isolation::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
 use crate::main_controller::ndi::NdiGains;
 use crate::main_controller::pid::PidGains;
-use crate::relief::gains::ReliefGains;
+use crate::relief::ReliefGains;
 
 /// All gains and selections of the flight control.
 ///
@@ -60,18 +61,16 @@ impl Default for Gains {
     }
 }
 
-/// How references are shaped before any law sees them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ReferenceGains {
-    /// Slew limit of the altitude reference, m/s.
-    pub slew_m_s: f64,
-    /// Time constant of the lag on the roll reference, s.
-    pub roll_lag_s: f64,
-}
-
-impl ReferenceGains {
+gain_set! {
+    /// How references are shaped before any law sees them.
+    ///
     /// This project's choice.
-    pub const REFERENCE: Self = Self { slew_m_s: 100.0, roll_lag_s: 0.3 };
+    ReferenceGains at references {
+        /// Slew limit of the altitude reference, m/s.
+        slew_m_s = 100.0, "ALT_SLEW" "m/s", 0.1 to 1000.0, "Slew limit of the altitude reference";
+        /// Time constant of the lag on the roll reference, s.
+        roll_lag_s = 0.3, "ROL_LAG" "s", 0.01 to 10.0, "Time constant of the lag on the roll reference";
+    }
 }
 
 /// Which laws fly.

@@ -113,43 +113,17 @@ impl Running {
         }
     }
 
-    fn step(&mut self, input: &LawInput<'_>, own: Option<&mut dyn Law>) -> Option<MainCommand> {
+    /// The law itself; `own` is with the caller.
+    fn law<'a, 'b>(
+        &'a mut self,
+        own: Option<&'a mut (dyn Law + 'b)>,
+    ) -> Option<&'a mut (dyn Law + 'b)> {
         match self {
-            Self::Pid(law) => Some(law.step(input)),
-            Self::PidGangedNozzle(law) => Some(law.step(input)),
-            Self::Ndi(law) => Some(law.step(input)),
-            Self::Lqr(law) => Some(law.step(input)),
-            Self::Own => own.map(|law| law.step(input)),
-        }
-    }
-
-    fn states(&mut self, visit: &mut Visitor<'_>) {
-        match self {
-            Self::Pid(law) => law.states(visit),
-            Self::PidGangedNozzle(law) => law.states(visit),
-            Self::Ndi(law) => law.states(visit),
-            Self::Lqr(law) => law.states(visit),
-            // It is with the caller.
-            Self::Own => {}
-        }
-    }
-
-    fn start_from(
-        &mut self,
-        input: &LawInput<'_>,
-        command: &MainCommand,
-        own: Option<&mut dyn Law>,
-    ) {
-        match self {
-            Self::Pid(law) => law.start_from(input, command),
-            Self::PidGangedNozzle(law) => law.start_from(input, command),
-            Self::Ndi(law) => law.start_from(input, command),
-            Self::Lqr(law) => law.start_from(input, command),
-            Self::Own => {
-                if let Some(law) = own {
-                    law.start_from(input, command);
-                }
-            }
+            Self::Pid(law) => Some(law),
+            Self::PidGangedNozzle(law) => Some(law),
+            Self::Ndi(law) => Some(law),
+            Self::Lqr(law) => Some(law),
+            Self::Own => own,
         }
     }
 }
@@ -212,7 +186,9 @@ impl MainController {
         if let Some(references) = &mut self.references {
             visit(&mut references.roll_rad);
         }
-        self.running.states(visit);
+        if let Some(law) = self.running.law(None) {
+            law.states(visit);
+        }
     }
 
     /// The references as tracked in the last step.
@@ -251,11 +227,13 @@ impl MainController {
                     Some(law) => Some(&mut **law),
                     None => None,
                 };
-                self.running.start_from(&input, last, own);
+                if let Some(law) = self.running.law(own) {
+                    law.start_from(&input, last);
+                }
             }
         }
         let last = self.last.unwrap_or_else(|| at_trim(model));
-        let raw = self.running.step(&input, own).unwrap_or(last);
+        let raw = self.running.law(own).map_or(last, |law| law.step(&input));
         let finite = raw.finite_or(&last);
         self.implausible = finite != raw;
         if switched && self.last.is_some() {

@@ -146,7 +146,7 @@ impl SetupBuilder {
             ConfigurationError::Flight { scenario, source }
         })?;
         let mut parameters = fitted(model.defaults, &plant.sensors);
-        laws.apply(&mut parameters).map_err(|error| ConfigurationError::Laws(Box::new(error)))?;
+        laws.apply(&mut parameters).map_err(ConfigurationError::Laws)?;
         if let Some(ftc) = ftc {
             parameters.set("FTC_MODE", ftc.value()).map_err(ConfigurationError::Ftc)?;
         }

@@ -100,7 +100,7 @@ pub enum ConfigurationError {
     },
     /// The file of gains cannot be used.
     #[error(transparent)]
-    Laws(Box<RunError>),
+    Laws(RunError),
     /// The compensator's mode cannot be set.
     #[error("--ftc: {0}")]
     Ftc(#[source] ParameterError),

@@ -108,7 +108,7 @@ impl Estimator {
             start_from_body: to_start * attitude,
             velocity: over_ground + speeding * age,
             position: position.0 + over_ground * age + speeding * (0.5 * age * age),
-            ..Estimate::zero()
+            ..Estimate::default()
         };
         let mut priors = priors(&self.gains);
         priors[ATTITUDE + 2] = priors[ATTITUDE + 2].max(heading);
