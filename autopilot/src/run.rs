@@ -1,6 +1,5 @@
 //! The autopilot process from its options to its end.
 
-use std::error::Error;
 use std::io;
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
@@ -23,11 +22,9 @@ use flight_management::parameters::Parameters;
 mod args;
 mod ground_stations;
 
+pub use crate::config::RunError;
 pub use args::{AutopilotArgs, Ftc, LawArgs, RecordingArgs, ScriptArgs};
 pub use ground_stations::{ConfigFile, GroundStationArgs, GroundStationTable};
-
-/// Why the autopilot cannot continue: a sentence that names the option, the file or the link.
-pub type RunError = Box<dyn Error + Send + Sync>;
 
 fn system(error: io::Error) -> RunError {
     format!("autopilot: {error}").into()
@@ -93,9 +90,8 @@ pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
-    let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
-        .with_health_file(health)
-        .with_recorder(recorder);
+    let mut link = PlantLink::new(socket, autopilot, control, status, step_log, stop);
+    (link.health, link.recorder) = (health, recorder);
     let cpu = args.cpu;
     let control = move || {
         if let Some(cpu) = cpu
@@ -164,7 +160,8 @@ impl GroundStations {
     ) -> Result<Self, RunError> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
         let runtime = runtime.map_err(system)?;
-        let link = runtime.block_on(GcsLink::open(config))?.with_ground_feed(ground_feed);
+        let mut link = runtime.block_on(GcsLink::open(config))?;
+        link.ground_feed = ground_feed;
         let listening = link.listening().clone();
         let (shutdown, shutdown_requested) = watch::channel(false);
         let stop = stop.clone();

@@ -39,7 +39,6 @@ use strapdown::{Estimate, Field, Inertial};
 use updates::MagneticField;
 
 mod air;
-mod alignment;
 pub mod covariance;
 pub mod earth;
 pub mod gains;

@@ -14,12 +14,12 @@ use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
 pub use crate::estimator::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
-use crate::isolation::IsolationGains;
-pub use crate::isolation::IsolationMode;
+use crate::isolation::gains::IsolationGains;
+pub use crate::isolation::gains::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
 use crate::main_controller::ndi::NdiGains;
 use crate::main_controller::pid::PidGains;
-use crate::relief::ReliefGains;
+use crate::relief::gains::ReliefGains;
 
 /// All gains and selections of the flight control.
 ///

@@ -26,53 +26,15 @@ use serde::{Deserialize, Serialize};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::signals::EffectorSet;
 use evidence::{Behaviour, Candidate, Candidates, Column, Sums};
+use gains::{IsolationGains, IsolationMode};
+use signals::{Asleep, Late};
 use test_deflection::TestDeflection;
 
 pub mod evidence;
+pub mod gains;
+mod signals;
 pub mod test_deflection;
 
-/// What the verdict of the isolation is good for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum IsolationMode {
-    /// It is reported, and changes no command.
-    #[default]
-    Report,
-    /// The same, and small test deflections where two effectors look alike.
-    Test,
-    /// The same, and the allocation `relief` uses what is known of the effectors that are healthy.
-    Use,
-}
-
-gain_set! {
-    /// Gains of [`Isolation`]; rows `ISO_*` of the parameter table.
-    ///
-    /// This project's choice; docs/isolation.md says what they were chosen with.
-    #[serde(default)]
-    IsolationGains at isolation {
-        /// Time after which what was seen counts e times less, s.
-        memory_s = 10.0, "ISO_MEMORY" "s", 0.5 to 60.0, "Time after which what was seen counts e times less";
-        /// Time between two samples of the estimate that count as independent, s.
-        correlation_s = 0.2, "ISO_CORR" "s", 0.02 to 5.0, "Time between two samples of the estimate that count as independent";
-        /// Deviation of the estimate that no hypothesis has to explain, in activation levels.
-        noise_level = 0.1, "ISO_NOISE" "-", 0.01 to 10.0, "Deviation of the estimate that needs no explanation, in activation levels";
-        /// The same as a part of the estimate: how wrong the design model may be.
-        model_error = 0.05, "ISO_MODEL" "-", 0.0 to 1.0, "The same as a part of the estimate: how wrong the design model may be";
-        /// Probability from which on an effector is named.
-        confidence = 0.9, "ISO_CONF" "-", 0.5 to 0.9999, "Probability from which on an effector is named";
-        /// It has to be exceeded this long without a break, s.
-        persistence_s = 0.3, "ISO_PERSIST" "s", 0.1 to 60.0, "The probability has to be exceeded this long";
-        /// Size of a test deflection, rad.
-        test_rad = 0.05, "ISO_TEST" "rad", 0.001 to 0.2, "Size of a test deflection";
-    }
-}
-
-/// Lag on estimate and positions alike, s: what is quicker than the observer is not compared.
-const LAG_S: f64 = 0.05;
-/// Lag behind which the estimate is compared with itself, s: about that of a compensating effector.
-const AIR_LAG_S: f64 = 0.1;
-/// Longest memory of the mean while asleep, samples.
-const ASLEEP_SAMPLES: f64 = 500.0;
 /// Time between two samples of the estimate, us.
 const SAMPLE_US: u32 = 20_000;
 /// Time between two looks at the evidence, us.
@@ -483,58 +445,6 @@ fn probability(candidates: &Candidates, which: impl Fn(&Candidate) -> bool) -> f
     let all: f64 = candidates.iter().map(weight).sum();
     let of = candidates.iter().filter(|candidate| which(candidate));
     of.map(weight).sum::<f64>() / all
-}
-
-/// Mean and variance of the estimate while the detector sleeps.
-#[derive(Debug, Clone, Copy, Default)]
-struct Asleep {
-    samples: f64,
-    mean: Vector3<f64>,
-    variance: Vector3<f64>,
-}
-
-impl Asleep {
-    fn add(&mut self, z2: &Vector3<f64>) {
-        self.samples = (self.samples + 1.0).min(ASLEEP_SAMPLES);
-        let deviation = z2 - self.mean;
-        self.mean += deviation / self.samples;
-        let square = deviation.component_mul(&deviation);
-        self.variance += (square - self.variance) / self.samples;
-    }
-}
-
-/// The positions as late as the estimate.
-#[derive(Debug, Clone, Copy, Default)]
-struct Late {
-    /// The two poles of the observer, and the common lag.
-    stages: [PerEffector<f64>; 3],
-    z2: Vector3<f64>,
-    /// z2 behind a further lag.
-    z2_lagged: Vector3<f64>,
-}
-
-impl Late {
-    /// The common lag begins here.
-    fn catch_up(&mut self, input: &IsolationInput<'_>, asleep: &Asleep) {
-        self.z2 = input.z2 - asleep.mean;
-        self.z2_lagged = self.z2;
-        self.stages[2] = self.stages[1];
-    }
-
-    fn step(&mut self, input: &IsolationInput<'_>, asleep: &Asleep, h: f64) {
-        let observer = h / (h + 1.0 / input.bandwidth);
-        let lag = h / (h + LAG_S);
-        self.z2 += (input.z2 - asleep.mean - self.z2) * lag;
-        self.z2_lagged += (self.z2 - self.z2_lagged) * (h / (h + AIR_LAG_S));
-        let list = &input.model.aircraft().effectors.list;
-        for effector in list.all() {
-            let mut before = input.positions[effector];
-            for (stage, part) in self.stages.iter_mut().zip([observer, observer, lag]) {
-                stage[effector] += (before - stage[effector]) * part;
-                before = stage[effector];
-            }
-        }
-    }
 }
 
 #[cfg(test)]

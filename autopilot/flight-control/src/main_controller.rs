@@ -13,14 +13,11 @@ use crate::navigation::NavigationState;
 use crate::signals::{MainCommand, Saturation};
 use lqr::Lqr;
 use ndi::Ndi;
-use pid::Pid;
-use pid_ganged_nozzle::PidGangedNozzle;
+use pid::{Pid, PidGangedNozzle};
 
-pub mod integral;
 pub mod lqr;
 pub mod ndi;
 pub mod pid;
-pub mod pid_ganged_nozzle;
 
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
@@ -78,6 +75,39 @@ pub trait Law {
 
     /// Shows each continuous state to a linearisation, which may change it. Counters and switches are not among them.
     fn states(&mut self, _visit: &mut Visitor<'_>) {}
+}
+
+/// A clamped integral.
+///
+/// Stored already multiplied by its gain, so that a gain change in flight causes no step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Integral(f64);
+
+impl Integral {
+    /// Adds one step, clamped to `max` either way.
+    pub fn add(&mut self, increment: f64, max: f64) {
+        self.0 = (self.0 + increment).clamp(-max, max);
+    }
+
+    /// Starts from `value`, as far as `max` either way allows.
+    pub fn start(&mut self, value: f64, max: f64) {
+        self.0 = value.clamp(-max, max);
+    }
+
+    /// One that starts from `value`.
+    pub fn starting(value: f64) -> Self {
+        Self(value)
+    }
+
+    /// The integral itself, for [`Law::states`].
+    pub fn state(&mut self) -> &mut f64 {
+        &mut self.0
+    }
+
+    /// Contribution to the command.
+    pub fn value(self) -> f64 {
+        self.0
+    }
 }
 
 /// The law that flies.

@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::Visitor;
-use crate::relief::ReliefGains;
+use crate::relief::gains::ReliefGains;
 
 /// Longest half cycle that counts, s: an effector at the end of its travel holds one side longer than the other.
 const HALF_CYCLE_MAX_S: f64 = 2.0;

@@ -139,7 +139,8 @@ pub struct GcsLink {
     sockets: Sockets,
     listening: Listening,
     stores: Stores,
-    ground_feed: Option<GroundFeed>,
+    /// Sends changed parameters and texts to the recorder.
+    pub ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
     tlog: Option<Tlog>,
     /// An intent that found no room in the channel.
@@ -207,13 +208,6 @@ impl GcsLink {
             held_back: None,
             refusals: RefusalLog::default(),
         })
-    }
-
-    /// Sends changed parameters and texts to the recorder.
-    #[must_use]
-    pub fn with_ground_feed(mut self, feed: Option<GroundFeed>) -> Self {
-        self.ground_feed = feed;
-        self
     }
 
     /// Addresses at which ground stations are called or can connect.

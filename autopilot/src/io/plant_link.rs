@@ -23,7 +23,7 @@ use super::channels::ControlChannels;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::clock::{self, WallTime};
-use crate::run::RunError;
+use crate::config::RunError;
 use flight_management::autopilot::Autopilot;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
@@ -62,8 +62,9 @@ pub struct PlantLink {
     /// When the lost plant was sent a packet last; `None` once its socket was found closed.
     probed: Option<WallTime>,
     warnings: PacketWarnings,
-    health: Option<HealthFile>,
-    recorder: Option<Recorder>,
+    /// Touched as long as the loop runs.
+    pub health: Option<HealthFile>,
+    pub recorder: Option<Recorder>,
     /// The law of the program gives no more commands, and the operator knows it.
     law_has_failed: bool,
 }
@@ -95,19 +96,6 @@ impl PlantLink {
             recorder: None,
             law_has_failed: false,
         }
-    }
-
-    /// Touches this file as long as the loop runs.
-    #[must_use]
-    pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
-        self.health = health;
-        self
-    }
-
-    #[must_use]
-    pub fn with_recorder(mut self, recorder: Option<Recorder>) -> Self {
-        self.recorder = recorder;
-        self
     }
 
     /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.

@@ -30,7 +30,7 @@ use icd::{Actuators, SimTime};
 use tracing::warn;
 
 use super::status::StatusSource;
-use crate::run::RunError;
+use crate::config::RunError;
 use ::recorder::{Begin, ControlHeader, End, Entry, LogRate, Moment, Recorded, Step, open};
 use flight_management::autopilot::Autopilot;
 use flight_management::command::{Command, Intent};

@@ -18,7 +18,7 @@ use host_io::file::{self, FileProblem, OwnFile};
 use nix::unistd::geteuid;
 use tracing::warn;
 
-use crate::run::RunError;
+use crate::config::RunError;
 use flight_management::parameters::{
     Parameters, SavedError, SavedProblem, from_text, has_only_parameters,
 };

@@ -69,13 +69,13 @@ pub struct ParameterSetting {
 #[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
 pub struct LawArgs {
     /// Main controller, parameter CTL_LAW by name: pid, pid-ganged-nozzle, ndi, lqr, own
-    #[arg(long, value_name = "LAW", value_parser = parse_law)]
+    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &MainLaw::NAMES))]
     pub law: Option<MainLaw>,
     /// Estimator of the compensator, parameter FTC_LAW by name: neso, linear-eso, incremental
-    #[arg(long, value_name = "LAW", value_parser = parse_compensator)]
+    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &CompensatorLaw::NAMES))]
     pub compensator: Option<CompensatorLaw>,
     /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls, relief
-    #[arg(long, value_name = "HOW", value_parser = parse_allocation)]
+    #[arg(long, value_name = "HOW", value_parser = |text: &str| by_name("allocation", text, &AllocationMode::NAMES))]
     pub allocation: Option<AllocationMode>,
     /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
@@ -353,18 +353,6 @@ fn read_setup(path: &Path) -> Result<Settings, RunError> {
     model.map_err(|source| ConfigError::Model { file, source })?;
     setup.gains.validate().map_err(|error| of_parameter(error.into()))?;
     Ok(setup)
-}
-
-fn parse_law(text: &str) -> Result<MainLaw, String> {
-    by_name("law", text, &MainLaw::NAMES)
-}
-
-fn parse_compensator(text: &str) -> Result<CompensatorLaw, String> {
-    by_name("law", text, &CompensatorLaw::NAMES)
-}
-
-fn parse_allocation(text: &str) -> Result<AllocationMode, String> {
-    by_name("allocation", text, &AllocationMode::NAMES)
 }
 
 fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, String> {

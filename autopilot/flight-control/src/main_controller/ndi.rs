@@ -8,8 +8,7 @@
 use icd::units::STANDARD_GRAVITY_M_S2;
 use nalgebra::{Matrix3, Vector3};
 
-use super::integral::Integral;
-use super::{Law, LawInput, MainCommand, Visitor};
+use super::{Integral, Law, LawInput, MainCommand, Visitor};
 use crate::design_model::DesignModel;
 use crate::mixer::Mixer;
 

@@ -2,7 +2,7 @@
 
 use icd::PerEffector;
 
-use super::ReliefGains;
+use super::gains::ReliefGains;
 use super::{ReliefInput, fraction};
 use crate::Visitor;
 use crate::navigation::NavigationState;
