@@ -182,9 +182,9 @@ mod tests {
 
     #[test]
     fn a_correction_turns_in_start_axes() {
-        let mut estimate = Estimate::default();
-        estimate.start_from_body =
+        let start_from_body =
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), core::f64::consts::FRAC_PI_2);
+        let mut estimate = Estimate { start_from_body, ..Estimate::default() };
         let mut x = [0.0; STATES];
         x[ATTITUDE] = 0.01;
         let before = estimate.matrix();
