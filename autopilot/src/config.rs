@@ -2,6 +2,7 @@
 //!
 //! Their texts are parsed by [`crate::configuration`], without files.
 
+use std::error::Error;
 use std::path::Path;
 
 use host_io::file::{self, FileProblem};
@@ -9,6 +10,9 @@ use icd::EffectorList;
 
 pub use flight_management::configuration::*;
 use flight_management::script::{Script, TEXT_MAX};
+
+/// Why the autopilot cannot continue: a sentence that names the option, the file or the link.
+pub type RunError = Box<dyn Error + Send + Sync>;
 
 /// Reads a whole text file.
 pub fn read(path: &Path) -> Result<String, ConfigError> {

@@ -21,7 +21,7 @@ fn main() -> ExitCode {
     });
     host_io::console::show();
     match run::run(&cli.autopilot) {
-        Ok(_) => ExitCode::SUCCESS,
+        Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             tracing::error!("{error}");
             ExitCode::FAILURE

@@ -4,95 +4,40 @@ use std::io;
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
-use host_io::health::{HealthFile, HealthFileError};
-use host_io::tick_log::{Kind, LogError, TickLogWriter};
-use host_io::{BindError, LinkSocket, Stop, process};
+use host_io::health::HealthFile;
+use host_io::tick_log::{Kind, TickLogWriter};
+use host_io::{LinkSocket, Stop, process};
 use tokio::sync::watch;
 use tracing::{info, warn};
 
-use crate::config::ConfigError;
 use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Logs};
-use crate::io::plant_link::{PlantLink, PlantLinkError, RECEIVE_TIMEOUT};
-use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig, RecorderError};
+use crate::io::plant_link::{PlantLink, RECEIVE_TIMEOUT};
+use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig};
 use crate::io::status::{self, Listening, StatusLine, StatusSource};
-use crate::io::store::{KeptKey, KeptParameters, KeptPlan, KeyFileError};
+use crate::io::store::{KeptKey, KeptParameters, KeptPlan};
 use flight_management::autopilot::Autopilot;
-use flight_management::parameters::{ParameterError, Parameters, SavedError, SavedProblem};
-use mavlink_services::mission::SavedPlanError;
+use flight_management::parameters::Parameters;
 
 mod args;
 mod ground_stations;
 
+pub use crate::config::RunError;
 pub use args::{AutopilotArgs, Ftc, LawArgs, RecordingArgs, ScriptArgs};
-pub use ground_stations::{ConfigFile, Endpoint, GroundStationArgs, GroundStationTable};
+pub use ground_stations::{ConfigFile, GroundStationArgs, GroundStationTable};
 
-/// Why the autopilot ended without an error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum ExitReason {
-    /// The process received a request to end.
-    Stopped,
-}
-
-/// Why the autopilot cannot continue.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// A configuration file is invalid.
-    #[error(transparent)]
-    Config(#[from] ConfigError),
-    /// A file is not a setup.
-    #[error("{}: not a control setup of this version", path.display())]
-    Setup { path: PathBuf },
-    /// A parameter is invalid.
-    #[error("--param: {0}")]
-    Parameter(#[from] ParameterError),
-    /// Saved parameters cannot be used.
-    #[error(transparent)]
-    Saved(#[from] SavedError),
-    /// A file of gains cannot be used.
-    #[error("--gains {}: {problem}", file.display())]
-    Gains {
-        file: PathBuf,
-        /// The error in it.
-        problem: SavedProblem,
-    },
-    /// A saved plan cannot be used.
-    #[error(transparent)]
-    SavedPlan(#[from] SavedPlanError),
-    /// The signing key cannot be used.
-    #[error("signing: {0}")]
-    Key(#[from] KeyFileError),
-    /// A socket could not be opened.
-    #[error(transparent)]
-    Bind(#[from] BindError),
-    /// Ground stations cannot be served.
-    #[error(transparent)]
-    Gcs(#[from] GcsError),
-    /// The plant link has ended.
-    #[error(transparent)]
-    Link(#[from] PlantLinkError),
-    /// Flight logs cannot be written.
-    #[error(transparent)]
-    Recorder(#[from] RecorderError),
-    /// The step log cannot be written.
-    #[error("step log: {0}")]
-    Log(#[from] LogError),
-    /// The health file cannot be written.
-    #[error(transparent)]
-    Health(#[from] HealthFileError),
-    /// The system refuses signals, threads or output.
-    #[error("autopilot: {0}")]
-    System(#[from] io::Error),
+fn system(error: io::Error) -> RunError {
+    format!("autopilot: {error}").into()
 }
 
 /// Flies until the process receives a request to end.
 ///
 /// Call it before the process starts any thread: it changes how the process handles signals.
-pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
+pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
     let stop = Stop::new();
-    stop.on_signals()?;
+    stop.on_signals().map_err(system)?;
     if args.with_parent {
-        stop.with_parent()?;
+        stop.with_parent().map_err(system)?;
     }
     let model_file = args.model()?;
     let kept = args.kept_parameters(&model_file.defaults)?;
@@ -108,9 +53,10 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
     let address = args.plant_link.unwrap_or_else(|| args.instance.plant_link());
     let socket =
         LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;
-    let listening = socket.local_address()?;
+    let listening = socket.local_address().map_err(system)?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
-    let step_log = args.step_log.as_ref().map(create).transpose()?;
+    let step_log = args.step_log.as_ref().map(create).transpose();
+    let step_log = step_log.map_err(|error| format!("step log: {error}"))?;
     let (status, printer) = args.status.then(status::channel).unzip();
     let (recorder, ground_feed) = args.recorder(&parameters, status.clone())?.unzip();
     let (ground, control) = channels::channels();
@@ -139,30 +85,30 @@ pub fn run(args: &AutopilotArgs) -> Result<ExitReason, RunError> {
         let ground_stations =
             ground_stations.as_ref().map_or_else(Listening::default, GroundStations::listening);
         let first = StatusLine::Listening { plant_link: listening, ground_stations };
-        status::start(printer, first, stop.clone())?;
+        status::start(printer, first, stop.clone()).map_err(system)?;
     }
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
-    let link = PlantLink::new(socket, autopilot, control, status, step_log, stop)
-        .with_health_file(health)
-        .with_recorder(recorder);
+    let mut link = PlantLink::new(socket, autopilot, control, status, step_log, stop);
+    (link.health, link.recorder) = (health, recorder);
     let cpu = args.cpu;
-    let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(move || {
+    let control = move || {
         if let Some(cpu) = cpu
             && let Err(error) = process::pin_this_thread(cpu)
         {
             warn!(%error, "running on any core");
         }
         link.run()
-    })?;
-    let finished_log = match control_thread.join() {
-        Ok(result) => result?,
-        Err(_) => return Err(io::Error::other("the control thread has broken down").into()),
     };
+    let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(control);
+    let finished_log = control_thread
+        .map_err(system)?
+        .join()
+        .map_err(|_| "autopilot: the control thread has broken down")??;
     ground_stations.map_or(Ok(()), GroundStations::end)?;
     drop(finished_log);
-    Ok(ExitReason::Stopped)
+    Ok(())
 }
 
 impl AutopilotArgs {
@@ -172,7 +118,7 @@ impl AutopilotArgs {
         &self,
         parameters: &Parameters,
         status: Option<StatusSource>,
-    ) -> Result<Option<(Recorder, GroundFeed)>, RecorderError> {
+    ) -> Result<Option<(Recorder, GroundFeed)>, RunError> {
         let Some(folder) = self.log_folder() else { return Ok(None) };
         let limit_bytes = self.recording.limit_bytes();
         let introduction = recorder::introduction(&folder, limit_bytes);
@@ -212,8 +158,10 @@ impl GroundStations {
         ground_feed: Option<GroundFeed>,
         stop: &Stop,
     ) -> Result<Self, RunError> {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-        let link = runtime.block_on(GcsLink::open(config))?.with_ground_feed(ground_feed);
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
+        let runtime = runtime.map_err(system)?;
+        let mut link = runtime.block_on(GcsLink::open(config))?;
+        link.ground_feed = ground_feed;
         let listening = link.listening().clone();
         let (shutdown, shutdown_requested) = watch::channel(false);
         let stop = stop.clone();
@@ -222,8 +170,8 @@ impl GroundStations {
             stop.request();
             result
         };
-        let thread = thread::Builder::new().name("ground stations".to_owned()).spawn(serve)?;
-        Ok(Self { thread, shutdown, listening })
+        let thread = thread::Builder::new().name("ground stations".to_owned()).spawn(serve);
+        Ok(Self { thread: thread.map_err(system)?, shutdown, listening })
     }
 
     fn listening(&self) -> Listening {
@@ -237,7 +185,7 @@ impl GroundStations {
             // The control thread ends first in normal operation.
             Ok(Ok(()) | Err(GcsError::ControlEnded)) => Ok(()),
             Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err(io::Error::other("the ground-station thread has broken down").into()),
+            Err(_) => Err("autopilot: the ground-station thread has broken down".into()),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! A bare echo of link packets between two processes: what the machine can do without any flight.
 
+use std::error::Error;
 use std::io::{self, Write};
 use std::net::SocketAddr;
 use std::time::Duration;
 
-use host_io::process::{PinError, pin_this_thread};
-use host_io::{BindError, LinkSocket, Stop, Wait, clock, console};
+use host_io::process::pin_this_thread;
+use host_io::{LinkSocket, Stop, Wait, clock, console};
 use icd::lockstep::{FlightSide, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{PACKET_MAX, Phase, Reports};
@@ -36,22 +37,8 @@ pub struct EchoArgs {
     wait: Wait,
 }
 
-/// Why there is no echo.
-#[derive(Debug, thiserror::Error)]
-pub enum EchoError {
-    /// No socket.
-    #[error(transparent)]
-    Bind(#[from] BindError),
-    /// The socket is no use any more.
-    #[error("echo: {0}")]
-    Io(#[from] io::Error),
-    /// The core is not there, or not allowed.
-    #[error("echo: {0}")]
-    Pin(#[from] PinError),
-}
-
 /// Echoes until the standard input ends, or measures an echo.
-pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
+pub fn run(args: &EchoArgs) -> Result<(), Box<dyn Error>> {
     args.cpu.map_or(Ok(()), pin_this_thread)?;
     match args.to {
         None => serve(args.wait),
@@ -59,7 +46,7 @@ pub fn run(args: &EchoArgs) -> Result<(), EchoError> {
     }
 }
 
-fn serve(wait: Wait) -> Result<(), EchoError> {
+fn serve(wait: Wait) -> Result<(), Box<dyn Error>> {
     let anywhere = SocketAddr::from((std::net::Ipv4Addr::LOCALHOST, 0));
     let mut socket = LinkSocket::listen("echo", "echo link", anywhere, wait, RECEIVE_TIMEOUT)?;
     writeln!(console::out(), "{}", socket.local_address()?)?;
@@ -76,7 +63,7 @@ fn serve(wait: Wait) -> Result<(), EchoError> {
     Ok(())
 }
 
-fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), EchoError> {
+fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), Box<dyn Error>> {
     let mut socket = LinkSocket::connect("echo", "echo link", to, args.wait, RECEIVE_TIMEOUT)?;
     let (question, _) = packets();
     let mut buffer = [0; PACKET_MAX + 1];

@@ -11,6 +11,7 @@ use std::process::ExitStatus;
 use std::time::{Duration, Instant};
 
 use autopilot::io::status::{PlantState, StatusLine};
+use autopilot::run::RunError;
 use host_io::{Stop, clock, process};
 use nix::sys::signal::{Signal, killpg};
 use nix::unistd::getpgrp;
@@ -22,7 +23,7 @@ mod child;
 mod keys;
 mod screen;
 
-pub use args::{LaunchArgs, OptionError};
+pub use args::LaunchArgs;
 use child::{Child, Report, Reports};
 use keys::{Key, Keys};
 use screen::Screen;
@@ -41,7 +42,7 @@ const END_MAX: Duration = Duration::from_secs(2);
 pub enum LaunchError {
     /// An option or a file that it names is wrong.
     #[error(transparent)]
-    Option(#[from] OptionError),
+    Option(#[from] RunError),
     /// A child cannot be started.
     #[error("cannot start {process}: {source}")]
     Start {

@@ -27,40 +27,31 @@ impl CompensatorMode {
         [("off", Self::Off), ("armed", Self::Armed), ("always", Self::AlwaysOn)];
 }
 
-/// Gains of the activation logic.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ActivationGains {
-    /// Roll level of |z2|, rad/s².
-    pub level_roll: f64,
-    /// Pitch level of |z2|, rad/s².
-    pub level_pitch: f64,
-    /// Yaw level of |z2|, rad/s².
-    pub level_yaw: f64,
-    /// Standard deviations of the modelled acceleration that add to the levels.
-    pub deviations: f64,
-    /// The level must be exceeded this long without a break, s.
-    pub on_dwell_s: f64,
-    /// Release below this fraction of the level.
-    pub hysteresis: f64,
-    /// The estimate must stay below the release level this long without a break, s.
-    pub off_dwell_s: f64,
-    /// The compensation fades in and out over this time, s.
-    pub fade_s: f64,
+gain_set! {
+    /// Gains of the activation logic.
+    ///
+    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
+    ActivationGains at activation {
+        /// Roll level of |z2|, rad/s².
+        level_roll = 1.05, "ACT_LVL_P" "rad/s^2", 0.001 to 100.0, "Roll level of the estimate that wakes the compensator";
+        /// Pitch level of |z2|, rad/s².
+        level_pitch = 0.30, "ACT_LVL_Q" "rad/s^2", 0.001 to 100.0, "Pitch level of the estimate that wakes the compensator";
+        /// Yaw level of |z2|, rad/s².
+        level_yaw = 0.18, "ACT_LVL_R" "rad/s^2", 0.001 to 100.0, "Yaw level of the estimate that wakes the compensator";
+        /// Standard deviations of the modelled acceleration that add to the levels.
+        deviations = 2.0, "ACT_STD" "-", 0.0 to 20.0, "Standard deviations of the modelled acceleration, by those of the flow angles, that add to the levels";
+        /// The level must be exceeded this long without a break, s.
+        on_dwell_s = 0.02, "ACT_T_ON" "s", 0.001 to 10.0, "Time above the level before the compensator wakes";
+        /// Release below this fraction of the level.
+        hysteresis = 0.25, "ACT_HYST" "-", 0.01 to 0.99, "Release below this fraction of the level";
+        /// The estimate must stay below the release level this long without a break, s.
+        off_dwell_s = 5.0, "ACT_T_OFF" "s", 0.001 to 600.0, "Time below the release level before it sleeps again";
+        /// The compensation fades in and out over this time, s.
+        fade_s = 0.05, "ACT_FADE" "s", 0.001 to 10.0, "Time in which the compensation fades in and out";
+    }
 }
 
 impl ActivationGains {
-    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
-    pub const REFERENCE: Self = Self {
-        level_roll: 1.05,
-        level_pitch: 0.30,
-        level_yaw: 0.18,
-        deviations: 2.0,
-        on_dwell_s: 0.02,
-        hysteresis: 0.25,
-        off_dwell_s: 5.0,
-        fade_s: 0.05,
-    };
-
     /// Levels of roll, pitch and yaw where the model was made and the state is exact, rad/s².
     pub fn levels(&self) -> Vector3<f64> {
         Vector3::new(self.level_roll, self.level_pitch, self.level_yaw)

@@ -15,6 +15,32 @@ pub mod schedule;
 pub use effectors::{EffectorFile, EffectorModel, ServoModel, TablesError};
 pub use schedule::{Schedule, SchedulePoint};
 
+/// A table of the model file: each number with the range in which the laws can fly with it.
+macro_rules! table {
+    ($(#[$about:meta])* $table:ident in $name:literal {
+        $($(#[$doc:meta])* $key:ident: $min:literal to $max:literal;)*
+    }) => {
+        $(#[$about])*
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $table {
+            $($(#[$doc])* pub $key: f64,)*
+        }
+
+        impl $table {
+            fn validate(&self) -> Result<(), AircraftModelError> {
+                $(check(concat!($name, ".", stringify!($key)), self.$key, $min, $max)?;)*
+                Ok(())
+            }
+
+            /// Between these numbers and others, one by one.
+            pub fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
+                Self { $($key: of(self.$key, other.$key)),* }
+            }
+        }
+    };
+}
+
 /// The controller's model of the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -48,122 +74,92 @@ pub struct AircraftModel {
     pub schedule: Schedule,
 }
 
-/// Mass and inertia.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MassModel {
-    /// m, kg.
-    pub mass_kg: f64,
-    /// Ixx, kg m².
-    pub ixx_kg_m2: f64,
-    /// Iyy, kg m².
-    pub iyy_kg_m2: f64,
-    /// Izz, kg m².
-    pub izz_kg_m2: f64,
-    /// Ixz = +∫xz dm, kg m².
-    pub ixz_kg_m2: f64,
-}
-
-/// Reference lengths.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct GeometryModel {
-    /// S: wing area, m².
-    pub wing_area_m2: f64,
-    /// b: span, m.
-    pub span_m: f64,
-    /// c: mean chord, m.
-    pub chord_m: f64,
-}
-
-/// Moment coefficients with all surfaces at zero, per rad; rates in rad/s times b/2V or c/2V.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct AirframeModel {
-    /// Roll moment per sideslip.
-    pub c_roll_beta: f64,
-    /// Roll moment per roll rate.
-    pub c_roll_p: f64,
-    /// Roll moment per yaw rate.
-    pub c_roll_r: f64,
-    /// Pitch moment at zero angle of attack.
-    pub c_pitch_0: f64,
-    /// Pitch moment per angle of attack.
-    pub c_pitch_alpha: f64,
-    /// Pitch moment per pitch rate.
-    pub c_pitch_q: f64,
-    /// Yaw moment per sideslip.
-    pub c_yaw_beta: f64,
-    /// Yaw moment per roll rate.
-    pub c_yaw_p: f64,
-    /// Yaw moment per yaw rate.
-    pub c_yaw_r: f64,
-    /// Angles of attack and sideslip up to here act in full, rad.
-    pub stall_onset_rad: f64,
-    /// No angle acts with more than this, rad.
-    pub stall_ceiling_rad: f64,
-}
-
-impl AirframeModel {
-    /// Between these and others, field by field.
-    fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            c_roll_beta: of(self.c_roll_beta, other.c_roll_beta),
-            c_roll_p: of(self.c_roll_p, other.c_roll_p),
-            c_roll_r: of(self.c_roll_r, other.c_roll_r),
-            c_pitch_0: of(self.c_pitch_0, other.c_pitch_0),
-            c_pitch_alpha: of(self.c_pitch_alpha, other.c_pitch_alpha),
-            c_pitch_q: of(self.c_pitch_q, other.c_pitch_q),
-            c_yaw_beta: of(self.c_yaw_beta, other.c_yaw_beta),
-            c_yaw_p: of(self.c_yaw_p, other.c_yaw_p),
-            c_yaw_r: of(self.c_yaw_r, other.c_yaw_r),
-            stall_onset_rad: of(self.stall_onset_rad, other.stall_onset_rad),
-            stall_ceiling_rad: of(self.stall_ceiling_rad, other.stall_ceiling_rad),
-        }
+table! {
+    /// Mass and inertia.
+    MassModel in "mass" {
+        /// m, kg.
+        mass_kg: 0.1 to 1.0e6;
+        /// Ixx, kg m².
+        ixx_kg_m2: 1.0e-4 to 1.0e9;
+        /// Iyy, kg m².
+        iyy_kg_m2: 1.0e-4 to 1.0e9;
+        /// Izz, kg m².
+        izz_kg_m2: 1.0e-4 to 1.0e9;
+        /// Ixz = +∫xz dm, kg m².
+        ixz_kg_m2: -1.0e9 to 1.0e9;
     }
 }
 
-/// Lift coefficients, per rad; the pitch rate in rad/s times c/2V.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LiftModel {
-    /// Lift at zero angle of attack.
-    pub c_lift_0: f64,
-    /// Lift per angle of attack.
-    pub c_lift_alpha: f64,
-    /// Lift per pitch rate.
-    pub c_lift_q: f64,
-}
-
-impl LiftModel {
-    /// Between these and others, field by field.
-    fn mixed(&self, other: &Self, of: impl Fn(f64, f64) -> f64) -> Self {
-        Self {
-            c_lift_0: of(self.c_lift_0, other.c_lift_0),
-            c_lift_alpha: of(self.c_lift_alpha, other.c_lift_alpha),
-            c_lift_q: of(self.c_lift_q, other.c_lift_q),
-        }
+table! {
+    /// Reference lengths.
+    GeometryModel in "geometry" {
+        /// S: wing area, m².
+        wing_area_m2: 0.01 to 1.0e4;
+        /// b: span, m.
+        span_m: 0.1 to 1.0e3;
+        /// c: mean chord, m.
+        chord_m: 0.01 to 1.0e3;
     }
 }
 
-/// The nozzle.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct NozzleModel {
-    /// x_T: nozzle to centre of gravity, m.
-    pub arm_m: f64,
-    /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has hardly any authority.
-    pub thrust_floor_n: f64,
+table! {
+    /// Moment coefficients with all surfaces at zero, per rad; rates in rad/s times b/2V or c/2V.
+    AirframeModel in "airframe" {
+        /// Roll moment per sideslip.
+        c_roll_beta: -10.0 to 10.0;
+        /// Roll moment per roll rate.
+        c_roll_p: -100.0 to 100.0;
+        /// Roll moment per yaw rate.
+        c_roll_r: -100.0 to 100.0;
+        /// Pitch moment at zero angle of attack.
+        c_pitch_0: -10.0 to 10.0;
+        /// Pitch moment per angle of attack.
+        c_pitch_alpha: -10.0 to 10.0;
+        /// Pitch moment per pitch rate.
+        c_pitch_q: -1.0e3 to 1.0e3;
+        /// Yaw moment per sideslip.
+        c_yaw_beta: -10.0 to 10.0;
+        /// Yaw moment per roll rate.
+        c_yaw_p: -100.0 to 100.0;
+        /// Yaw moment per yaw rate.
+        c_yaw_r: -100.0 to 100.0;
+        /// Angles of attack and sideslip up to here act in full, rad.
+        stall_onset_rad: 1.0e-3 to 1.5;
+        /// No angle acts with more than this, rad.
+        stall_ceiling_rad: 1.0e-3 to 1.6;
+    }
 }
 
-/// Roll moment of what turns with the engine, as a propeller: a zero and a slope over the thrust.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct EngineModel {
-    /// Roll moment without thrust, N m.
-    pub roll_zero_n_m: f64,
-    /// Roll moment per thrust, m.
-    pub roll_per_thrust_m: f64,
+table! {
+    /// Lift coefficients, per rad; the pitch rate in rad/s times c/2V.
+    LiftModel in "lift" {
+        /// Lift at zero angle of attack.
+        c_lift_0: -10.0 to 10.0;
+        /// Lift per angle of attack.
+        c_lift_alpha: -100.0 to 100.0;
+        /// Lift per pitch rate.
+        c_lift_q: -1.0e3 to 1.0e3;
+    }
+}
+
+table! {
+    /// The nozzle.
+    NozzleModel in "nozzle" {
+        /// x_T: nozzle to centre of gravity, m.
+        arm_m: 0.01 to 1.0e3;
+        /// Smallest thrust that a nozzle command is computed with, N: below it the nozzle has hardly any authority.
+        thrust_floor_n: 1.0e-3 to 1.0e7;
+    }
+}
+
+table! {
+    /// Roll moment of what turns with the engine, as a propeller: a zero and a slope over the thrust.
+    EngineModel in "engine" {
+        /// Roll moment without thrust, N m.
+        roll_zero_n_m: -1.0e6 to 1.0e6;
+        /// Roll moment per thrust, m.
+        roll_per_thrust_m: -100.0 to 100.0;
+    }
 }
 
 /// Where the air data are measured, and what the air tells of the sideslip: for the estimator.
@@ -179,20 +175,20 @@ pub struct AirDataModel {
     pub c_side_beta: f64,
 }
 
-/// Steady level flight at the design point.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct TrimModel {
-    /// Airspeed, m/s.
-    pub airspeed_m_s: f64,
-    /// Altitude, m.
-    pub altitude_m: f64,
-    /// Pitch angle, rad.
-    pub theta_rad: f64,
-    /// Main command to the elevators, rad.
-    pub elevator_rad: f64,
-    /// Thrust, N.
-    pub thrust_n: f64,
+table! {
+    /// Steady level flight at the design point.
+    TrimModel in "trim" {
+        /// Airspeed, m/s.
+        airspeed_m_s: 1.0 to 1.0e3;
+        /// Altitude, m.
+        altitude_m: 0.0 to 25_000.0;
+        /// Pitch angle, rad.
+        theta_rad: -1.0 to 1.0;
+        /// Main command to the elevators, rad.
+        elevator_rad: -1.5 to 1.5;
+        /// Thrust, N.
+        thrust_n: -1.0e7 to 1.0e7;
+    }
 }
 
 /// The first number of a model that the laws cannot fly with.
@@ -246,17 +242,15 @@ impl AircraftModel {
 
     /// Checks every number.
     pub fn validate(&self) -> Result<(), AircraftModelError> {
-        for (key, value, min, max) in self.scalars() {
-            check(key, value, min, max)?;
-        }
-        if let Some(nozzle) = &self.nozzle {
-            check("nozzle.arm_m", nozzle.arm_m, 0.01, 1.0e3)?;
-            check("nozzle.thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
-        }
-        if let Some(engine) = &self.engine {
-            check("engine.roll_zero_n_m", engine.roll_zero_n_m, -1.0e6, 1.0e6)?;
-            check("engine.roll_per_thrust_m", engine.roll_per_thrust_m, -100.0, 100.0)?;
-        }
+        self.mass.validate()?;
+        self.geometry.validate()?;
+        self.airframe.validate()?;
+        let AirframeModel { stall_onset_rad, stall_ceiling_rad, .. } = self.airframe;
+        check("airframe.stall_ceiling_rad", stall_ceiling_rad, stall_onset_rad + 1.0e-3, 1.6)?;
+        self.lift.validate()?;
+        self.trim.validate()?;
+        self.nozzle.as_ref().map_or(Ok(()), NozzleModel::validate)?;
+        self.engine.as_ref().map_or(Ok(()), EngineModel::validate)?;
         if let Some(air_data) = &self.air_data {
             for value in air_data.vanes_m {
                 check("air_data.vanes_m", value, -100.0, 100.0)?;
@@ -285,43 +279,6 @@ impl AircraftModel {
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)?;
         self.schedule.validate(self)
-    }
-
-    fn scalars(&self) -> [(&'static str, f64, f64, f64); 26] {
-        let Self { mass, geometry, airframe, lift, trim, .. } = self;
-        [
-            ("mass.mass_kg", mass.mass_kg, 0.1, 1.0e6),
-            ("mass.ixx_kg_m2", mass.ixx_kg_m2, 1.0e-4, 1.0e9),
-            ("mass.iyy_kg_m2", mass.iyy_kg_m2, 1.0e-4, 1.0e9),
-            ("mass.izz_kg_m2", mass.izz_kg_m2, 1.0e-4, 1.0e9),
-            ("mass.ixz_kg_m2", mass.ixz_kg_m2, -1.0e9, 1.0e9),
-            ("geometry.wing_area_m2", geometry.wing_area_m2, 0.01, 1.0e4),
-            ("geometry.span_m", geometry.span_m, 0.1, 1.0e3),
-            ("geometry.chord_m", geometry.chord_m, 0.01, 1.0e3),
-            ("airframe.c_roll_beta", airframe.c_roll_beta, -10.0, 10.0),
-            ("airframe.c_roll_p", airframe.c_roll_p, -100.0, 100.0),
-            ("airframe.c_roll_r", airframe.c_roll_r, -100.0, 100.0),
-            ("airframe.c_pitch_0", airframe.c_pitch_0, -10.0, 10.0),
-            ("airframe.c_pitch_alpha", airframe.c_pitch_alpha, -10.0, 10.0),
-            ("airframe.c_pitch_q", airframe.c_pitch_q, -1.0e3, 1.0e3),
-            ("airframe.c_yaw_beta", airframe.c_yaw_beta, -10.0, 10.0),
-            ("airframe.c_yaw_p", airframe.c_yaw_p, -100.0, 100.0),
-            ("airframe.c_yaw_r", airframe.c_yaw_r, -100.0, 100.0),
-            ("lift.c_lift_0", lift.c_lift_0, -10.0, 10.0),
-            ("lift.c_lift_alpha", lift.c_lift_alpha, -100.0, 100.0),
-            ("lift.c_lift_q", lift.c_lift_q, -1.0e3, 1.0e3),
-            ("airframe.stall_onset_rad", airframe.stall_onset_rad, 1.0e-3, 1.5),
-            (
-                "airframe.stall_ceiling_rad",
-                airframe.stall_ceiling_rad,
-                airframe.stall_onset_rad + 1.0e-3,
-                1.6,
-            ),
-            ("trim.airspeed_m_s", trim.airspeed_m_s, 1.0, 1.0e3),
-            ("trim.altitude_m", trim.altitude_m, 0.0, 25_000.0),
-            ("trim.theta_rad", trim.theta_rad, -1.0, 1.0),
-            ("trim.elevator_rad", trim.elevator_rad, -1.5, 1.5),
-        ]
     }
 }
 

@@ -45,22 +45,15 @@ impl Columns {
     /// All surfaces and nozzle angles of the model at a flight condition, about `origin`, rad: zero is there, the
     /// bounds are what it leaves of the travel. An effector counts by its whole travel, and by whether it is redundant.
     pub fn new(model: &DesignModel, at: &FlightCondition, origin: &PerEffector<f64>) -> Self {
-        let effectors = &model.aircraft().effectors;
-        let mut columns = Self::default();
-        for effector in effectors.list.all().filter(|e| effectors.list.is_angle(*e)) {
-            let servo = &effectors.servos[effector];
-            let AxisGains { roll, pitch, yaw, .. } = effectors.gains[effector];
-            let is_shared = [roll, pitch, yaw].iter().any(|gain| *gain != 0.0);
-            columns.effectors.push(effector);
-            columns.columns.push(Column {
-                effect: model.effect(at, effector),
-                min: servo.min - origin[effector],
-                max: servo.max - origin[effector],
-                preferred: 0.0,
-                weight: if is_shared { SHARED_WEIGHT } else { 1.0 } * 2.0 / (servo.max - servo.min),
-            });
-        }
-        columns
+        let gains = &model.aircraft().effectors.gains;
+        Self::whole(model, at, |effector, column| {
+            let AxisGains { roll, pitch, yaw, .. } = gains[effector];
+            if [roll, pitch, yaw].iter().any(|gain| *gain != 0.0) {
+                column.weight = SHARED_WEIGHT * 2.0 / (column.max - column.min);
+            }
+            column.min -= origin[effector];
+            column.max -= origin[effector];
+        })
     }
 
     /// The same about zero, without less weight for what the main command moves; `change` has the last word on each.

@@ -28,8 +28,8 @@ use crate::aircraft_model::AircraftModel;
 use crate::navigation::{NavigationState, Validity};
 use air::AirModel;
 use covariance::{
-    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, States,
-    Transition, VANES, VELOCITY, WIND,
+    ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, Transition,
+    VANES, VELOCITY, WIND,
 };
 use earth::{Earth, Place};
 use gusts::Gusts;
@@ -39,7 +39,6 @@ use strapdown::{Estimate, Field, Inertial};
 use updates::MagneticField;
 
 mod air;
-mod alignment;
 pub mod covariance;
 pub mod earth;
 pub mod gains;
@@ -118,7 +117,7 @@ struct Ground {
 }
 
 /// The samples of each sensor that the estimator reads.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Sources {
     gyro: Source,
     accelerometer: Source,
@@ -131,20 +130,6 @@ struct Sources {
 }
 
 impl Sources {
-    const fn new() -> Self {
-        let new = Source::new();
-        Self {
-            gyro: new,
-            accelerometer: new,
-            gnss: new,
-            gnss_velocity: new,
-            barometer: new,
-            pitot: new,
-            vanes: new,
-            magnetometer: new,
-        }
-    }
-
     /// All of them with the sensor that they watch.
     fn all(&self) -> [(SensorKind, &Source); 8] {
         [
@@ -168,13 +153,13 @@ impl Estimator {
             shape,
             air: AirModel::new(aircraft),
             state: NavigationState::at_rest(),
-            estimate: Estimate::zero(),
+            estimate: Estimate::default(),
             covariance: Covariance::new(&noise::priors(gains)),
             transition: Transition::NONE,
             integrals: Integrals::at(SimTime::ZERO),
             history: History::empty(),
             ground: None,
-            sources: Sources::new(),
+            sources: Sources::default(),
             rate: Vector3::zeros(),
             force: Vector3::zeros(),
             steady_force: Vector3::zeros(),
@@ -183,7 +168,7 @@ impl Estimator {
             field: MagneticField::default(),
             gusts: Gusts::new(gains.gust_m_s),
             model_due: SimTime::ZERO,
-            lift: lift::Mean::NONE,
+            lift: lift::Mean::default(),
             vertical_ratio: 0.0,
             velocity_ratio: 0.0,
             late: 0,
@@ -257,7 +242,7 @@ impl Estimator {
     fn begin_again(&mut self) {
         self.ground = None;
         self.fix_before = None;
-        self.estimate = Estimate::zero();
+        self.estimate = Estimate::default();
         self.covariance = Covariance::new(&noise::priors(&self.gains));
         self.history = History::empty();
         self.transition = Transition::NONE;
@@ -435,11 +420,6 @@ impl Estimator {
             realigned: self.alignments.saturating_sub(1),
             ..status
         }
-    }
-
-    /// Corrects the estimate by a correction of the error state.
-    fn correct(&mut self, correction: &States) {
-        self.estimate.correct(correction);
     }
 
     /// Biases of gyros and accelerometers may be anything again that they may be at the start.

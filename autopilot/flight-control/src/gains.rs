@@ -4,6 +4,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
+#[macro_use]
 mod table;
 
 pub use table::{LQR, Tunable, tunables};
@@ -60,18 +61,16 @@ impl Default for Gains {
     }
 }
 
-/// How references are shaped before any law sees them.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ReferenceGains {
-    /// Slew limit of the altitude reference, m/s.
-    pub slew_m_s: f64,
-    /// Time constant of the lag on the roll reference, s.
-    pub roll_lag_s: f64,
-}
-
-impl ReferenceGains {
+gain_set! {
+    /// How references are shaped before any law sees them.
+    ///
     /// This project's choice.
-    pub const REFERENCE: Self = Self { slew_m_s: 100.0, roll_lag_s: 0.3 };
+    ReferenceGains at references {
+        /// Slew limit of the altitude reference, m/s.
+        slew_m_s = 100.0, "ALT_SLEW" "m/s", 0.1 to 1000.0, "Slew limit of the altitude reference";
+        /// Time constant of the lag on the roll reference, s.
+        roll_lag_s = 0.3, "ROL_LAG" "s", 0.01 to 10.0, "Time constant of the lag on the roll reference";
+    }
 }
 
 /// Which laws fly.

@@ -147,7 +147,7 @@ pub struct Isolation {
 }
 
 /// What is forgotten when the detector sleeps.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 struct Awake {
     late: Late,
     sums: Sums,
@@ -252,24 +252,7 @@ impl Awake {
     fn new(input: &IsolationInput<'_>, asleep: &Asleep) -> Self {
         let z2 = input.z2 - asleep.mean;
         let late = Late { stages: [*input.positions; 3], z2, z2_lagged: z2 };
-        Self {
-            late,
-            sums: Sums::default(),
-            z2_before: Vector3::zeros(),
-            since_us: 0,
-            sample_due_us: 0,
-            look_due_us: LOOK_US,
-            persists_s: 0.0,
-            candidate: [None; 2],
-            best: None,
-            behaves_s: 0.0,
-            ended_s: 0.0,
-            seems_over: false,
-            clear_s: PerEffector::default(),
-            cleared: EffectorSet::default(),
-            log: IsolationLog::default(),
-            test: TestDeflection::default(),
-        }
+        Self { late, look_due_us: LOOK_US, ..Self::default() }
     }
 
     fn step(

@@ -74,6 +74,10 @@
 #[cfg(test)]
 extern crate std;
 
+// Its macro states the gains in the files of the laws.
+#[macro_use]
+pub mod gains;
+
 pub mod activation;
 pub mod aircraft_model;
 pub mod allocation;
@@ -85,7 +89,6 @@ pub mod design_model;
 pub mod estimator;
 pub mod estimator_status;
 pub mod flight_control;
-pub mod gains;
 pub mod guidance;
 pub mod healthy_actuators;
 pub mod isolation;

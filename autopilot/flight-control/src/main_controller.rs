@@ -13,14 +13,11 @@ use crate::navigation::NavigationState;
 use crate::signals::{MainCommand, Saturation};
 use lqr::Lqr;
 use ndi::Ndi;
-use pid::Pid;
-use pid_ganged_nozzle::PidGangedNozzle;
+use pid::{Pid, PidGangedNozzle};
 
-pub mod integral;
 pub mod lqr;
 pub mod ndi;
 pub mod pid;
-pub mod pid_ganged_nozzle;
 
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
@@ -80,6 +77,39 @@ pub trait Law {
     fn states(&mut self, _visit: &mut Visitor<'_>) {}
 }
 
+/// A clamped integral.
+///
+/// Stored already multiplied by its gain, so that a gain change in flight causes no step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Integral(f64);
+
+impl Integral {
+    /// Adds one step, clamped to `max` either way.
+    pub fn add(&mut self, increment: f64, max: f64) {
+        self.0 = (self.0 + increment).clamp(-max, max);
+    }
+
+    /// Starts from `value`, as far as `max` either way allows.
+    pub fn start(&mut self, value: f64, max: f64) {
+        self.0 = value.clamp(-max, max);
+    }
+
+    /// One that starts from `value`.
+    pub fn starting(value: f64) -> Self {
+        Self(value)
+    }
+
+    /// The integral itself, for [`Law::states`].
+    pub fn state(&mut self) -> &mut f64 {
+        &mut self.0
+    }
+
+    /// Contribution to the command.
+    pub fn value(self) -> f64 {
+        self.0
+    }
+}
+
 /// The law that flies.
 #[derive(Debug, Clone)]
 #[expect(clippy::large_enum_variant, reason = "there is one, and nothing may allocate")]
@@ -113,43 +143,17 @@ impl Running {
         }
     }
 
-    fn step(&mut self, input: &LawInput<'_>, own: Option<&mut dyn Law>) -> Option<MainCommand> {
+    /// The law itself; `own` is with the caller.
+    fn law<'a, 'b>(
+        &'a mut self,
+        own: Option<&'a mut (dyn Law + 'b)>,
+    ) -> Option<&'a mut (dyn Law + 'b)> {
         match self {
-            Self::Pid(law) => Some(law.step(input)),
-            Self::PidGangedNozzle(law) => Some(law.step(input)),
-            Self::Ndi(law) => Some(law.step(input)),
-            Self::Lqr(law) => Some(law.step(input)),
-            Self::Own => own.map(|law| law.step(input)),
-        }
-    }
-
-    fn states(&mut self, visit: &mut Visitor<'_>) {
-        match self {
-            Self::Pid(law) => law.states(visit),
-            Self::PidGangedNozzle(law) => law.states(visit),
-            Self::Ndi(law) => law.states(visit),
-            Self::Lqr(law) => law.states(visit),
-            // It is with the caller.
-            Self::Own => {}
-        }
-    }
-
-    fn start_from(
-        &mut self,
-        input: &LawInput<'_>,
-        command: &MainCommand,
-        own: Option<&mut dyn Law>,
-    ) {
-        match self {
-            Self::Pid(law) => law.start_from(input, command),
-            Self::PidGangedNozzle(law) => law.start_from(input, command),
-            Self::Ndi(law) => law.start_from(input, command),
-            Self::Lqr(law) => law.start_from(input, command),
-            Self::Own => {
-                if let Some(law) = own {
-                    law.start_from(input, command);
-                }
-            }
+            Self::Pid(law) => Some(law),
+            Self::PidGangedNozzle(law) => Some(law),
+            Self::Ndi(law) => Some(law),
+            Self::Lqr(law) => Some(law),
+            Self::Own => own,
         }
     }
 }
@@ -212,7 +216,9 @@ impl MainController {
         if let Some(references) = &mut self.references {
             visit(&mut references.roll_rad);
         }
-        self.running.states(visit);
+        if let Some(law) = self.running.law(None) {
+            law.states(visit);
+        }
     }
 
     /// The references as tracked in the last step.
@@ -251,11 +257,13 @@ impl MainController {
                     Some(law) => Some(&mut **law),
                     None => None,
                 };
-                self.running.start_from(&input, last, own);
+                if let Some(law) = self.running.law(own) {
+                    law.start_from(&input, last);
+                }
             }
         }
         let last = self.last.unwrap_or_else(|| at_trim(model));
-        let raw = self.running.step(&input, own).unwrap_or(last);
+        let raw = self.running.law(own).map_or(last, |law| law.step(&input));
         let finite = raw.finite_or(&last);
         self.implausible = finite != raw;
         if switched && self.last.is_some() {

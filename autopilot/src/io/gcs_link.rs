@@ -106,33 +106,22 @@ pub struct GcsConfig {
 /// Why the link ended before it was stopped.
 #[derive(Debug, thiserror::Error)]
 pub enum GcsError {
-    /// A socket could not be opened.
-    #[error("autopilot: cannot open {address}, the {link}: {source}{}", advice(source))]
-    Bind {
-        /// The link, and the option that sets it.
-        link: &'static str,
-        address: SocketAddr,
-        source: io::Error,
-    },
-    /// A configured ground station that the socket cannot reach: IPv4 and IPv6 do not mix.
-    #[error(
-        "autopilot: ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
-    )]
-    Family { endpoint: SocketAddr, bind: SocketAddr },
-    /// Too many ground stations to call.
-    #[error(
-        "autopilot: {count} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed"
-    )]
-    TooMany { count: usize },
-    /// The thread of a saved file could not be started.
-    #[error("autopilot: cannot keep the {name}: {source}")]
-    Store { name: &'static str, source: io::Error },
-    /// The thread of the log folder could not be started.
-    #[error("autopilot: cannot offer logs: {0}")]
-    Logs(io::Error),
+    /// A socket or a thread could not be opened.
+    #[error("autopilot: {0}")]
+    Start(String),
     /// The control thread has ended.
     #[error("autopilot: the control thread has ended")]
     ControlEnded,
+}
+
+impl GcsError {
+    /// A socket could not be opened; `link` names it, and the option that sets it.
+    fn bind(link: &'static str, address: SocketAddr) -> impl Fn(io::Error) -> Self {
+        move |source| {
+            let advice = advice(&source);
+            Self::Start(format!("cannot open {address}, the {link}: {source}{advice}"))
+        }
+    }
 }
 
 /// For an address that another process has.
@@ -150,7 +139,8 @@ pub struct GcsLink {
     sockets: Sockets,
     listening: Listening,
     stores: Stores,
-    ground_feed: Option<GroundFeed>,
+    /// Sends changed parameters and texts to the recorder.
+    pub ground_feed: Option<GroundFeed>,
     logs: Option<LogFolder>,
     tlog: Option<Tlog>,
     /// An intent that found no room in the channel.
@@ -165,10 +155,15 @@ impl GcsLink {
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
-            return Err(GcsError::Family { endpoint, bind });
+            return Err(GcsError::Start(format!(
+                "ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
+            )));
         }
         if links.clients.len() > CONFIGURED_MAX {
-            return Err(GcsError::TooMany { count: links.clients.len() });
+            return Err(GcsError::Start(format!(
+                "{} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed",
+                links.clients.len()
+            )));
         }
         let sockets = Sockets::open(links).await?;
         let listening = sockets.listening(links)?;
@@ -192,7 +187,9 @@ impl GcsLink {
         ground = ground.with_signing(signing);
         let stores = Stores::open(config)?;
         let folder = logs.as_ref().map(|logs| LogFolder::open(&logs.folder));
-        let folder = folder.transpose().map_err(GcsError::Logs)?;
+        let folder = folder
+            .transpose()
+            .map_err(|error| GcsError::Start(format!("cannot offer logs: {error}")))?;
         let tlog = logs.as_ref().and_then(|logs| logs.open_tlog(host.unix_start_us));
         if folder.is_some() {
             ground.open_log_folder();
@@ -211,13 +208,6 @@ impl GcsLink {
             held_back: None,
             refusals: RefusalLog::default(),
         })
-    }
-
-    /// Sends changed parameters and texts to the recorder.
-    #[must_use]
-    pub fn with_ground_feed(mut self, feed: Option<GroundFeed>) -> Self {
-        self.ground_feed = feed;
-        self
     }
 
     /// Addresses at which ground stations are called or can connect.

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use flight_control::StepLog;
 use host_io::health::HealthFile;
-use host_io::tick_log::{LogError, TickLogWriter};
+use host_io::tick_log::TickLogWriter;
 use host_io::{LinkSocket, Stop, session};
 use icd::SimTime;
 use icd::lockstep::{FlightEvent, FlightSide, Refused};
@@ -23,6 +23,7 @@ use super::channels::ControlChannels;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::clock::{self, WallTime};
+use crate::config::RunError;
 use flight_management::autopilot::Autopilot;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
@@ -61,8 +62,9 @@ pub struct PlantLink {
     /// When the lost plant was sent a packet last; `None` once its socket was found closed.
     probed: Option<WallTime>,
     warnings: PacketWarnings,
-    health: Option<HealthFile>,
-    recorder: Option<Recorder>,
+    /// Touched as long as the loop runs.
+    pub health: Option<HealthFile>,
+    pub recorder: Option<Recorder>,
     /// The law of the program gives no more commands, and the operator knows it.
     law_has_failed: bool,
 }
@@ -96,30 +98,19 @@ impl PlantLink {
         }
     }
 
-    /// Touches this file as long as the loop runs.
-    #[must_use]
-    pub fn with_health_file(mut self, health: Option<HealthFile>) -> Self {
-        self.health = health;
-        self
-    }
-
-    #[must_use]
-    pub fn with_recorder(mut self, recorder: Option<Recorder>) -> Self {
-        self.recorder = recorder;
-        self
-    }
-
     /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.
-    pub fn run(mut self) -> Result<Option<File>, PlantLinkError> {
+    pub fn run(mut self) -> Result<Option<File>, RunError> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
-            match self.socket.receive_from(&mut buffer)? {
+            let received = self.socket.receive_from(&mut buffer);
+            match received.map_err(|error| format!("plant link: {error}"))? {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
                 None => self.housekeeping(),
             }
         }
         let log = self.recorder.take().and_then(Recorder::finish);
-        self.step_log.map_or(Ok(()), TickLogWriter::finish)?;
+        let finished = self.step_log.map_or(Ok(()), TickLogWriter::finish);
+        finished.map_err(|error| format!("step log: {error}"))?;
         Ok(log)
     }
 
@@ -315,17 +306,6 @@ impl PlantLink {
         }
         self.probe(now);
     }
-}
-
-/// Why the control thread ended.
-#[derive(Debug, thiserror::Error)]
-pub enum PlantLinkError {
-    /// The socket has failed.
-    #[error("plant link: {0}")]
-    Socket(#[from] std::io::Error),
-    /// The step log is incomplete.
-    #[error("step log: {0}")]
-    Log(#[from] LogError),
 }
 
 /// Whether the plant is present, by the time since its last packet.

@@ -30,6 +30,7 @@ use icd::{Actuators, SimTime};
 use tracing::warn;
 
 use super::status::StatusSource;
+use crate::config::RunError;
 use ::recorder::{Begin, ControlHeader, End, Entry, LogRate, Moment, Recorded, Step, open};
 use flight_management::autopilot::Autopilot;
 use flight_management::command::{Command, Intent};
@@ -74,14 +75,6 @@ pub struct RecorderConfig {
     pub parameters: Parameters,
     /// Channel to the thread that shows the operator the path of a log; without it, the process prints a line.
     pub status: Option<StatusSource>,
-}
-
-/// Why flight logs are impossible.
-#[derive(Debug, thiserror::Error)]
-pub enum RecorderError {
-    /// The folder cannot be written to.
-    #[error("--log-dir {}: {source}", folder.display())]
-    Folder { folder: PathBuf, source: io::Error },
 }
 
 /// The end on the ground-station side: sends changed parameters and texts to the recorder.
@@ -145,9 +138,9 @@ pub struct Recorder {
 
 impl Recorder {
     /// Checks that logs can be written to the folder, which it creates if needed, and starts the log thread.
-    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RecorderError> {
+    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RunError> {
         let folder = config.folder.clone();
-        let failed = |source| RecorderError::Folder { folder: folder.clone(), source };
+        let failed = |error: io::Error| format!("--log-dir {}: {error}", folder.display());
         folder::prepare(&config.folder).map_err(failed)?;
         let (full, batches) = sync_channel(QUEUE_MAX);
         let (recycle, empty) = sync_channel(QUEUE_MAX);

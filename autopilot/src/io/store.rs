@@ -18,6 +18,7 @@ use host_io::file::{self, FileProblem, OwnFile};
 use nix::unistd::geteuid;
 use tracing::warn;
 
+use crate::config::RunError;
 use flight_management::parameters::{
     Parameters, SavedError, SavedProblem, from_text, has_only_parameters,
 };
@@ -171,39 +172,6 @@ impl KeptPlan {
     }
 }
 
-/// A key file that must not be used.
-#[derive(Debug, thiserror::Error)]
-#[error("{file}: {problem}; mend or delete the file, or start with --signing-key none")]
-pub struct KeyFileError {
-    pub file: String,
-    pub problem: KeyFileProblem,
-}
-
-/// Error of a key file. Never shows the key.
-#[derive(Debug, thiserror::Error)]
-pub enum KeyFileProblem {
-    /// The system cannot read it, or it is a folder, a device, or far too long.
-    #[error("{0}")]
-    File(#[from] FileProblem),
-    /// Users other than its owner have permissions.
-    #[error("others may use it: its mode is {found:04o} and has to be {KEY_MODE:04o}")]
-    Mode {
-        /// Mode of the file.
-        found: u32,
-    },
-    /// It belongs to another user.
-    #[error("it belongs to user {found} and has to belong to user {wanted}, who runs this program")]
-    Owner {
-        /// Owner of the file.
-        found: u32,
-        /// User of this process.
-        wanted: u32,
-    },
-    /// Its text is invalid.
-    #[error("{0}")]
-    Text(#[from] RecordError),
-}
-
 /// The file of the signing key. Only its owner may read it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct KeptKey {
@@ -213,12 +181,16 @@ pub struct KeptKey {
 }
 
 impl KeptKey {
-    /// Reads the file; without it there is no key.
-    pub fn read(path: PathBuf) -> Result<Self, KeyFileError> {
+    /// Reads the file; without it there is no key. An error never shows the key.
+    pub fn read(path: PathBuf) -> Result<Self, String> {
         let record = match read_key(&path) {
-            Ok(record) => Some(record),
-            Err(KeyFileProblem::File(problem)) if problem.is_not_found() => None,
-            Err(problem) => return Err(KeyFileError { file: path.display().to_string(), problem }),
+            Ok(record) => record,
+            Err(problem) => {
+                let file = path.display();
+                return Err(format!(
+                    "{file}: {problem}; mend or delete the file, or start with --signing-key none"
+                ));
+            }
         };
         Ok(Self { path, record })
     }
@@ -238,20 +210,29 @@ impl KeptKey {
     }
 }
 
-fn read_key(path: &Path) -> Result<KeyRecord, KeyFileProblem> {
-    let file = file::open(path)?;
-    let about = file.metadata().map_err(FileProblem::from)?;
+fn read_key(path: &Path) -> Result<Option<KeyRecord>, RunError> {
+    let file = match file::open(path) {
+        Err(problem) if problem.is_not_found() => return Ok(None),
+        opened => opened?,
+    };
+    let about = file.metadata()?;
     let (found, wanted) = (about.uid(), geteuid().as_raw());
     if found != wanted {
-        return Err(KeyFileProblem::Owner { found, wanted });
+        return Err(format!(
+            "it belongs to user {found} and has to belong to user {wanted}, who runs this program"
+        )
+        .into());
     }
     let found = about.mode() & 0o7777;
     if found & OTHERS != 0 {
-        return Err(KeyFileProblem::Mode { found });
+        return Err(format!(
+            "others may use it: its mode is {found:04o} and has to be {KEY_MODE:04o}"
+        )
+        .into());
     }
     let bytes = file::read_opened(&file, KEY_BYTES_MAX)?;
     let text = String::from_utf8(bytes).map_err(|_| RecordError::Form)?;
-    Ok(KeyRecord::from_text(&text)?)
+    Ok(Some(KeyRecord::from_text(&text)?))
 }
 
 /// Operation on a file.

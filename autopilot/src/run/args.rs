@@ -18,7 +18,7 @@ use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
 use ::recorder::LogRate;
 use flight_management::autopilot::Settings;
 use flight_management::own_law::OwnLaw;
-use flight_management::parameters::{self, Parameters};
+use flight_management::parameters::{self, ParameterError, Parameters};
 use flight_management::script::Script;
 
 /// Files and folder of a vehicle inside the user's data folder.
@@ -69,13 +69,13 @@ pub struct ParameterSetting {
 #[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
 pub struct LawArgs {
     /// Main controller, parameter CTL_LAW by name: pid, pid-ganged-nozzle, ndi, lqr, own
-    #[arg(long, value_name = "LAW", value_parser = parse_law)]
+    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &MainLaw::NAMES))]
     pub law: Option<MainLaw>,
     /// Estimator of the compensator, parameter FTC_LAW by name: neso, linear-eso, incremental
-    #[arg(long, value_name = "LAW", value_parser = parse_compensator)]
+    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &CompensatorLaw::NAMES))]
     pub compensator: Option<CompensatorLaw>,
     /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls, relief
-    #[arg(long, value_name = "HOW", value_parser = parse_allocation)]
+    #[arg(long, value_name = "HOW", value_parser = |text: &str| by_name("allocation", text, &AllocationMode::NAMES))]
     pub allocation: Option<AllocationMode>,
     /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
@@ -95,8 +95,8 @@ impl LawArgs {
     /// Sets the values that the options give, and no others.
     pub fn apply(&self, parameters: &mut Parameters) -> Result<(), RunError> {
         if let Some(path) = &self.gains {
-            let refused = |problem| RunError::Gains { file: path.clone(), problem };
-            parameters::set_from_text(parameters, &config::read(path)?).map_err(refused)?;
+            parameters::set_from_text(parameters, &config::read(path)?)
+                .map_err(|problem| format!("--gains {}: {problem}", path.display()))?;
         }
         parameters.brings_law = self.own.is_some();
         let selection = &mut parameters.gains.selection;
@@ -264,7 +264,9 @@ impl AutopilotArgs {
     /// The key file and the key in it; `None` if no key is saved.
     pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
         let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
-        Ok(file.map(KeptKey::read).transpose()?)
+        let read =
+            |file| KeptKey::read(file).map_err(|problem| format!("signing: {problem}").into());
+        file.map(read).transpose()
     }
 
     /// The control side that the options request, validated. It does not depend on the parameter file, so that a
@@ -289,16 +291,17 @@ impl AutopilotArgs {
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
             parameters.brings_law = setup.own_law.is_some();
-            parameters.check_law()?;
+            parameters.check_law().map_err(of_parameter)?;
             return Ok((setup, parameters));
         }
         self.laws.apply(&mut parameters)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
-        if let Some(warning) = parameters.set_all(ftc.into_iter().chain(settings))? {
+        let set = parameters.set_all(ftc.into_iter().chain(settings));
+        if let Some(warning) = set.map_err(of_parameter)? {
             warn!("parameters: {warning}");
         }
-        parameters.check_law()?;
+        parameters.check_law().map_err(of_parameter)?;
         let model = *model;
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
@@ -325,6 +328,10 @@ impl AutopilotArgs {
     }
 }
 
+fn of_parameter(error: ParameterError) -> RunError {
+    format!("--param: {error}").into()
+}
+
 fn read_scenario(name: &str) -> Result<String, ConfigError> {
     let path = Path::new(name);
     file::read_text(path, file::TEXT_MAX).map_err(|problem| {
@@ -338,26 +345,14 @@ fn read_scenario(name: &str) -> Result<String, ConfigError> {
 }
 
 fn read_setup(path: &Path) -> Result<Settings, RunError> {
-    let refused = || RunError::Setup { path: path.to_path_buf() };
+    let refused = || format!("{}: not a control setup of this version", path.display());
     let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
     let setup: Settings = postcard::from_bytes(&bytes).map_err(|_| refused())?;
     let file = path.display().to_string();
     let model = setup.model.validate();
     model.map_err(|source| ConfigError::Model { file, source })?;
-    setup.gains.validate().map_err(parameters::ParameterError::from)?;
+    setup.gains.validate().map_err(|error| of_parameter(error.into()))?;
     Ok(setup)
-}
-
-fn parse_law(text: &str) -> Result<MainLaw, String> {
-    by_name("law", text, &MainLaw::NAMES)
-}
-
-fn parse_compensator(text: &str) -> Result<CompensatorLaw, String> {
-    by_name("law", text, &CompensatorLaw::NAMES)
-}
-
-fn parse_allocation(text: &str) -> Result<AllocationMode, String> {
-    by_name("allocation", text, &AllocationMode::NAMES)
 }
 
 fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, String> {

@@ -1,12 +1,10 @@
 //! Addresses for ground stations: options, the configuration file, and the defaults.
 
-use std::fmt;
 use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::Path;
 use std::str::FromStr;
 
-use serde::de::{Unexpected, Visitor};
-use serde::{Deserialize, Deserializer};
+use serde::Deserialize;
 
 use host_io::Instance;
 
@@ -18,9 +16,9 @@ use mavlink_services::heartbeat::HeartbeatIdentity;
 const STATION_PORT: u16 = 14_550;
 /// Where the first vehicle calls offboard scripts.
 const SCRIPT_PORT: u16 = 14_540;
-/// For ground stations that call: the port of PX4's simulation.
-const UDP_SERVER_PORT: u16 = 18_570;
-/// For ground stations that connect: the port of `ArduPilot`'s simulation, and the step to that of the next vehicle.
+/// For ground stations that call: the port of PX4's simulation, and the step to that of the next vehicle.
+const UDP_SERVER: (u16, u16) = (18_570, 1);
+/// For ground stations that connect: the port of `ArduPilot`'s simulation, and the step.
 const TCP_SERVER: (u16, u16) = (5_760, 10);
 
 /// Ground stations that are called. From the eleventh vehicle on scripts share a port, as with PX4.
@@ -33,104 +31,47 @@ const fn local(port: u16) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
 }
 
-/// An address, or none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Endpoint {
-    /// This one.
-    At(SocketAddr),
-    /// None.
-    None,
-}
+/// An address with a port of at least `FIRST_PORT`, or none. Port 0 lets the system choose one to listen at; it cannot be called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "toml::Value")]
+struct Endpoint<const FIRST_PORT: u16>(Option<SocketAddr>);
 
-/// The allowed form of an endpoint.
-const FORM: &str = "IP:PORT or none";
+/// A ground station that is called.
+type Client = Endpoint<1>;
+/// Where ground stations call.
+type Server = Endpoint<0>;
 
-impl Endpoint {
-    fn address(self) -> Option<SocketAddr> {
-        match self {
-            Self::At(address) => Some(address),
-            Self::None => None,
-        }
-    }
-}
-
-impl FromStr for Endpoint {
+impl<const FIRST_PORT: u16> FromStr for Endpoint<FIRST_PORT> {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
         if text == "none" {
-            return Ok(Self::None);
+            return Ok(Self(None));
         }
-        text.parse().map(Self::At).map_err(|_| format!("{text} is not {FORM}"))
-    }
-}
-
-impl<'de> Deserialize<'de> for Endpoint {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_str(EndpointVisitor)
-    }
-}
-
-struct EndpointVisitor;
-
-impl Visitor<'_> for EndpointVisitor {
-    type Value = Endpoint;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{FORM} as a string")
-    }
-
-    fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Endpoint, E> {
-        text.parse().map_err(|_| E::invalid_value(Unexpected::Str(text), &self))
-    }
-}
-
-/// An address that is called, or none. Port 0, which lets the system choose one to listen at, cannot be called.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Client(Endpoint);
-
-/// The allowed form of a client.
-const CLIENT_FORM: &str = "IP:PORT with a port from 1 to 65535, or none";
-
-impl FromStr for Client {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text.parse() {
-            Ok(Endpoint::At(address)) if address.port() == 0 => {
-                Err(format!("{text} is not {CLIENT_FORM}"))
-            }
-            endpoint => endpoint.map(Self),
+        match text.parse::<SocketAddr>() {
+            Err(_) => Err(format!("{text} is not IP:PORT or none")),
+            Ok(address) if address.port() < FIRST_PORT => Err(format!(
+                "{text} is not IP:PORT with a port from {FIRST_PORT} to 65535, or none"
+            )),
+            Ok(address) => Ok(Self(Some(address))),
         }
     }
 }
 
-impl<'de> Deserialize<'de> for Client {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        match Endpoint::deserialize(deserializer)? {
-            Endpoint::At(address) if address.port() == 0 => {
-                Err(serde::de::Error::custom(format!("{address} is not {CLIENT_FORM}")))
-            }
-            endpoint => Ok(Self(endpoint)),
-        }
+impl<const FIRST_PORT: u16> TryFrom<toml::Value> for Endpoint<FIRST_PORT> {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        value.as_str().map_or_else(|| value.to_string(), str::to_owned).parse()
     }
 }
 
 /// Options about ground stations.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub struct GroundStationArgs {
-    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550, and :14540 + instance]
-    #[arg(long = "gcs", value_name = "IP:PORT|none")]
-    clients: Vec<Client>,
-    /// Own address for calling them [default: any port of loopback, or of every address if one of them is elsewhere]
-    #[arg(long = "gcs-bind", value_name = "IP:PORT")]
-    bind: Option<SocketAddr>,
-    /// Where ground stations can call by UDP [default: 127.0.0.1:18570 + instance]
-    #[arg(long = "gcs-udp-server", value_name = "IP:PORT|none")]
-    udp_server: Option<Endpoint>,
-    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760 + 10 * instance]
-    #[arg(long = "gcs-tcp", value_name = "IP:PORT|none")]
-    tcp_server: Option<Endpoint>,
+    /// Their addresses.
+    #[command(flatten)]
+    table: GroundStationTable,
     /// The autopilot that heartbeats name: of an unknown one ground stations show little more than telemetry
     #[arg(long = "mavlink-autopilot", value_enum, value_name = "NAME", default_value = "px4")]
     pub identity: HeartbeatIdentity,
@@ -148,18 +89,22 @@ pub struct ConfigFile {
     pub ground_stations: GroundStationTable,
 }
 
-/// The table `[ground_stations]`; each key as the option of the same meaning.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+/// The table `[ground_stations]`, and the options of the same meaning.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, clap::Args)]
 #[serde(deny_unknown_fields)]
 pub struct GroundStationTable {
-    /// Ground stations that are called; none if empty.
+    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550, and :14540 + instance]
+    #[arg(long = "gcs", value_name = "IP:PORT|none")]
     clients: Option<Vec<Client>>,
-    /// Own address for calling them.
+    /// Own address for calling them [default: any port of loopback, or of every address if one of them is elsewhere]
+    #[arg(long = "gcs-bind", value_name = "IP:PORT")]
     bind: Option<SocketAddr>,
-    /// Where they can call by UDP.
-    udp_server: Option<Endpoint>,
-    /// Where they can connect by TCP.
-    tcp_server: Option<Endpoint>,
+    /// Where ground stations can call by UDP [default: 127.0.0.1:18570 + instance]
+    #[arg(long = "gcs-udp-server", value_name = "IP:PORT|none")]
+    udp_server: Option<Server>,
+    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760 + 10 * instance]
+    #[arg(long = "gcs-tcp", value_name = "IP:PORT|none")]
+    tcp_server: Option<Server>,
 }
 
 impl ConfigFile {
@@ -179,26 +124,18 @@ impl ConfigFile {
 impl GroundStationArgs {
     /// The requested sockets; `None` if they are disabled.
     pub fn links(&self, file: &GroundStationTable, instance: Instance) -> Option<Links> {
-        let clients: Vec<SocketAddr> = match (self.clients.as_slice(), &file.clients) {
-            ([], None) => default_clients(instance),
-            ([], Some(clients)) => clients.iter().filter_map(|client| client.0.address()).collect(),
-            (clients, _) => clients.iter().filter_map(|client| client.0.address()).collect(),
+        let options = &self.table;
+        let clients = match options.clients.as_ref().or(file.clients.as_ref()) {
+            None => default_clients(instance),
+            Some(clients) => clients.iter().filter_map(|client| client.0).collect(),
         };
-        let server = |option: Option<Endpoint>, key: Option<Endpoint>, default| {
-            option.or(key).unwrap_or(Endpoint::At(default)).address()
+        let server = |option: Option<Server>, key: Option<Server>, (port, step): (u16, u16)| {
+            option.or(key).map_or_else(|| Some(instance.local(port, step)), |server| server.0)
         };
         let links = Links {
-            client_bind: self.bind.or(file.bind).unwrap_or_else(|| bind_for(&clients)),
-            udp_server: server(
-                self.udp_server,
-                file.udp_server,
-                instance.local(UDP_SERVER_PORT, 1),
-            ),
-            tcp_server: server(
-                self.tcp_server,
-                file.tcp_server,
-                instance.local(TCP_SERVER.0, TCP_SERVER.1),
-            ),
+            client_bind: options.bind.or(file.bind).unwrap_or_else(|| bind_for(&clients)),
+            udp_server: server(options.udp_server, file.udp_server, UDP_SERVER),
+            tcp_server: server(options.tcp_server, file.tcp_server, TCP_SERVER),
             clients,
         };
         let any =

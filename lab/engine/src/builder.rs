@@ -172,7 +172,8 @@ impl SetupBuilder {
         mut parameters: Parameters,
         settings: &[Setting],
     ) -> Result<Parameters, Problem> {
-        self.options.laws.apply(&mut parameters)?;
+        let laws = self.options.laws.apply(&mut parameters);
+        laws.map_err(|error| Problem::new(error.to_string()))?;
         if let Some(ftc) = self.options.ftc {
             parameters.set("FTC_MODE", ftc.value()).at("--ftc")?;
         }

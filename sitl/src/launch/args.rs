@@ -3,17 +3,20 @@
 use std::path::Path;
 
 use autopilot::own_law::OwnLaw;
-use autopilot::run::AutopilotArgs;
+use autopilot::run::{AutopilotArgs, RunError};
 use clap::{Args, Command};
 use flight_analysis::builder::{fitted, preset_note};
 use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
+use serde::Serialize;
+use serde_json::Value;
 
 use super::keys::PaceState;
 use super::screen::Advice;
 
 /// Options of a flight; each is explained by `sitl autopilot --help` and `sitl plant-sim --help`.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, clap::Args, Serialize)]
+#[serde(rename_all = "kebab-case")]
 pub struct LaunchArgs {
     /// What is flown: nominal, case1, case2, or a file [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
@@ -38,6 +41,7 @@ pub struct LaunchArgs {
     gains: Option<String>,
     /// The law that `--law own` flies; a program brings it, no option.
     #[arg(skip)]
+    #[serde(skip)]
     own_law: Option<OwnLaw>,
     /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
@@ -126,20 +130,6 @@ pub(super) struct Options {
     pub(super) advice: Option<Advice>,
 }
 
-/// An option, or a file that it names, is wrong.
-#[derive(Debug, thiserror::Error)]
-pub enum OptionError {
-    /// An option that cannot be read.
-    #[error("{}", without_frame(&.0.to_string()))]
-    Syntax(clap::Error),
-    /// The autopilot would not start.
-    #[error(transparent)]
-    Autopilot(#[from] autopilot::run::RunError),
-    /// The plant would not start.
-    #[error(transparent)]
-    Plant(#[from] plant_sim::io::RunError),
-}
-
 /// The message of clap, without its label and its hint.
 fn without_frame(message: &str) -> String {
     let text = message.strip_prefix("error: ").unwrap_or(message);
@@ -163,13 +153,14 @@ impl LaunchArgs {
     }
 
     /// The options for each process, after checking that both would start with them.
-    pub(super) fn check(&self) -> Result<Options, OptionError> {
-        let plant: PlantArgs = parse("sitl plant-sim", &self.plant_options())?;
+    pub(super) fn check(&self) -> Result<Options, RunError> {
+        let words = self.words_for::<PlantArgs>();
+        let plant: PlantArgs = parse("sitl plant-sim", &words)?;
         let setup = plant.plant_setup()?;
         plant.plant(&setup)?;
         let mut options = Options {
             autopilot: self.autopilot_options(),
-            plant: self.plant_options(),
+            plant: words,
             note: None,
             advice: Advice::of(&setup.airframe),
         };
@@ -203,70 +194,38 @@ impl LaunchArgs {
     }
 
     fn autopilot_options(&self) -> Vec<String> {
-        let mut words = Vec::new();
-        add(&mut words, "--scenario", &self.scenario);
-        add(&mut words, "--script", &self.script);
-        add(&mut words, "--ftc", &self.ftc);
-        add(&mut words, "--law", &self.law);
-        add(&mut words, "--gains", &self.gains);
-        add(&mut words, "--compensator", &self.compensator);
-        add(&mut words, "--allocation", &self.allocation);
         let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
-        add(&mut words, "--model", &self.model.clone().or(named));
-        add(&mut words, "--instance", &self.instance);
-        add(&mut words, "--plant-link", &self.plant_link);
-        add(&mut words, "--parameter-file", &self.parameter_file);
-        add(&mut words, "--signing-key", &self.signing_key);
-        add(&mut words, "--log-dir", &self.log_dir);
-        add(&mut words, "--log-limit-mb", &self.log_limit_mb);
-        add(&mut words, "--log-rate", &self.log_rate);
-        for setting in &self.param {
-            words.push(format!("--param={setting}"));
-        }
-        for station in &self.gcs {
-            words.push(format!("--gcs={station}"));
-        }
-        add(&mut words, "--config", &self.config);
-        add(&mut words, "--gcs-bind", &self.gcs_bind);
-        add(&mut words, "--gcs-udp-server", &self.gcs_udp_server);
-        add(&mut words, "--gcs-tcp", &self.gcs_tcp);
-        add(&mut words, "--mavlink-autopilot", &self.mavlink_autopilot);
-        if self.no_gcs {
-            words.push("--no-gcs".to_owned());
-        }
-        words
+        Self { model: self.model.clone().or(named), ..self.clone() }.words_for::<AutopilotArgs>()
     }
 
-    fn plant_options(&self) -> Vec<String> {
+    /// The options that a process has too, as its words. Each is one word, so that a value that begins with a dash stays a value.
+    fn words_for<T: Args>(&self) -> Vec<String> {
+        let process = T::augment_args(Command::new("process"));
+        let takes =
+            |option: &str| process.get_arguments().any(|arg| arg.get_long() == Some(option));
+        let Ok(Value::Object(options)) = serde_json::to_value(self) else { return Vec::new() };
         let mut words = Vec::new();
-        add(&mut words, "--scenario", &self.scenario);
-        add(&mut words, "--airframe", &self.airframe);
-        add(&mut words, "--speed", &self.speed);
-        if self.start_paused {
-            words.push("--start-paused".to_owned());
+        for (option, value) in options.into_iter().filter(|(option, _)| takes(option)) {
+            match value {
+                Value::Bool(true) => words.push(format!("--{option}")),
+                Value::String(value) => words.push(format!("--{option}={value}")),
+                Value::Array(values) => {
+                    let values = values.iter().filter_map(Value::as_str);
+                    words.extend(values.map(|value| format!("--{option}={value}")));
+                }
+                _ => {}
+            }
         }
-        add(&mut words, "--period-ms", &self.period_ms);
-        add(&mut words, "--step-us", &self.step_us);
-        add(&mut words, "--earth", &self.earth);
-        add(&mut words, "--seed", &self.seed);
-        add(&mut words, "--gyro-noise-deg-s", &self.gyro_noise_deg_s);
-        add(&mut words, "--turbulence-m-s", &self.turbulence_m_s);
         words
     }
 }
 
-/// One word, so that a value that begins with a dash stays a value.
-fn add(words: &mut Vec<String>, option: &str, value: &Option<String>) {
-    if let Some(value) = value {
-        words.push(format!("{option}={value}"));
-    }
-}
-
-fn parse<T: Args>(program: &'static str, words: &[String]) -> Result<T, OptionError> {
+fn parse<T: Args>(program: &'static str, words: &[String]) -> Result<T, RunError> {
+    let refused = |error: clap::Error| without_frame(&error.to_string());
     let command = T::augment_args(Command::new(program));
     let all = std::iter::once(program).chain(words.iter().map(String::as_str));
-    let matches = command.try_get_matches_from(all).map_err(OptionError::Syntax)?;
-    T::from_arg_matches(&matches).map_err(OptionError::Syntax)
+    let matches = command.try_get_matches_from(all).map_err(refused)?;
+    Ok(T::from_arg_matches(&matches).map_err(refused)?)
 }
 
 #[cfg(test)]

@@ -14,23 +14,20 @@
 
 use icd::ControlPeriod;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
 use crate::Visitor;
 
-/// Gains of the filter.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct IncrementalGains {
-    /// ω_n, rad/s.
-    pub bandwidth: f64,
-    /// ζ.
-    pub damping: f64,
-}
-
-impl IncrementalGains {
+gain_set! {
+    /// Gains of the filter.
+    ///
     /// The filter of Smeur, Chu and de Croon: 50 rad/s, 0.55.
-    pub const REFERENCE: Self = Self { bandwidth: 50.0, damping: 0.55 };
+    IncrementalGains at incremental {
+        /// ω_n, rad/s.
+        bandwidth = 50.0, "INC_W0" "rad/s", 1.0 to 500.0, "Natural frequency of the filter of the angular acceleration";
+        /// ζ.
+        damping = 0.55, "INC_ZETA" "-", 0.1 to 5.0, "Damping of the filter of the angular acceleration";
+    }
 }
 
 /// The filter of one axis, and what the last tick measured.

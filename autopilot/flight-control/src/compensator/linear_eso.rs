@@ -5,21 +5,18 @@
 
 use icd::ControlPeriod;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
 use crate::Visitor;
 
-/// Gain of the linear extended state observer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct LinearEsoGains {
-    /// ω_o, rad/s: both poles of each axis are at -ω_o.
-    pub bandwidth: f64,
-}
-
-impl LinearEsoGains {
+gain_set! {
+    /// Gain of the linear extended state observer.
+    ///
     /// The bandwidth of the NESO's linear zone, so that a comparison is one of the shaping alone.
-    pub const REFERENCE: Self = Self { bandwidth: 50.0 };
+    LinearEsoGains at linear_eso {
+        /// ω_o, rad/s: both poles of each axis are at -ω_o.
+        bandwidth = 50.0, "LES_W0" "rad/s", 1.0 to 500.0, "Bandwidth of the linear observer";
+    }
 }
 
 /// z, z2 and the modelled acceleration of the last tick of one axis.

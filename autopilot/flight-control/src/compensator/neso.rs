@@ -7,20 +7,22 @@ use core::fmt;
 
 use icd::ControlPeriod;
 use nalgebra::Vector3;
-use serde::{Deserialize, Serialize};
 
 use super::{Estimate, Estimator, Handover};
 use crate::Visitor;
 
-/// Gains of the nonlinear extended state observer.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct NesoGains {
-    /// ω₀, rad/s: bandwidth of the linear zone.
-    pub bandwidth: f64,
-    /// k_b: β₁ = k_b ω₀. Twice the damping ratio of the linear zone.
-    pub rate_factor: f64,
-    /// δ, rad/s: half width of the linear zone of `fal`.
-    pub fal_width: f64,
+gain_set! {
+    /// Gains of the nonlinear extended state observer.
+    ///
+    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
+    NesoGains at neso {
+        /// ω₀, rad/s: bandwidth of the linear zone.
+        bandwidth = 50.0, "OBS_W0" "rad/s", 1.0 to 500.0, "Observer bandwidth in the linear zone";
+        /// k_b: β₁ = k_b ω₀. Twice the damping ratio of the linear zone.
+        rate_factor = 2.2, "OBS_KB" "-", 0.1 to 20.0, "Observer beta1 as a multiple of the bandwidth";
+        /// δ, rad/s: half width of the linear zone of `fal`.
+        fal_width = 0.02, "OBS_WIDTH" "rad/s", 1.0e-5 to 10.0, "Half width of the linear zone of fal";
+    }
 }
 
 /// The paper's α of g₂. The closed-form solution below needs exactly one half.
@@ -186,9 +188,6 @@ impl Estimator for Neso {
 }
 
 impl NesoGains {
-    /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
-    pub const REFERENCE: Self = Self { bandwidth: 50.0, rate_factor: 2.2, fal_width: 0.02 };
-
     /// β₁, 1/s.
     pub fn beta_1(&self) -> f64 {
         self.rate_factor * self.bandwidth

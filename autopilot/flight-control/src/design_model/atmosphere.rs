@@ -11,6 +11,8 @@ const DENSITY_SEA_LEVEL: f64 = 1.225;
 const TEMPERATURE_SEA_LEVEL: f64 = 288.15;
 /// Temperature lapse in the troposphere, K/m.
 const LAPSE: f64 = 0.0065;
+/// Ratio of the specific heats of air.
+pub const HEAT_RATIO: f64 = 1.4;
 /// R: gas constant of dry air, J/(kg K).
 pub const GAS_CONSTANT: f64 = 287.052_87;
 /// g / (R LAPSE), with g = 9.80665 m/s².
@@ -44,9 +46,6 @@ pub fn temperature(altitude_m: f64) -> f64 {
 pub fn pressure(altitude_m: f64) -> f64 {
     density(altitude_m) * GAS_CONSTANT * temperature(altitude_m)
 }
-
-/// Ratio of the specific heats of air.
-const HEAT_RATIO: f64 = 1.4;
 
 /// Speed of sound at an altitude, m/s.
 fn speed_of_sound(altitude_m: f64) -> f64 {

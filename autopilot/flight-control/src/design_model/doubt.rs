@@ -5,8 +5,6 @@ use nalgebra::Vector3;
 use super::{DesignModel, FlightCondition, atmosphere};
 use crate::navigation::NavigationState;
 
-/// Ratio of the specific heats of air.
-const HEAT_RATIO: f64 = 1.4;
 /// Up to this Mach number the rule of Prandtl and Glauert is used; at 1 it has a pole.
 const MACH_MAX: f64 = 0.95;
 /// Moments larger than at the design point by this part are within its levels, which are those of a whole flight about it.
@@ -42,7 +40,7 @@ impl Reference {
 /// 1/√(1 - M²): the rule of Prandtl and Glauert for the growth of aerodynamic coefficients with the Mach number.
 fn compressibility(state: &NavigationState) -> f64 {
     let kelvin = atmosphere::temperature(state.altitude_m);
-    let sound_2 = HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
+    let sound_2 = atmosphere::HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
     let mach_2 = state.airspeed_m_s * state.airspeed_m_s / sound_2;
     1.0 / libm::sqrt(1.0 - mach_2.min(MACH_MAX * MACH_MAX))
 }

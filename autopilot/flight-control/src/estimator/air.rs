@@ -8,8 +8,6 @@ use crate::design_model::atmosphere;
 
 /// Radius that turns geometric into geopotential altitude, m (US-1976).
 const GEOPOTENTIAL_RADIUS_M: f64 = 6_356_766.0;
-/// Ratio of the specific heats of air.
-const HEAT_RATIO: f64 = 1.4;
 /// Slower than this a flow has no direction that a vane could show, m/s.
 const FLOW_MIN_M_S: f64 = 5.0;
 
@@ -33,7 +31,7 @@ pub struct Airspeed {
 pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
     let static_pa = atmosphere::pressure(pressure_altitude_m);
     let kelvin = atmosphere::temperature(pressure_altitude_m);
-    let sound_m_s = libm::sqrt(HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin);
+    let sound_m_s = libm::sqrt(atmosphere::HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin);
     let ratio = 1.0 + impact_pa.max(0.0) / static_pa;
     let power = libm::exp(libm::log(ratio) / 3.5);
     let mach = libm::sqrt(5.0 * (power - 1.0));
@@ -49,7 +47,7 @@ pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
 /// Impact pressure (Pa) of a true airspeed at a pressure altitude (m): the inverse of [`airspeed`].
 pub fn impact(airspeed_m_s: f64, pressure_altitude_m: f64) -> f64 {
     let kelvin = atmosphere::temperature(pressure_altitude_m);
-    let sound_2 = HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
+    let sound_2 = atmosphere::HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin;
     let part = 1.0 + 0.2 * airspeed_m_s * airspeed_m_s / sound_2;
     atmosphere::pressure(pressure_altitude_m) * (libm::pow(part, 3.5) - 1.0)
 }

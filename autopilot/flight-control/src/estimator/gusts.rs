@@ -31,7 +31,7 @@ const CONTRAST_MAX: f64 = 5.0;
 const CONTRAST_AGAIN: f64 = 0.4;
 
 /// Size of the gusts, and what the pitot tube shows against steady wind.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Gusts {
     /// Mean square along an axis, m²/s².
     square: f64,
@@ -46,16 +46,13 @@ pub struct Gusts {
 }
 
 /// Mean of the last [`CONTRAST_S`] of a difference, and when it was last updated.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Contrast {
     mean: f64,
     compared: Option<SimTime>,
 }
 
 impl Contrast {
-    /// Before the first value.
-    pub(super) const NONE: Self = Self { mean: 0.0, compared: None };
-
     /// The mean with one more value.
     pub(super) fn follow(&mut self, now: SimTime, value: f64) -> f64 {
         let before = self.compared.replace(now).unwrap_or(now);
@@ -68,15 +65,7 @@ impl Contrast {
 impl Gusts {
     /// Before the first look.
     pub fn new(size_m_s: f64) -> Self {
-        Self {
-            square: size_m_s * size_m_s,
-            looks: LOOKS_ASSUMED,
-            before: None,
-            due: SimTime::ZERO,
-            past: [None; 2],
-            since_past: 0,
-            contrast: Contrast::NONE,
-        }
+        Self { square: size_m_s * size_m_s, looks: LOOKS_ASSUMED, ..Self::default() }
     }
 
     /// Mean square along an axis, m²/s².

@@ -20,7 +20,7 @@ const UNSTEADY: f64 = 0.1;
 const SLOW_M_S: f64 = 100.0;
 
 /// Sum of what the wing carried beyond what it should have, as a part of it, since the last comparison.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Mean {
     due: SimTime,
     sum: f64,
@@ -30,10 +30,6 @@ pub(super) struct Mean {
 }
 
 impl Mean {
-    /// Before the first look.
-    pub(super) const NONE: Self =
-        Self { due: SimTime::ZERO, sum: 0.0, count: 0, contrast: Contrast::NONE };
-
     fn begin(&mut self, now: SimTime) {
         self.due = SimTime::from_micros(now.as_micros() + EVERY_US);
         (self.sum, self.count) = (0.0, 0);

@@ -13,7 +13,7 @@ const STUCK_SAMPLES: u32 = 5;
 const VALUES: usize = 6;
 
 /// The samples of one sensor.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Source {
     /// Time of measurement of the last sample.
     measured: Option<SimTime>,
@@ -35,22 +35,6 @@ pub struct Source {
 }
 
 impl Source {
-    /// Before the first sample.
-    pub const fn new() -> Self {
-        Self {
-            measured: None,
-            came: SimTime::ZERO,
-            values: [0; VALUES],
-            same_since: SimTime::ZERO,
-            same: 0,
-            rejected_since: None,
-            late: false,
-            doubted: false,
-            rejections: 0,
-            ratio: 0.0,
-        }
-    }
-
     /// Shows it a sample; true if it is new, valid and plausible, and does not repeat the ones before.
     pub fn is_new(
         &mut self,
@@ -146,7 +130,7 @@ mod tests {
 
     #[test]
     fn a_repeated_sample_is_not_new_and_silence_is_a_loss() {
-        let mut source = Source::new();
+        let mut source = Source::default();
         assert_eq!(source.health(ms(0)), SourceHealth::Unused);
         assert!(source.is_new(ms(0), ms(0), true, &[1.0]));
         assert!(!source.is_new(ms(2), ms(0), true, &[1.0]), "the same measurement");
@@ -159,7 +143,7 @@ mod tests {
 
     #[test]
     fn new_samples_with_one_value_are_stuck_until_it_changes() {
-        let mut source = Source::new();
+        let mut source = Source::default();
         let news: u32 = (0..200)
             .map(|step| u32::from(source.is_new(ms(10 * step), ms(10 * step), true, &[3.0])))
             .sum();
@@ -171,7 +155,7 @@ mod tests {
 
     #[test]
     fn steady_rejection_is_forgiven_after_the_patience() {
-        let mut source = Source::new();
+        let mut source = Source::default();
         assert!(source.is_new(ms(0), ms(0), true, &[0.0]));
         for step in 0..30 {
             let now = ms(100 * step);

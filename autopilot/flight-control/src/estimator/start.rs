@@ -2,9 +2,8 @@
 
 use icd::geomagnetism::field_ned_nt;
 use icd::{Body, GnssFix, Ned, Sample, Sensors, SimTime};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::alignment::{Direction, align};
 use super::covariance::{ATTITUDE, Covariance, POSITION, VELOCITY};
 use super::earth::Earth;
 use super::gusts::Gusts;
@@ -22,6 +21,37 @@ const BETWEEN_FIXES_MAX_S: f64 = 2.0;
 const TRACK_MIN_M_S: f64 = 5.0;
 /// A first fix may be older than the estimator could look back, s; an older one is waited out.
 const FIX_AGE_MAX_S: f64 = 1.0;
+
+/// Shortest horizontal part of a direction that gives a heading, as a part of its length.
+const HORIZONTAL_MIN: f64 = 0.05;
+
+/// A direction that is known in body and in NED axes, for the heading.
+#[derive(Debug, Clone, Copy)]
+struct Direction {
+    /// As measured.
+    body: Body,
+    /// As it has to be.
+    ned: Ned,
+}
+
+/// Rotation from body to NED axes in which `force` (specific force, body axes) is along `expected`, and the horizontal
+/// part of `direction` points where it has to; `None` if a vector is too short for it.
+///
+/// The method of two vectors (TRIAD, Black 1964), with the specific force as the first one.
+fn align(force: &Body, expected: &Ned, direction: &Direction) -> Option<UnitQuaternion<f64>> {
+    let body = frame(&force.0, &direction.body.0)?;
+    let ned = frame(&expected.0, &direction.ned.0)?;
+    let rotation = Rotation3::from_matrix_unchecked(ned * body.transpose());
+    Some(UnitQuaternion::from_rotation_matrix(&rotation))
+}
+
+/// Columns: the first vector's direction, the part of the second one across it, and their product.
+fn frame(first: &Vector3<f64>, second: &Vector3<f64>) -> Option<Matrix3<f64>> {
+    let a = first.try_normalize(1.0e-6)?;
+    let b = second.try_normalize(1.0e-6)?;
+    let across = (b - a * a.dot(&b)).try_normalize(HORIZONTAL_MIN)?;
+    Some(Matrix3::from_columns(&[a, across, a.cross(&across)]))
+}
 
 impl Estimator {
     /// Aligns as soon as there are specific force, a fix, and a direction for the heading.
@@ -101,14 +131,14 @@ impl Estimator {
         let Some((direction, heading)) = best else { return };
         let Some(attitude) = align(&Body(self.force), &expected, &direction) else { return };
 
-        let start_from_ned = nalgebra::Rotation3::from_matrix_unchecked(place.start_from_ned);
-        let to_start = nalgebra::UnitQuaternion::from_rotation_matrix(&start_from_ned);
+        let start_from_ned = Rotation3::from_matrix_unchecked(place.start_from_ned);
+        let to_start = UnitQuaternion::from_rotation_matrix(&start_from_ned);
         let speeding = place.start_from_ned * acceleration;
         self.estimate = Estimate {
             start_from_body: to_start * attitude,
             velocity: over_ground + speeding * age,
             position: position.0 + over_ground * age + speeding * (0.5 * age * age),
-            ..Estimate::zero()
+            ..Estimate::default()
         };
         let mut priors = priors(&self.gains);
         priors[ATTITUDE + 2] = priors[ATTITUDE + 2].max(heading);
@@ -184,4 +214,28 @@ fn measured_flow(sensors: &Sensors) -> Body {
     let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
     // Faster than what has no direction.
     Body::new(cos_alpha * cos_beta * 100.0, sin_beta * 100.0, sin_alpha * cos_beta * 100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use icd::{Attitude, EulerAngles};
+
+    #[test]
+    fn exact_vectors_give_the_attitude() {
+        for (phi, theta, psi) in [(0.0, 0.03, 0.0), (0.5, -0.2, 2.0), (-1.0, 0.4, -3.0)] {
+            let attitude = Attitude::from_euler(EulerAngles { phi, theta, psi });
+            let (down, field) = (Ned::new(0.0, 0.0, -9.8), Ned::new(20_000.0, 3_000.0, 45_000.0));
+            let direction = Direction { body: attitude.to_body(field), ned: field };
+            let found = align(&attitude.to_body(down), &down, &direction).unwrap();
+            assert!(found.angle_to(&attitude.q_ned_from_body) < 1.0e-9);
+        }
+    }
+
+    #[test]
+    fn a_direction_along_the_vertical_gives_none() {
+        let down = Ned::new(0.0, 0.0, -9.8);
+        let direction = Direction { body: Body::new(0.0, 0.0, 1.0), ned: Ned::new(0.0, 0.0, 1.0) };
+        assert!(align(&Body(down.0), &down, &direction).is_none());
+    }
 }

@@ -11,7 +11,7 @@ use super::covariance::{
 use super::history::Integrals;
 
 /// The estimate.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Estimate {
     /// Turns body axes into start axes.
     pub start_from_body: UnitQuaternion<f64>,
@@ -54,22 +54,6 @@ pub struct Field {
 }
 
 impl Estimate {
-    /// Everything zero.
-    pub fn zero() -> Self {
-        Self {
-            start_from_body: UnitQuaternion::identity(),
-            velocity: Vector3::zeros(),
-            position: Vector3::zeros(),
-            gyro_bias: Vector3::zeros(),
-            force_bias: Vector3::zeros(),
-            wind: Vector3::zeros(),
-            steady_wind: Vector3::zeros(),
-            magnetic_bias: Vector3::zeros(),
-            barometer_offset: 0.0,
-            vane_bias: [0.0; 2],
-        }
-    }
-
     /// Matrix from body to start axes.
     pub fn matrix(&self) -> Matrix3<f64> {
         let q = self.start_from_body.quaternion();
@@ -181,7 +165,7 @@ mod tests {
         let rate = 20_f64.to_radians();
         let field = Field { gravity: Vector3::new(0.0, 0.0, 9.8), rotation: Vector3::zeros() };
         let velocity = Vector3::new(100.0, 0.0, 0.0);
-        let mut estimate = Estimate { velocity, ..Estimate::zero() };
+        let mut estimate = Estimate { velocity, ..Estimate::default() };
         // Towards the centre, on the right.
         let force = Vector3::new(0.0, 100.0 * rate, -9.8);
         let inertial = Inertial { rate: Vector3::new(0.0, 0.0, rate), force };
@@ -198,9 +182,9 @@ mod tests {
 
     #[test]
     fn a_correction_turns_in_start_axes() {
-        let mut estimate = Estimate::zero();
-        estimate.start_from_body =
+        let start_from_body =
             UnitQuaternion::from_axis_angle(&Vector3::z_axis(), core::f64::consts::FRAC_PI_2);
+        let mut estimate = Estimate { start_from_body, ..Estimate::default() };
         let mut x = [0.0; STATES];
         x[ATTITUDE] = 0.01;
         let before = estimate.matrix();

@@ -106,7 +106,7 @@ impl Estimator {
         let passes = comparison.deviations() <= self.gains.gate;
         if passes {
             let correction = self.covariance.take(comparison);
-            self.correct(&correction);
+            self.estimate.correct(&correction);
         }
         passes
     }
@@ -122,7 +122,7 @@ impl Estimator {
     fn take_angle(&mut self, comparison: &Comparison, present: &Present) {
         if comparison.deviations() <= self.gains.gate {
             let correction = self.covariance.take_across(comparison, &self.flow(present)[0]);
-            self.correct(&correction);
+            self.estimate.correct(&correction);
         }
     }
 
@@ -339,7 +339,7 @@ impl Estimator {
         } else if ratio <= 1.0 {
             let [flow, start] = self.flow(&present);
             let correction = self.covariance.take_along(&comparison, &flow, &start);
-            self.correct(&correction);
+            self.estimate.correct(&correction);
             self.sources.pitot.believe(ratio);
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
             self.doubt_pitot();

@@ -5,8 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::integral::Integral;
-use super::{Law, LawInput, MainCommand, Visitor};
+use super::{Integral, Law, LawInput, MainCommand, Visitor};
 
 /// Gains of the regulator: u = u_trim - K (x - x_trim).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -7,62 +7,44 @@
 
 use icd::units::STANDARD_GRAVITY_M_S2;
 use nalgebra::{Matrix3, Vector3};
-use serde::{Deserialize, Serialize};
 
-use super::integral::Integral;
-use super::{Law, LawInput, MainCommand, Visitor};
+use super::{Integral, Law, LawInput, MainCommand, Visitor};
 use crate::design_model::DesignModel;
 use crate::mixer::Mixer;
 
-/// Gains of the dynamic inversion; all are bandwidths, 1/s, except where a unit is given.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct NdiGains {
-    /// Roll rate.
-    pub k_p: f64,
-    /// Pitch rate.
-    pub k_q: f64,
-    /// Yaw rate.
-    pub k_r: f64,
-    /// Roll angle.
-    pub k_phi: f64,
-    /// Integral of the roll angle error, 1/s².
-    pub k_phi_i: f64,
-    /// Sideslip.
-    pub k_beta: f64,
-    /// Angle of attack.
-    pub k_alpha: f64,
-    /// Flight-path angle.
-    pub k_gamma: f64,
-    /// Altitude.
-    pub k_h: f64,
-    /// Integral of the altitude error, 1/s².
-    pub k_hi: f64,
-    /// Largest climb rate for an altitude error, m/s.
-    pub climb_max_m_s: f64,
-    /// Airspeed.
-    pub k_v: f64,
-    /// Integral of the airspeed error, 1/s².
-    pub k_vi: f64,
-}
-
-impl NdiGains {
+gain_set! {
+    /// Gains of the dynamic inversion; all are bandwidths, 1/s, except where a unit is given.
+    ///
     /// Servos of 20 rad/s allow rates of 4 rad/s with a damping of 1.1; each loop around them is two to three
     /// times slower than the one inside.
-    pub const REFERENCE: Self = Self {
-        k_p: 4.0,
-        k_q: 4.0,
-        k_r: 3.0,
-        k_phi: 1.5,
-        k_phi_i: 0.05,
-        k_beta: 1.0,
-        k_alpha: 1.5,
-        k_gamma: 0.6,
-        k_h: 0.2,
-        k_hi: 0.005,
-        climb_max_m_s: 60.0,
-        k_v: 0.30,
-        k_vi: 0.02,
-    };
+    NdiGains at ndi {
+        /// Roll rate.
+        k_p = 4.0, "NDI_KP" "1/s", 0.1 to 50.0, "Bandwidth of the roll rate";
+        /// Pitch rate.
+        k_q = 4.0, "NDI_KQ" "1/s", 0.1 to 50.0, "Bandwidth of the pitch rate";
+        /// Yaw rate.
+        k_r = 3.0, "NDI_KR" "1/s", 0.1 to 50.0, "Bandwidth of the yaw rate";
+        /// Roll angle.
+        k_phi = 1.5, "NDI_KPHI" "1/s", 0.01 to 20.0, "Bandwidth of the roll angle";
+        /// Integral of the roll angle error, 1/s².
+        k_phi_i = 0.05, "NDI_KPHII" "1/s^2", 0.0 to 10.0, "Roll rate rate per roll angle error";
+        /// Sideslip.
+        k_beta = 1.0, "NDI_KBETA" "1/s", 0.0 to 20.0, "Bandwidth of the sideslip";
+        /// Angle of attack.
+        k_alpha = 1.5, "NDI_KALPHA" "1/s", 0.01 to 20.0, "Bandwidth of the angle of attack";
+        /// Flight-path angle.
+        k_gamma = 0.6, "NDI_KGAMMA" "1/s", 0.01 to 20.0, "Bandwidth of the flight-path angle";
+        /// Altitude.
+        k_h = 0.2, "NDI_KH" "1/s", 0.001 to 10.0, "Bandwidth of the altitude";
+        /// Integral of the altitude error, 1/s².
+        k_hi = 0.005, "NDI_KHI" "1/s^2", 0.0 to 10.0, "Climb rate rate per altitude error";
+        /// Largest climb rate for an altitude error, m/s.
+        climb_max_m_s = 60.0, "NDI_CLIMB_MAX" "m/s", 0.1 to 500.0, "Largest climb rate that an altitude error asks for";
+        /// Airspeed.
+        k_v = 0.30, "NDI_KV" "1/s", 0.001 to 10.0, "Bandwidth of the airspeed";
+        /// Integral of the airspeed error, 1/s².
+        k_vi = 0.02, "NDI_KVI" "1/s^2", 0.0 to 10.0, "Acceleration rate per airspeed error";
+    }
 }
 
 /// Largest roll rate of the roll integrator, rad/s.

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::integral::Integral;
-use super::{Law, LawInput, MainCommand, Visitor};
+use super::{Integral, Law, LawInput, MainCommand, Visitor};
 
 /// Gains of the PID.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -18,82 +17,74 @@ pub struct PidGains {
     pub speed: SpeedGains,
 }
 
-/// Gains of the altitude law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AltitudeGains {
-    /// K_q, s: elevator per pitch rate.
-    pub k_q: f64,
-    /// K_θ: elevator per pitch angle.
-    pub k_theta: f64,
-    /// K_hd, rad s/m: elevator per climb rate.
-    pub k_hd: f64,
-    /// K_h, rad/m: elevator per altitude error.
-    pub k_h: f64,
-    /// K_hi, rad/(m s): elevator rate per altitude error.
-    pub k_hi: f64,
-    /// Largest altitude error that the law sees, m; sets the climb rate.
-    pub error_max_m: f64,
-    /// The integrator runs while the altitude error is below this, m.
-    pub integral_band_m: f64,
-    /// Beyond the band it runs while the climb rate stays below this either way, m/s.
-    pub settled_climb_m_s: f64,
-    /// Time that the climb rate must have been below it, s.
-    pub settled_after_s: f64,
-    /// Largest contribution of the integrator, rad.
-    pub integral_max_rad: f64,
-    /// K_α: elevator per angle of attack beyond the stall onset of the model.
-    pub k_alpha: f64,
+gain_set! {
+    /// Gains of the altitude law.
+    AltitudeGains at pid.altitude {
+        /// K_q, s: elevator per pitch rate.
+        k_q = 1.20, "ALT_KQ" "s", 0.01 to 20.0, "Elevator per pitch rate";
+        /// K_θ: elevator per pitch angle.
+        k_theta = 2.20, "ALT_KTH" "-", 0.01 to 20.0, "Elevator per pitch angle";
+        /// K_hd, rad s/m: elevator per climb rate.
+        k_hd = 0.0040, "ALT_KHD" "rad s/m", 1.0e-6 to 1.0, "Elevator per climb rate";
+        /// K_h, rad/m: elevator per altitude error.
+        k_h = 0.00125, "ALT_KH" "rad/m", 1.0e-7 to 1.0, "Elevator per altitude error";
+        /// K_hi, rad/(m s): elevator rate per altitude error.
+        k_hi = 0.00008, "ALT_KHI" "rad/(m s)", 1.0e-9 to 0.1, "Elevator rate per altitude error";
+        /// Largest altitude error that the law sees, m; sets the climb rate.
+        error_max_m = 400.0, "ALT_ERR_MAX" "m", 1.0 to 5000.0, "Largest altitude error that the law sees; sets the climb rate";
+        /// The integrator runs while the altitude error is below this, m.
+        integral_band_m = 60.0, "ALT_INT_BAND" "m", 0.1 to 5000.0, "Altitude integrator runs below this altitude error";
+        /// Beyond the band it runs while the climb rate stays below this either way, m/s.
+        settled_climb_m_s = 2.0, "ALT_INT_CLIMB" "m/s", 0.0 to 100.0, "Beyond its band the altitude integrator runs while the climb rate stays below this";
+        /// Time that the climb rate must have been below it, s.
+        settled_after_s = 3.0, "ALT_INT_WAIT" "s", 0.1 to 600.0, "Time that the climb rate must have been below ALT_INT_CLIMB";
+        /// Largest contribution of the integrator, rad.
+        integral_max_rad = 0.20, "ALT_INT_MAX" "rad", 0.001 to 0.5, "Largest elevator of the altitude integrator";
+        /// K_α: elevator per angle of attack beyond the stall onset of the model.
+        k_alpha = 8.0, "ALT_KALPHA" "-", 0.0 to 100.0, "Elevator per angle of attack beyond the stall onset";
+    }
 }
 
-/// Gains of the roll law.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct RollGains {
-    /// K_p, s: aileron per roll rate.
-    pub k_p: f64,
-    /// K_φ: aileron per roll angle error.
-    pub k_phi: f64,
-    /// K_φi, 1/s: aileron rate per roll angle error; small, so that the integral trims and does not
-    /// fight the compensator.
-    pub k_phi_i: f64,
-    /// Largest contribution of the integrator, rad.
-    pub integral_max_rad: f64,
+gain_set! {
+    /// Gains of the roll law.
+    RollGains at pid.roll {
+        /// K_p, s: aileron per roll rate.
+        k_p = 0.60, "ROL_KP" "s", 0.001 to 20.0, "Aileron per roll rate";
+        /// K_φ: aileron per roll angle error.
+        k_phi = 2.2, "ROL_KPHI" "-", 0.01 to 20.0, "Aileron per roll angle error";
+        /// K_φi, 1/s: aileron rate per roll angle error; small, so that the integral trims and does not
+        /// fight the compensator.
+        k_phi_i = 0.005, "ROL_KPHII" "1/s", 1.0e-6 to 10.0, "Aileron rate per roll angle error";
+        /// Largest contribution of the integrator, rad.
+        integral_max_rad = 9.0, "ROL_INT_MAX" "rad", 0.001 to 10.0, "Largest aileron of the roll integrator";
+    }
 }
 
-/// Gain of the yaw damper.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct YawGains {
-    /// K_r, s: rudder per yaw rate.
-    pub k_r: f64,
+gain_set! {
+    /// Gain of the yaw damper.
+    YawGains at pid.yaw {
+        /// K_r, s: rudder per yaw rate.
+        k_r = 0.20, "YAW_KR" "s", 0.001 to 20.0, "Rudder per yaw rate";
+    }
 }
 
-/// Gains of the speed hold.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct SpeedGains {
-    /// K_V, 1/s: acceleration per speed error.
-    pub k_v: f64,
-    /// K_Vi, 1/s²: acceleration rate per speed error.
-    pub k_vi: f64,
+gain_set! {
+    /// Gains of the speed hold.
+    SpeedGains at pid.speed {
+        /// K_V, 1/s: acceleration per speed error.
+        k_v = 0.30, "SPD_KV" "1/s", 0.001 to 10.0, "Acceleration per speed error";
+        /// K_Vi, 1/s²: acceleration rate per speed error.
+        k_vi = 0.02, "SPD_KVI" "1/s^2", 1.0e-6 to 10.0, "Acceleration rate per speed error";
+    }
 }
 
 impl PidGains {
     /// The set with which every outcome of the paper occurs; docs/decisions.md gives the reasons.
     pub const REFERENCE: Self = Self {
-        altitude: AltitudeGains {
-            k_q: 1.20,
-            k_theta: 2.20,
-            k_hd: 0.0040,
-            k_h: 0.00125,
-            k_hi: 0.00008,
-            error_max_m: 400.0,
-            integral_band_m: 60.0,
-            settled_climb_m_s: 2.0,
-            settled_after_s: 3.0,
-            integral_max_rad: 0.20,
-            k_alpha: 8.0,
-        },
-        roll: RollGains { k_p: 0.60, k_phi: 2.2, k_phi_i: 0.005, integral_max_rad: 9.0 },
-        yaw: YawGains { k_r: 0.20 },
-        speed: SpeedGains { k_v: 0.30, k_vi: 0.02 },
+        altitude: AltitudeGains::REFERENCE,
+        roll: RollGains::REFERENCE,
+        yaw: YawGains::REFERENCE,
+        speed: SpeedGains::REFERENCE,
     };
 }
 
@@ -214,6 +205,54 @@ impl Law for Pid {
         for integral in [&mut self.altitude, &mut self.roll, &mut self.speed] {
             visit(integral.state());
         }
+    }
+}
+
+/// δy per sideslip.
+const NOZZLE_YAW_PER_SIDESLIP: f64 = 4.0;
+/// δy per yaw rate, s.
+const NOZZLE_YAW_PER_YAW_RATE_S: f64 = -0.4;
+
+/// The PID with the nozzle ganged to it.
+///
+/// Baseline for an honest comparison: the same PID with the nozzle ganged to it, and no observer.
+///
+/// The paper gives the nozzle to the compensator alone, so part of the compensator's benefit is the
+/// nozzle's. This static law shows how much: δz = -(δe - δe_trim), δy = 4 β - 0.4 r.
+#[derive(Debug, Clone)]
+pub struct PidGangedNozzle(Pid);
+
+impl PidGangedNozzle {
+    /// With empty integrators.
+    pub fn new(gains: &PidGains) -> Self {
+        Self(Pid::new(gains))
+    }
+
+    /// Takes new gains; the integrators stay.
+    pub fn set_gains(&mut self, gains: &PidGains) {
+        self.0.set_gains(gains);
+    }
+}
+
+impl Law for PidGangedNozzle {
+    fn step(&mut self, input: &LawInput<'_>) -> MainCommand {
+        let (state, aircraft) = (input.state, input.model.aircraft());
+        let mut command = self.0.step(input);
+        // The elevator counts as far as it can go.
+        let [min, max] = aircraft.effectors.command_range(|gains| gains.pitch);
+        let elevator = command.elevator_rad.max(min).min(max);
+        command.nozzle_pitch_rad = -(elevator - aircraft.trim.elevator_rad);
+        command.nozzle_yaw_rad =
+            NOZZLE_YAW_PER_SIDESLIP * state.beta + NOZZLE_YAW_PER_YAW_RATE_S * state.rates.z;
+        command
+    }
+
+    fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
+        self.0.start_from(input, command);
+    }
+
+    fn states(&mut self, visit: &mut Visitor<'_>) {
+        self.0.states(visit);
     }
 }
 

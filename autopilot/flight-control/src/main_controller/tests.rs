@@ -130,3 +130,14 @@ fn without_a_law_of_its_own_the_pid_flies() {
         assert_eq!(step(&mut own, None), step(&mut pid, None));
     }
 }
+
+#[test]
+fn the_integral_stops_at_its_limit_and_comes_back_at_once() {
+    let mut integral = Integral::default();
+    for _ in 0..100 {
+        integral.add(0.1, 0.5);
+    }
+    assert_eq!(integral.value(), 0.5);
+    integral.add(-0.1, 0.5);
+    assert!((integral.value() - 0.4).abs() < 1.0e-15);
+}

@@ -1,72 +1,44 @@
 //! Gains of the relief.
 
-use serde::{Deserialize, Serialize};
-
-/// Gains of [`super::Relief`]; rows `RLF_*` of the parameter table.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ReliefGains {
-    /// Lag on the yaw shortage, s.
-    pub shortage_lag_s: f64,
-    /// Yaw shortage at which the roll relief is full, rad/s².
-    pub shortage_full: f64,
-    /// Time constant with which the roll relief comes, s.
-    pub rise_s: f64,
-    /// Time constant with which it goes, s.
-    pub fall_s: f64,
-    /// Time by which the relief leads the sideslip, s.
-    pub lead_s: f64,
-    /// Sideslip from which on it leads, rad.
-    pub lead_beta_rad: f64,
-    /// Nozzle yaw that the allocation leaves for what is quicker than the lag, rad.
-    pub reserve_rad: f64,
-    /// Thrust that a growing yaw shortage asks for, as a multiple of what would give its growth at 0.2 rad of nozzle.
-    pub boost: f64,
-    /// Time over which the growth counts, s.
-    pub boost_s: f64,
-    /// Airspeed above its reference from which on no more thrust is asked for, fading over the same again, m/s.
-    pub boost_over_m_s: f64,
-    /// Part of the nozzle's pitch travel that the thrust floor leaves to a steady demand.
-    pub floor_use: f64,
-    /// Largest thrust floor as a part of the drag: the rest is how the aircraft can still slow down.
-    pub floor_drag: f64,
-    /// How far the estimate has to swing from one turn to the next, and come back, to count, in units of the activation levels.
-    pub oscillation_level: f64,
-    /// Half cycles in a row after which the compensator yields.
-    pub oscillation_count: f64,
-    /// Time constant of the part of the estimate that is still compensated then, s.
-    pub yield_lag_s: f64,
-    /// Part of the aileron command of the main controller that is held back where the oscillation goes on all the same.
-    pub yield_main: f64,
-    /// Time after which the compensator tries again; it doubles each time that the oscillation is back, s.
-    pub retry_s: f64,
-}
-
-impl Default for ReliefGains {
-    fn default() -> Self {
-        Self::REFERENCE
-    }
-}
-
-impl ReliefGains {
+gain_set! {
+    /// Gains of [`super::Relief`]; rows `RLF_*` of the parameter table.
+    ///
     /// This project's choice; docs/beyond-the-paper.md says what they were flown with.
-    pub const REFERENCE: Self = Self {
-        shortage_lag_s: 1.0,
-        shortage_full: 0.02,
-        rise_s: 0.03,
-        fall_s: 1.5,
-        lead_s: 0.5,
-        lead_beta_rad: 0.14,
-        reserve_rad: 0.035,
-        boost: 2.0,
-        boost_s: 5.0,
-        boost_over_m_s: 10.0,
-        floor_use: 0.85,
-        floor_drag: 0.85,
-        oscillation_level: 0.7,
-        oscillation_count: 3.0,
-        yield_lag_s: 1.5,
-        yield_main: 0.5,
-        retry_s: 20.0,
-    };
+    #[serde(default)]
+    ReliefGains at relief {
+        /// Lag on the yaw shortage, s.
+        shortage_lag_s = 1.0, "RLF_LAG" "s", 0.05 to 20.0, "Lag on the yaw acceleration that is missing";
+        /// Yaw shortage at which the roll relief is full, rad/s².
+        shortage_full = 0.02, "RLF_FULL" "rad/s^2", 0.001 to 10.0, "Missing yaw acceleration at which the roll relief is full";
+        /// Time constant with which the roll relief comes, s.
+        rise_s = 0.03, "RLF_T_UP" "s", 0.005 to 10.0, "Time constant with which the roll relief comes";
+        /// Time constant with which it goes, s.
+        fall_s = 1.5, "RLF_T_DOWN" "s", 0.005 to 60.0, "Time constant with which the roll relief goes";
+        /// Time by which the relief leads the sideslip, s.
+        lead_s = 0.5, "RLF_LEAD" "s", 0.0 to 5.0, "Time by which the roll relief leads the sideslip";
+        /// Sideslip from which on it leads, rad.
+        lead_beta_rad = 0.14, "RLF_LEAD_B" "rad", 0.0 to 1.0, "Sideslip from which on the roll relief leads it";
+        /// Nozzle yaw that the allocation leaves for what is quicker than the lag, rad.
+        reserve_rad = 0.035, "RLF_RESERVE" "rad", 0.0 to 0.1, "Nozzle yaw that is kept for what is quicker than RLF_LAG";
+        /// Thrust that a growing yaw shortage asks for, as a multiple of what would give its growth at 0.2 rad of nozzle.
+        boost = 2.0, "RLF_BOOST" "-", 0.0 to 20.0, "Thrust for a growing yaw shortage, as a multiple of what gives it at 0.2 rad of nozzle";
+        /// Time over which the growth counts, s.
+        boost_s = 5.0, "RLF_BOOST_T" "s", 0.05 to 60.0, "Time over which the growth counts";
+        /// Airspeed above its reference from which on no more thrust is asked for, fading over the same again, m/s.
+        boost_over_m_s = 10.0, "RLF_BOOST_V" "m/s", 0.1 to 200.0, "Airspeed above its reference from which on the boost fades, over the same again";
+        /// Part of the nozzle's pitch travel that the thrust floor leaves to a steady demand.
+        floor_use = 0.85, "RLF_FLOOR" "-", 0.1 to 1.0, "Part of the nozzle pitch travel that the thrust floor leaves to a steady demand";
+        /// Largest thrust floor as a part of the drag: the rest is how the aircraft can still slow down.
+        floor_drag = 0.85, "RLF_FLOOR_D" "-", 0.0 to 2.0, "Largest thrust floor as a part of the drag";
+        /// How far the estimate has to swing from one turn to the next, and come back, to count, in units of the activation levels.
+        oscillation_level = 0.7, "RLF_OSC_LVL" "-", 0.01 to 100.0, "Swing of an oscillating estimate that counts, in activation levels";
+        /// Half cycles in a row after which the compensator yields.
+        oscillation_count = 3.0, "RLF_OSC_N" "-", 2.0 to 100.0, "Half cycles in a row after which the compensator yields";
+        /// Time constant of the part of the estimate that is still compensated then, s.
+        yield_lag_s = 1.5, "RLF_OSC_LAG" "s", 0.05 to 60.0, "Lag on the estimate that is still compensated then";
+        /// Part of the aileron command of the main controller that is held back where the oscillation goes on all the same.
+        yield_main = 0.5, "RLF_OSC_MAIN" "-", 0.0 to 1.0, "Part of the aileron command of the main controller that is held back where it oscillates on";
+        /// Time after which the compensator tries again; it doubles each time that the oscillation is back, s.
+        retry_s = 20.0, "RLF_OSC_RETRY" "s", 1.0 to 600.0, "Time after which it tries again; doubles each time the oscillation is back";
+    }
 }

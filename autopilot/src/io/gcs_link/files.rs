@@ -1,6 +1,5 @@
 //! Files next to the link: those saved for the next start, the log folder, the log of traffic.
 
-use std::io;
 use std::path::PathBuf;
 
 use tracing::{info, warn};
@@ -46,8 +45,10 @@ pub(super) struct Stores {
 
 impl Stores {
     pub(super) fn open(config: &GcsConfig) -> Result<Self, GcsError> {
-        let failed = |name| move |source: io::Error| GcsError::Store { name, source };
-        let open = |file, name| Store::open(file, name).map_err(failed(name));
+        let open = |file, name| {
+            Store::open(file, name)
+                .map_err(|error| GcsError::Start(format!("cannot keep the {name}: {error}")))
+        };
         let GcsConfig { kept, kept_plan, kept_key, .. } = config;
         Ok(Self {
             parameters: kept

@@ -69,11 +69,7 @@ impl Sockets {
     /// Addresses of the open sockets, with the ports that the system chose.
     pub(super) fn listening(&self, links: &Links) -> Result<Listening, GcsError> {
         let failed = |link, requested: Option<SocketAddr>| {
-            move |source: io::Error| GcsError::Bind {
-                link,
-                address: requested.unwrap_or(links.client_bind),
-                source,
-            }
+            GcsError::bind(link, requested.unwrap_or(links.client_bind))
         };
         let udp = self.server.as_ref().map(Udp::local_address).transpose();
         let tcp = self.tcp.as_ref().map(TcpServer::local_address).transpose();
@@ -154,7 +150,7 @@ impl Udp {
     async fn open(link: &'static str, address: SocketAddr) -> Result<Self, GcsError> {
         #[expect(clippy::disallowed_methods, reason = "the ground-station link is I/O")]
         let socket = UdpSocket::bind(address).await;
-        let socket = socket.map_err(|source| GcsError::Bind { link, address, source })?;
+        let socket = socket.map_err(GcsError::bind(link, address))?;
         Ok(Self { socket, unsent: None, send_errors: 0 })
     }
 
@@ -242,8 +238,7 @@ struct Client {
 
 impl TcpServer {
     pub(super) fn open(address: SocketAddr) -> Result<Self, GcsError> {
-        let failed = |source| GcsError::Bind { link: TCP_SERVER, address, source };
-        let listener = listen(address).map_err(failed)?;
+        let listener = listen(address).map_err(GcsError::bind(TCP_SERVER, address))?;
         Ok(Self { listener, clients: Vec::new(), next: 0, turn: 0, accept_errors: 0 })
     }
 

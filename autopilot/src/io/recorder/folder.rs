@@ -11,7 +11,6 @@ use tracing::{info, warn};
 const ENDINGS: [&str; 2] = ["ulg", "tlog"];
 /// Characters of `yyyymmdd-hhmmss`.
 const STAMP: usize = 15;
-const DAY_S: u64 = 86_400;
 
 /// Creates the folder if needed, and writes to it once.
 pub fn prepare(folder: &Path) -> io::Result<()> {
@@ -62,32 +61,13 @@ fn begun(stamp: &str) -> Option<u64> {
     }
     let (year, month, day) = (digits(0, 4)?, digits(4, 6)?, digits(6, 8)?);
     let (hour, minute, second) = (digits(9, 11)?, digits(11, 13)?, digits(13, 15)?);
-    let is_date = year >= 1970
-        && (1..=12).contains(&month)
-        && (1..=days_of_month(year, month)).contains(&day);
-    if !is_date || hour > 23 || minute > 59 || second > 59 {
-        return None;
-    }
-    let years: u64 = (1970..year).map(days_of_year).sum();
-    let months: u64 = (1..month).map(|month| days_of_month(year, month)).sum();
-    Some((years + months + day - 1) * DAY_S + hour * 3600 + minute * 60 + second)
-}
-
-fn is_leap(year: u64) -> bool {
-    (year.is_multiple_of(4) && !year.is_multiple_of(100)) || year.is_multiple_of(400)
-}
-
-fn days_of_year(year: u64) -> u64 {
-    if is_leap(year) { 366 } else { 365 }
-}
-
-fn days_of_month(year: u64, month: u64) -> u64 {
-    match month {
-        2 if is_leap(year) => 29,
-        2 => 28,
-        4 | 6 | 9 | 11 => 30,
-        _ => 31,
-    }
+    // Days from 1 March 0000, as in `stamp`, whose result is the same only for a date and a time that exist.
+    let (year, month) =
+        if month > 2 { (year, month - 3) } else { (year.checked_sub(1)?, month + 9) };
+    let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
+    let days = days.checked_sub(719_469)?;
+    let utc_s = days * 86_400 + hour * 3_600 + minute * 60 + second;
+    (self::stamp(utc_s) == stamp).then_some(utc_s)
 }
 
 /// Removes the oldest logs until they have at most `limit` bytes together. It keeps logs that are being written, and
