@@ -3,7 +3,7 @@
 use crate::sources::{Source, assert_none, contains_word, files, shipped};
 
 /// Longest file, lines before its tests.
-const LINES_MAX: usize = 500;
+const LINES_MAX: usize = 900;
 
 /// Files in which the lint `disallowed_methods` may be lifted, and why. An entry that ends in `/` is a folder.
 const MAY_TOUCH_THE_OUTSIDE: [(&str, &str); 4] = [
@@ -391,7 +391,7 @@ fn transcendental_functions_of_laws_and_plant_come_from_libm() {
 }
 
 #[test]
-fn no_file_is_longer_than_500_lines_before_its_tests() {
+fn no_file_is_longer_than_900_lines_before_its_tests() {
     let mut offences = Vec::new();
     for source in shipped() {
         let lines = source.lines().len();

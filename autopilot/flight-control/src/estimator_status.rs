@@ -72,10 +72,8 @@ pub struct EstimatorStatus {
     /// Standard deviation of the wind: root of the sum of its three variances, m/s.
     pub wind_m_s: f32,
     /// Standard deviation of the airspeed, m/s.
-    #[serde(default)]
     pub airspeed_m_s: f32,
     /// Standard deviations of angle of attack and sideslip, rad.
-    #[serde(default)]
     pub flow_rad: [f32; 2],
     /// The same of the biases of the gyros, rad/s.
     pub gyro_bias_rad_s: f32,

@@ -22,22 +22,17 @@ use crate::main_controller::pid::PidGains;
 use crate::relief::gains::ReliefGains;
 
 /// All gains and selections of the flight control.
-///
-/// What an older log does not have is as in [`Gains::REFERENCE`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
 pub struct Gains {
     /// How references are shaped.
     pub references: ReferenceGains,
     /// Step one: the PID, alone and with the ganged nozzle.
-    #[serde(alias = "main")]
     pub pid: PidGains,
     /// Step one: the nonlinear dynamic inversion.
     pub ndi: NdiGains,
     /// Step one: the linear quadratic regulator.
     pub lqr: LqrGains,
     /// Step two a: the NESO.
-    #[serde(alias = "observer")]
     pub neso: NesoGains,
     /// Step two a: the linear observer.
     pub linear_eso: LinearEsoGains,
@@ -83,22 +78,16 @@ pub struct Selection {
     /// The law of the healthy aircraft.
     pub main: MainLaw,
     /// The estimator of the compensator.
-    #[serde(default)]
     pub compensator_law: CompensatorLaw,
     /// How the compensating demand is allocated to the effectors.
-    #[serde(default)]
     pub allocation: AllocationMode,
     /// What the verdict of the isolation is good for.
-    #[serde(default)]
     pub isolation: IsolationMode,
     /// Where the navigation state comes from; counts at the start of a flight.
-    #[serde(default)]
     pub state: StateSource,
     /// The Earth that the estimator assumes; counts at the start of a flight.
-    #[serde(default)]
     pub earth: EarthShape,
     /// Which numbers the estimator uses.
-    #[serde(default)]
     pub estimator: EstimatorPreset,
 }
 

@@ -50,7 +50,6 @@ pub struct NavigationState {
     /// Which parts come from this tick's samples, or are estimated well enough.
     pub valid: Validity,
     /// State and quality of the estimate; `None` where the parts are samples.
-    #[serde(default)]
     pub estimate: Option<EstimatorStatus>,
 }
 

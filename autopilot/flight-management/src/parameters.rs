@@ -7,7 +7,6 @@ use flight_control::{
 };
 
 use crate::vehicle::LinkLossAction;
-use crate::vehicle::limits::roll_slew_deg_s;
 pub use crate::vehicle::limits::{NavigationParameters, ReferenceLimits};
 
 mod compatibility;
@@ -74,7 +73,8 @@ impl Default for Parameters {
                 acceptance_m: 500.0,
                 climb_max_m_s: 30.0,
                 return_altitude_m: 5_000.0,
-                roll_slew_deg_s: roll_slew_deg_s(),
+                // The ailerons of the paper's jet follow it without reaching their stops.
+                roll_slew_deg_s: 20.0,
             },
             link: LinkParameters {
                 loss_action: LinkLossAction::Continue,

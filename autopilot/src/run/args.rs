@@ -158,7 +158,7 @@ pub struct AutopilotArgs {
     #[arg(long, value_name = "IP:PORT")]
     pub plant_link: Option<SocketAddr>,
     /// The controller's model of the aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE", default_value = MODELS[0].0)]
+    #[arg(long, alias = "belief", value_name = "NAME|FILE", default_value = MODELS[0].0)]
     pub model: PathBuf,
     /// References by time: nominal, case1, case2, or a file
     #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]

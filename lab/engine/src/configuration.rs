@@ -24,7 +24,7 @@ pub struct AircraftArgs {
     #[arg(long, value_name = "NAME|FILE")]
     pub airframe: Option<PathBuf>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
-    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE")]
+    #[arg(long, alias = "belief", value_name = "NAME|FILE")]
     pub model: Option<PathBuf>,
     /// Set a key of the scenario (plant.wind.turbulence_m_s), the airframe (airframe.mass.mass_kg) or the model (model.…), or a
     /// parameter (FTC_MODE); may be repeated

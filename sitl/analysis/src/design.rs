@@ -45,7 +45,7 @@ const DIGITS: usize = 6;
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
     /// The controller's model: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    #[arg(long, alias = "belief", value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
     model: PathBuf,
     /// Where the gains go; `--gains FILE` flies them
     #[arg(long, value_name = "FILE")]

@@ -71,7 +71,7 @@ pub struct LaunchArgs {
     #[arg(long, value_name = "NAME|FILE")]
     airframe: Option<String>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
-    #[arg(long, visible_alias = "belief", value_name = "NAME|FILE")]
+    #[arg(long, alias = "belief", value_name = "NAME|FILE")]
     model: Option<String>,
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]

@@ -24,15 +24,8 @@ pub struct NavigationParameters {
     pub climb_max_m_s: f64,
     /// Altitude of the return, m above the ellipsoid.
     pub return_altitude_m: f64,
-    /// Fastest change of a roll reference that the guidance commands, deg/s; older logs have the default.
-    #[serde(default = "roll_slew_deg_s")]
+    /// Fastest change of a roll reference that the guidance commands, deg/s.
     pub roll_slew_deg_s: f64,
-}
-
-/// Default of [`NavigationParameters::roll_slew_deg_s`]: the ailerons of the paper's jet follow it without reaching
-/// their stops.
-pub(crate) fn roll_slew_deg_s() -> f64 {
-    20.0
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
