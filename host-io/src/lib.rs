@@ -43,6 +43,7 @@ pub mod file;
 pub mod folder;
 pub mod health;
 pub mod instance;
+pub mod problem;
 pub mod process;
 pub mod session;
 pub mod socket;

@@ -1,5 +1,6 @@
 //! The aircraft as data: an airframe file becomes an [`Airframe`].
 
+use host_io::problem::Problem;
 use std::path::Path;
 
 use icd::effector_list::Name;
@@ -9,7 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::aerodynamics::{Aerodynamics, AirForces, Geometry, SurfaceDerivatives};
-use crate::config::{self, ConfigError};
+use crate::config;
 use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
 use crate::limits::FlightLimits;
@@ -18,8 +19,8 @@ use crate::range::{RangeError, check_range};
 use crate::rigid_body::MassProperties;
 use crate::servos::{DELAY_MAX_S, Imperfections, Servo};
 use crate::start::Start;
+use crate::tables::stored;
 use crate::tables::thrust::Propulsion;
-use crate::tables::{TablesError, stored};
 
 mod file;
 
@@ -142,12 +143,12 @@ pub struct AirData {
 
 impl Airframe {
     /// Reads an airframe file; errors call it `name`.
-    pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
+    pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
         file::read(name, config::parse(name, text)?, Some(text))
     }
 
     /// Reads a file that was parsed already and may have been changed since.
-    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
         file::read(name, table, None)
     }
 
@@ -292,7 +293,7 @@ impl Airframe {
     }
 
     /// Checks that the tables can be evaluated.
-    pub fn check_tables(&self) -> Result<(), TablesError> {
+    pub fn check_tables(&self) -> Result<(), Problem> {
         AirForces::new(self)?;
         self.propulsion.as_ref().map(Propulsion::build).transpose()?;
         Ok(())

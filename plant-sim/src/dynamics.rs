@@ -2,6 +2,7 @@
 //!
 //! One evaluation runs down the signal path: effective deflections, air, forces and moments, motion.
 
+use host_io::problem::Problem;
 use icd::{Body, Effector, Ned, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 
@@ -16,7 +17,6 @@ use crate::integrator::rk4;
 use crate::propulsion::Jet;
 use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::{Inert, ServoDynamics};
-use crate::tables::TablesError;
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
 
@@ -145,7 +145,7 @@ impl State {
 }
 
 impl Dynamics {
-    pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, TablesError> {
+    pub fn new(airframe: Airframe, earth: Earth) -> Result<Self, Problem> {
         airframe.check()?;
         let mass = airframe.mass_properties().expect("the check refuses impossible masses");
         let servo_dynamics = ServoDynamics::new(&airframe.servos);

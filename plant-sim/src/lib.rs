@@ -79,7 +79,6 @@ pub mod wind;
 mod testing;
 
 pub use airframe::Airframe;
-pub use config::ConfigError;
 pub use date::Date;
 pub use earth::EarthModel;
 pub use faults::ScheduledFault;

@@ -1,10 +1,10 @@
 //! Thrust and nozzle angles to force and moment.
 
+use host_io::problem::Problem;
 use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector};
 
 use crate::airframe::{Nozzle, NozzleShape};
 use crate::rigid_body::Wrench;
-use crate::tables::TablesError;
 use crate::tables::thrust::{Engine, EngineAir, Propulsion};
 
 /// Halvings of the lever's travel: to the last bit.
@@ -30,7 +30,7 @@ impl Jet {
         list: &EffectorList,
         nozzle: Option<&Nozzle>,
         propulsion: Option<&Propulsion>,
-    ) -> Result<Self, TablesError> {
+    ) -> Result<Self, Problem> {
         let angles = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw];
         Ok(Self {
             arm_m: nozzle.map_or(0.0, |nozzle| nozzle.arm_m),

@@ -4,6 +4,8 @@
 //! ignored, so that neither side needs to know the other's keys. A file with `[checkcase]` is flown without a controller
 //! ([`case`]).
 
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
@@ -14,8 +16,7 @@ use serde::de::{Error as _, IgnoredAny};
 use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::config::keys::gather;
-use crate::config::{self, ConfigError, units};
-use crate::date::NoDate;
+use crate::config::{self, units};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::range::check_range;
@@ -75,11 +76,7 @@ pub struct PlantPart {
 
 impl Scenario {
     /// Reads a scenario file for an aircraft with these effectors; errors call it `name`.
-    pub fn from_toml(
-        name: &str,
-        text: &str,
-        effectors: &EffectorList,
-    ) -> Result<Self, ConfigError> {
+    pub fn from_toml(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, Problem> {
         ScenarioFile::parse(name, text)?.into_scenario(name, effectors)
     }
 
@@ -88,7 +85,7 @@ impl Scenario {
         name: &str,
         table: toml::Table,
         effectors: &EffectorList,
-    ) -> Result<Self, ConfigError> {
+    ) -> Result<Self, Problem> {
         ScenarioFile::of_table(name, table)?.into_scenario(name, effectors)
     }
 }
@@ -132,33 +129,32 @@ pub struct ScenarioFile {
 }
 
 impl ScenarioFile {
-    fn parse(name: &str, text: &str) -> Result<Self, ConfigError> {
+    fn parse(name: &str, text: &str) -> Result<Self, Problem> {
         config::parse_in_units(name, text, known_keys())
     }
 
-    fn of_table(name: &str, mut table: toml::Table) -> Result<Self, ConfigError> {
+    fn of_table(name: &str, mut table: toml::Table) -> Result<Self, Problem> {
         convert_units(name, &mut table)?;
         config::of_table(name, table)
     }
 
-    fn into_scenario(self, name: &str, effectors: &EffectorList) -> Result<Scenario, ConfigError> {
+    fn into_scenario(self, name: &str, effectors: &EffectorList) -> Result<Scenario, Problem> {
         let of_cases = [("checkcase", self.checkcase.is_some())].into_iter();
         if let Some((section, _)) =
             of_cases.chain(self.plant.of_cases()).find(|(_, is_there)| *is_there)
         {
             let other = "an autopilot: `sitl study checkcase` flies it";
-            return Err(ConfigError::Excluded { file: name.to_owned(), section, other });
+            return Err(problem!("{name}: [{section}] has no meaning beside {other}"));
         }
         if self.plant.seed.is_none() {
-            let source = Box::new(toml::de::Error::missing_field("seed"));
-            return Err(ConfigError::Toml { file: name.to_owned(), source });
+            return Err(toml::de::Error::missing_field("seed")).at(name);
         }
         Ok(Scenario { plant: self.plant.into_part(name, effectors)? })
     }
 }
 
 /// Converts the keys of a parsed file that have units of its sources to those that its reader has.
-pub fn convert_units(name: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+pub fn convert_units(name: &str, table: &mut toml::Table) -> Result<(), Problem> {
     units::convert(name, table, known_keys()).map(drop)
 }
 
@@ -224,13 +220,11 @@ impl PlantTable {
         ]
     }
 
-    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, ConfigError> {
-        let range = config::in_file(file);
+    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, Problem> {
         if let Some(duration_s) = self.duration_s {
-            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)
-                .map_err(&range)?;
+            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS).at(file)?;
         }
-        self.start.over(&Start::NOT_USED).check().map_err(&range)?;
+        self.start.over(&Start::NOT_USED).check().at(file)?;
         let table = self.wind.unwrap_or_default();
         let wind = WindSettings {
             speed_m_s: table.speed_m_s,
@@ -239,17 +233,16 @@ impl PlantTable {
             turbulence_m_s: table.turbulence_m_s,
             turbulence: table.turbulence.and_then(TurbulenceName::level),
         };
-        let profile = WindProfile::new(table.level).map_err(&range)?;
-        wind.check().map_err(&range)?;
+        let profile = WindProfile::new(table.level).at(file)?;
+        wind.check().at(file)?;
         let temperature_offset_k = self.atmosphere.unwrap_or_default().temperature_offset_k;
-        Atmosphere::check(temperature_offset_k).map_err(&range)?;
-        check_gusts(&self.gust).map_err(&range)?;
+        Atmosphere::check(temperature_offset_k).at(file)?;
+        check_gusts(&self.gust).at(file)?;
         let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
         if let Some(date) = &self.date {
-            let error = |error: NoDate| ConfigError::Date { file: file.to_owned(), source: error };
-            sensors.date = date.parse().map_err(error)?;
+            sensors.date = date.parse().at(format_args!("{file}: [plant]"))?;
         }
-        sensors.check(ControlPeriod::DEFAULT.as_micros()).map_err(&range)?;
+        sensors.check(ControlPeriod::DEFAULT.as_micros()).at(file)?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
             seed: self.seed.unwrap_or_default(),

@@ -1,5 +1,6 @@
 //! Everything that defines a flight, as plain data, and its errors.
 
+use host_io::problem::Problem;
 use icd::effector_list::Name;
 use icd::fault::{Refusal, TargetClass};
 use icd::wire::Aircraft;
@@ -14,7 +15,6 @@ use crate::range::RangeError;
 use crate::sensors::SensorSettings;
 use crate::start::Start;
 use crate::step_limit::TooQuick;
-use crate::tables::TablesError;
 use crate::trim::TrimError;
 use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
@@ -113,19 +113,16 @@ pub enum SetupError {
     #[error(transparent)]
     TooQuick(Box<TooQuick>),
     /// Its tables cannot be evaluated.
-    #[error(transparent)]
-    Tables(Box<TablesError>),
+    #[error("{0}")]
+    Tables(Problem),
     /// Level flight is not possible, so the flight has no start.
     #[error(transparent)]
     Trim(#[from] TrimError),
 }
 
-impl From<TablesError> for SetupError {
-    fn from(error: TablesError) -> Self {
-        match error {
-            TablesError::Range(range) => Self::Range(range),
-            other => Self::Tables(Box::new(other)),
-        }
+impl From<Problem> for SetupError {
+    fn from(problem: Problem) -> Self {
+        Self::Tables(problem)
     }
 }
 

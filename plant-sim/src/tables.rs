@@ -14,17 +14,15 @@
 //! ..."""
 //! ```
 
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use serde::{Deserialize, Serialize};
-
-use crate::range::RangeError;
 
 pub mod aerodynamics;
 mod csv;
 pub mod lookup;
 pub mod sum;
 pub mod thrust;
-
-pub use csv::TableError;
 
 /// Most inputs of a table.
 pub const INPUTS_MAX: usize = 4;
@@ -85,49 +83,9 @@ pub struct Input {
 }
 
 impl TableText {
-    pub fn read(&self) -> Result<Table, TableError> {
+    pub fn read(&self) -> Result<Table, Problem> {
         csv::read(self)
     }
-}
-
-/// Why a part of an airframe file with tables was refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TablesError {
-    /// A number outside its range.
-    #[error(transparent)]
-    Range(#[from] RangeError),
-    #[error("[[{section}.table]] number {number}: {source}")]
-    Table {
-        /// The part of the file.
-        section: &'static str,
-        /// Number of the table, from 1, in the order of the file.
-        number: usize,
-        source: TableError,
-    },
-    #[error("[{section}] {source}")]
-    Sum {
-        /// The part of the file.
-        section: &'static str,
-        source: sum::SumError,
-    },
-    /// Two tables have the same function.
-    #[error(
-        "[[{section}.table]] number {number}: the function {name} stands in another table too, expected one for each name"
-    )]
-    SameFunction {
-        /// The part of the file.
-        section: &'static str,
-        /// Number of the table, from 1, in the order of the file.
-        number: usize,
-        name: String,
-    },
-    /// More tables than allowed.
-    #[error("[[{section}.table]]: {found} tables, expected at most {TABLES_MAX}")]
-    TooMany {
-        /// The part of the file.
-        section: &'static str,
-        found: usize,
-    },
 }
 
 /// Parts with tables in binary files: as the text of a text file, whose keys determine its form.
@@ -154,17 +112,20 @@ pub(crate) mod stored {
 }
 
 /// Reads all tables of a part of the file.
-fn read_all(section: &'static str, texts: &[TableText]) -> Result<Vec<Table>, TablesError> {
+fn read_all(section: &'static str, texts: &[TableText]) -> Result<Vec<Table>, Problem> {
     if texts.len() > TABLES_MAX {
-        return Err(TablesError::TooMany { section, found: texts.len() });
+        let found = texts.len();
+        return Err(problem!("[[{section}.table]]: {found} tables, expected at most {TABLES_MAX}"));
     }
     let mut tables: Vec<Table> = Vec::new();
     for (index, text) in texts.iter().enumerate() {
-        let number = index + 1;
-        let table = text.read().map_err(|source| TablesError::Table { section, number, source })?;
+        let place = format!("[[{section}.table]] number {}", index + 1);
+        let table = text.read().at(&place)?;
         let known = |name: &&String| tables.iter().any(|other| other.functions.contains(name));
         if let Some(name) = table.functions.iter().find(known) {
-            return Err(TablesError::SameFunction { section, number, name: name.clone() });
+            return Err(problem!(
+                "{place}: the function {name} stands in another table too, expected one for each name"
+            ));
         }
         tables.push(table);
     }

@@ -26,10 +26,10 @@ pub mod configuration;
 pub mod fault_known;
 pub mod flight;
 pub mod law;
-pub mod problem;
 pub mod settings;
 pub mod watch;
 
 pub use builder::{SetupBuilder, SetupOptions};
 pub use flight::{Flight, FlightSetup};
-pub use problem::{At, Problem};
+pub use host_io::problem;
+pub use host_io::problem::{At, Problem};

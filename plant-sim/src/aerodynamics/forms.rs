@@ -1,5 +1,6 @@
 //! The two forms of aerodynamics in an airframe file, and each of them prepared for flight.
 
+use host_io::problem::Problem;
 use icd::{Body, EffectorList, PerEffector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
@@ -8,7 +9,7 @@ use crate::airframe::Airframe;
 use crate::mach::MachTable;
 use crate::rigid_body::Wrench;
 use crate::tables::aerodynamics::{AeroTables, TableAero};
-use crate::tables::{TablesError, stored};
+use crate::tables::stored;
 
 /// Aerodynamics as in an airframe file.
 #[derive(Debug, Clone, PartialEq)]
@@ -101,7 +102,7 @@ enum Form {
 }
 
 impl AirForces {
-    pub fn new(airframe: &Airframe) -> Result<Self, TablesError> {
+    pub fn new(airframe: &Airframe) -> Result<Self, Problem> {
         let list = &airframe.effectors;
         let surfaces = &airframe.surface_derivatives;
         let form = match (&airframe.aero, &airframe.mach) {

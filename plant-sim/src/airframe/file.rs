@@ -1,5 +1,7 @@
 //! The airframe file as written.
 
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
@@ -12,7 +14,7 @@ use serde::de::{DeserializeOwned, Error as _};
 use super::{AirData, Airframe, Mass, Nozzle};
 use crate::aerodynamics::{Aero, Aerodynamics, SurfaceDerivatives};
 use crate::config::keys::gather;
-use crate::config::{self, ConfigError, units};
+use crate::config::{self, units};
 use crate::damage::{Fuel, Panels};
 use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
@@ -81,7 +83,7 @@ pub(super) fn read(
     file: &str,
     mut table: toml::Table,
     text: Option<&str>,
-) -> Result<Airframe, ConfigError> {
+) -> Result<Airframe, Problem> {
     let has_tables = table
         .get("aerodynamics")
         .and_then(toml::Value::as_table)
@@ -102,12 +104,12 @@ fn parse<A: DeserializeOwned>(
     file: &str,
     table: toml::Table,
     text: Option<&str>,
-) -> Result<AirframeFile<A>, ConfigError> {
+) -> Result<AirframeFile<A>, Problem> {
     text.map_or_else(|| config::of_table(file, table), |text| config::parse(file, text))
 }
 
 /// Converts the keys of a parsed file that have units of its sources to those that its reader has.
-pub fn convert_units(file: &str, table: &mut toml::Table) -> Result<(), ConfigError> {
+pub fn convert_units(file: &str, table: &mut toml::Table) -> Result<(), Problem> {
     units::convert(file, table, known_keys()).map(drop)
 }
 
@@ -125,36 +127,25 @@ fn known_keys() -> &'static BTreeSet<String> {
 }
 
 impl<A> AirframeFile<A> {
-    fn into_checked(
-        self,
-        name: &str,
-        form: fn(A) -> Aerodynamics,
-    ) -> Result<Airframe, ConfigError> {
+    fn into_checked(self, name: &str, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
         let airframe = self.into_airframe(name, form)?;
         surfaces_are_there(name, &airframe)?;
-        airframe.check().map_err(config::in_file(name))?;
-        airframe.check_inertia().map_err(config::in_file(name))?;
-        let refused =
-            |source| ConfigError::Tables { file: name.to_owned(), source: Box::new(source) };
-        airframe.check_tables().map_err(refused)?;
+        airframe.check().at(name)?;
+        airframe.check_inertia().at(name)?;
+        airframe.check_tables().at(name)?;
         Ok(airframe)
     }
 
-    fn into_airframe(
-        self,
-        file: &str,
-        form: fn(A) -> Aerodynamics,
-    ) -> Result<Airframe, ConfigError> {
+    fn into_airframe(self, file: &str, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
         let (air_data, design_point, limits) = self.about_flight(file)?;
         let aero = form(self.aerodynamics);
         let has_tables = aero.derivatives().is_none();
         let name = short(file, &self.name)?;
-        let refused = |source| ConfigError::Effectors { file: file.to_owned(), source };
         let entries: Vec<EffectorEntry> =
             self.effector.iter().map(|table| table.entry(file)).collect::<Result<_, _>>()?;
         let effectors = match entries.is_empty() {
             true => EffectorList::default(),
-            false => EffectorList::new(entries).map_err(refused)?,
+            false => EffectorList::new(entries).at(file)?,
         };
         let tables: Vec<(Effector, &EffectorTable)> = effectors.all().zip(&self.effector).collect();
         let (mut servos, mut surface_derivatives) =
@@ -169,13 +160,13 @@ impl<A> AirframeFile<A> {
             .all()
             .find(|effector| effectors.kind(*effector).is_some_and(EffectorKind::is_nozzle));
         if let (Some(nozzle), None) = (nozzle, self.nozzle) {
-            let effector = effectors.name(nozzle).to_owned();
-            let (file, key) = (file.to_owned(), "[nozzle]");
-            let problem = "is missing, and a nozzle needs its arm_m and thrust_floor_n";
-            return Err(ConfigError::EffectorKey { file, effector, key, problem });
+            return Err(problem!(
+                "{file}: effector `{}`: [nozzle] is missing, and a nozzle needs its arm_m and thrust_floor_n",
+                effectors.name(nozzle)
+            ));
         }
         let excluded =
-            |section, other| Err(ConfigError::Excluded { file: file.to_owned(), section, other });
+            |section, other| Err(problem!("{file}: [{section}] has no meaning beside {other}"));
         if has_tables && self.mach.is_some() {
             return excluded("mach", "tables in [aerodynamics]: they have the input mach");
         }
@@ -202,11 +193,8 @@ impl<A> AirframeFile<A> {
     }
 
     /// Places of the air data sensors, design point and limits: an aircraft needs them, a body without effectors does not.
-    fn about_flight(&self, file: &str) -> Result<(AirData, Start, FlightLimits), ConfigError> {
-        let missing = |field| {
-            let source = Box::new(toml::de::Error::missing_field(field));
-            Err(ConfigError::Toml { file: file.to_owned(), source })
-        };
+    fn about_flight(&self, file: &str) -> Result<(AirData, Start, FlightLimits), Problem> {
+        let missing = |field| Err(toml::de::Error::missing_field(field)).at(file);
         let is_aircraft = !self.effector.is_empty();
         if is_aircraft && self.air_data.is_none() {
             return missing("air_data");
@@ -226,7 +214,7 @@ impl<A> AirframeFile<A> {
 }
 
 /// Checks that the surfaces on the parts of `[damage]` are effectors of the aircraft.
-fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), ConfigError> {
+fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), Problem> {
     let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
     for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
         let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
@@ -234,24 +222,23 @@ fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), ConfigError
             let known: Vec<&str> =
                 airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
             let key = format!("damage.{}.effector", part.key());
-            let (file, name, known) = (file.to_owned(), name.to_string(), known.join(", "));
-            return Err(ConfigError::NoSuchEffector { file, key, name, known });
+            let known = known.join(", ");
+            return Err(problem!("{file}: {key} = `{name}`, the aircraft has only {known}"));
         }
     }
     Ok(())
 }
 
 /// A name within the length limit.
-fn short(file: &str, name: &str) -> Result<Name, ConfigError> {
-    Name::from(name).map_err(|_| ConfigError::LongName {
-        file: file.to_owned(),
-        name: name.to_owned(),
-        longest: icd::effector_list::NAME_MAX,
+fn short(file: &str, name: &str) -> Result<Name, Problem> {
+    Name::from(name).map_err(|_| {
+        let longest = icd::effector_list::NAME_MAX;
+        problem!("{file}: name = `{name}` is too long, at most {longest} bytes")
     })
 }
 
 impl EffectorTable {
-    fn entry(&self, file: &str) -> Result<EffectorEntry, ConfigError> {
+    fn entry(&self, file: &str) -> Result<EffectorEntry, Problem> {
         Ok(EffectorEntry {
             name: short(file, &self.name)?,
             kind: self.kind,
@@ -261,13 +248,12 @@ impl EffectorTable {
         })
     }
 
-    fn error(&self, file: &str, key: &'static str, problem: &'static str) -> ConfigError {
-        let (file, effector) = (file.to_owned(), self.name.clone());
-        ConfigError::EffectorKey { file, effector, key, problem }
+    fn error(&self, file: &str, key: &str, problem: &str) -> Problem {
+        problem!("{file}: effector `{}`: {key} {problem}", self.name)
     }
 
     /// Checks that the effector has the keys that its kind needs, and no others.
-    fn servo(&self, file: &str) -> Result<Servo, ConfigError> {
+    fn servo(&self, file: &str) -> Result<Servo, Problem> {
         let is_angle = self.kind.is_angle();
         let of_angles = [
             ("rate_limit_deg_s", self.rate_limit_deg_s.is_some()),
@@ -306,7 +292,7 @@ impl EffectorTable {
     }
 
     /// The order of the servo, and its lag, which a second order replaces.
-    fn order(&self, file: &str) -> Result<(Option<SecondOrder>, f64), ConfigError> {
+    fn order(&self, file: &str) -> Result<(Option<SecondOrder>, f64), Problem> {
         match (self.natural_frequency_rad_s, self.damping_ratio, self.lag_s) {
             (Some(natural_frequency_rad_s), damping_ratio, _) => {
                 let damping_ratio = damping_ratio.unwrap_or(DAMPING_RATIO);
@@ -325,7 +311,7 @@ impl EffectorTable {
         }
     }
 
-    fn imperfections(&self, file: &str) -> Result<Imperfections, ConfigError> {
+    fn imperfections(&self, file: &str) -> Result<Imperfections, Problem> {
         let of_angles = [
             ("deadband_deg", self.deadband_deg),
             ("hysteresis_deg", self.hysteresis_deg),
@@ -354,7 +340,7 @@ impl EffectorTable {
         })
     }
 
-    fn derivatives(&self, file: &str, has_tables: bool) -> Result<SurfaceDerivatives, ConfigError> {
+    fn derivatives(&self, file: &str, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
         let given = [
             ("c_lift", self.c_lift),
             ("c_drag", self.c_drag),

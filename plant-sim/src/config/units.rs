@@ -3,12 +3,13 @@
 //! The last words of a key are its unit, and each quantity has several. A key that the reader does not know is converted to the
 //! one that it knows, with the same words before the unit.
 
+use host_io::problem;
+use host_io::problem::Problem;
 use std::collections::BTreeSet;
 
 use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use toml::{Table, Value};
 
-use super::ConfigError;
 use super::keys::ANY;
 
 /// Units of one quantity: the end of a key, and its value in SI units.
@@ -68,7 +69,7 @@ pub(crate) fn convert(
     file: &str,
     table: &mut Table,
     known: &BTreeSet<String>,
-) -> Result<bool, ConfigError> {
+) -> Result<bool, Problem> {
     Walk { file, known, has_converted: false }.table(table, "", "")
 }
 
@@ -80,7 +81,7 @@ struct Walk<'a> {
 
 impl Walk<'_> {
     /// `place` is the table in the list of known keys, `shown` as in the file.
-    fn table(&mut self, table: &mut Table, place: &str, shown: &str) -> Result<bool, ConfigError> {
+    fn table(&mut self, table: &mut Table, place: &str, shown: &str) -> Result<bool, Problem> {
         let below = |parent: &str, key: &str| match parent {
             "" => key.to_owned(),
             _ => format!("{parent}.{key}"),
@@ -112,7 +113,7 @@ impl Walk<'_> {
         key: &str,
         place: &str,
         shown: &str,
-    ) -> Result<(), ConfigError> {
+    ) -> Result<(), Problem> {
         let prefix = if place.is_empty() { String::new() } else { format!("{place}.") };
         if self.known.contains(&format!("{prefix}{key}"))
             || self.known.contains(&format!("{prefix}{ANY}"))
@@ -125,18 +126,25 @@ impl Walk<'_> {
             .filter(|known| !known.contains('.'))
             .find_map(|known| split(known).filter(|(other, _)| *other == stem).zip(Some(known)));
         let Some(((_, native), native_key)) = same_stem else { return Ok(()) };
-        let (file, shown) = (self.file.to_owned(), shown.to_owned());
+        let file = self.file;
         if native.quantity != unit.quantity {
             let all = native.quantity.iter().map(|(name, _)| format!("{stem}_{name}"));
             let expected = all.collect::<Vec<_>>().join(", ");
-            return Err(ConfigError::Unit { file, key: shown, unit: unit.name, expected });
+            return Err(problem!(
+                "{file}: {shown}: the unit {} does not fit, expected one of {expected}",
+                unit.name
+            ));
         }
         if table.contains_key(native_key) {
-            return Err(ConfigError::Twice { file, key: shown, other: native_key.to_owned() });
+            return Err(problem!(
+                "{file}: {shown} and {native_key} are the same quantity, expected one of them"
+            ));
         }
         let factor = unit.in_si / native.in_si;
         let value = table.remove(key).and_then(|value| scaled(&value, factor));
-        let Some(value) = value else { return Err(ConfigError::NotANumber { file, key: shown }) };
+        let value = value.ok_or_else(|| {
+            problem!("{file}: {shown} is no number, expected one, or a list of numbers")
+        })?;
         table.insert(native_key.to_owned(), value);
         self.has_converted = true;
         Ok(())

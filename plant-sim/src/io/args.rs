@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use host_io::file::{self, TEXT_MAX};
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use host_io::{Instance, Wait};
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
-use super::RunError;
 use crate::airframe::{AIRFRAMES, Airframe, DEFAULT_NAME};
 use crate::earth::EarthModel;
 use crate::plant::Plant;
@@ -89,9 +90,9 @@ pub struct PlantArgs {
 
 impl PlantArgs {
     /// The setup of the flight from the options.
-    pub fn plant_setup(&self) -> Result<PlantSetup, RunError> {
+    pub fn plant_setup(&self) -> Result<PlantSetup, Problem> {
         if let Some(path) = &self.setup {
-            let failed = || RunError::Setup { path: path.clone() };
+            let failed = || problem!("{}: not a plant setup of this version", path.display());
             let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
             return postcard::from_bytes(&bytes).map_err(|_| failed());
         }
@@ -108,29 +109,25 @@ impl PlantArgs {
             setup.wind = setup.wind.with_turbulence_m_s(intensity_m_s);
         }
         setup.check()?;
-        let file = || self.scenario.clone();
-        setup
-            .check_faults()
-            .map_err(|source| RunError::Fault { file: file(), source: Box::new(source) })?;
+        setup.check_faults().at(&self.scenario)?;
         Ok(setup)
     }
 
     /// When the flight ends at the latest: at the time of the option, or else at that of the scenario.
-    pub fn until(&self) -> Result<Option<SimTime>, RunError> {
+    pub fn until(&self) -> Result<Option<SimTime>, Problem> {
         if self.until_s.is_some() || self.setup.is_some() {
             return Ok(self.until_s);
         }
         Ok(self.scenario(&self.read_airframe()?)?.duration_s.and_then(SimTime::from_seconds))
     }
 
-    fn read_airframe(&self) -> Result<Airframe, RunError> {
+    fn read_airframe(&self) -> Result<Airframe, Problem> {
         let path = &self.airframe;
-        let (name, text) = file::shipped_or_read(path, &AIRFRAMES)
-            .map_err(|source| RunError::Read { path: path.clone(), source })?;
-        Ok(Airframe::from_toml(&name, &text)?)
+        let (name, text) = file::shipped_or_read(path, &AIRFRAMES).at(path.display())?;
+        Airframe::from_toml(&name, &text)
     }
 
-    fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, RunError> {
+    fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, Problem> {
         let (name, effectors) = (self.scenario.as_str(), &airframe.effectors);
         let scenario = match SCENARIOS.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Scenario::from_toml(name, text, effectors)?,
@@ -142,12 +139,9 @@ impl PlantArgs {
 
 impl PlantArgs {
     /// The aircraft at the start of the flight of this setup.
-    pub fn plant(&self, setup: &PlantSetup) -> Result<Plant, RunError> {
-        Plant::new(setup).map_err(|source| RunError::Flight {
-            airframe: self.airframe_name(),
-            scenario: self.scenario.clone(),
-            source: Box::new(source),
-        })
+    pub fn plant(&self, setup: &PlantSetup) -> Result<Plant, Problem> {
+        let (airframe, scenario) = (self.airframe_name(), &self.scenario);
+        Plant::new(setup).at(format_args!("airframe {airframe}, scenario {scenario}"))
     }
 
     /// Name of the airframe for messages.
@@ -156,19 +150,16 @@ impl PlantArgs {
     }
 }
 
-fn read_scenario(name: &str) -> Result<String, RunError> {
-    read(Path::new(name)).map_err(|error| match error {
-        RunError::Read { source, .. } if source.is_not_found() => RunError::NoScenario {
-            name: name.to_owned(),
-            known: SCENARIOS.map(|(name, _)| name).join(", "),
-        },
-        other => other,
-    })
-}
-
-fn read(path: &Path) -> Result<String, RunError> {
-    let read = file::read_text(path, TEXT_MAX);
-    read.map_err(|source| RunError::Read { path: path.to_path_buf(), source })
+fn read_scenario(name: &str) -> Result<String, Problem> {
+    match file::read_text(Path::new(name), TEXT_MAX) {
+        Err(problem) if problem.is_not_found() => {
+            let known = SCENARIOS.map(|(name, _)| name).join(", ");
+            Err(problem!(
+                "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
+            ))
+        }
+        read => read.at(name),
+    }
 }
 
 /// Highest number of a core that the system's masks have.

@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use host_io::problem::Problem;
 use host_io::tick_log::TickLogWriter;
 use host_io::{Stop, clock};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use tracing::{error, info};
 
 use super::header::Envelopes;
-use super::link::{Link, LinkError};
+use super::link::Link;
 use super::pacer::{Due, PaceRequest, Pacer};
 use super::parent::Parent;
 use crate::plant::Plant;
@@ -75,7 +76,7 @@ enum Answer {
 
 impl Flight<'_> {
     /// Flies until the flight ends.
-    pub(super) fn fly(&mut self) -> Result<FlightEnd, LinkError> {
+    pub(super) fn fly(&mut self) -> Result<FlightEnd, Problem> {
         let mut began: Option<Instant> = None;
         loop {
             let sensors = self.plant.sense();
@@ -113,7 +114,7 @@ impl Flight<'_> {
         next: SimTime,
         sensors: &Sensors,
         mut actuators: Actuators,
-    ) -> Result<Answer, LinkError> {
+    ) -> Result<Answer, Problem> {
         loop {
             self.parent.update(self.pacer, self.plant.time());
             let left = match self.pacer.due(self.plant.time(), next, clock::now) {
@@ -140,7 +141,7 @@ impl Flight<'_> {
     }
 
     /// Sends one packet, waits for the answer and executes its request.
-    fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Answer, LinkError> {
+    fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Answer, Problem> {
         let mut reports = Reports::new();
         reports.extend(self.reply.take());
         while !reports.is_full()
@@ -188,11 +189,7 @@ impl Flight<'_> {
         }
     }
 
-    fn stay_on_ground(
-        &mut self,
-        sensors: &Sensors,
-        wall: Duration,
-    ) -> Result<FlightEnd, LinkError> {
+    fn stay_on_ground(&mut self, sensors: &Sensors, wall: Duration) -> Result<FlightEnd, Problem> {
         let t_s = self.plant.time().as_seconds();
         match self.plant.broken_by() {
             None => info!(t_s, "the aircraft is on the ground; the plant waits for a restart"),
@@ -224,7 +221,7 @@ impl Flight<'_> {
         phase: Phase,
         sensors: &Sensors,
         wall: Duration,
-    ) -> Result<FlightEnd, LinkError> {
+    ) -> Result<FlightEnd, Problem> {
         let (time, on_ground) = (self.plant.time(), self.plant.on_ground());
         let report =
             FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };

@@ -4,6 +4,8 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use host_io::health::HealthFile;
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use host_io::{LinkSocket, Stop, clock, session};
 use icd::lockstep::{PlantEvent, PlantSide};
 use icd::wire::{
@@ -17,28 +19,6 @@ use tracing::{info, warn};
 pub(super) const RESEND_AFTER: Duration = Duration::from_millis(20);
 /// After this silence the plant warns the operator.
 const SILENCE_MAX: Duration = Duration::from_secs(1);
-
-/// Why the link has ended.
-#[derive(Debug, thiserror::Error)]
-pub enum LinkError {
-    /// The socket has failed.
-    #[error("plant link: {0}")]
-    Socket(#[from] io::Error),
-    /// The autopilot has another version of the link.
-    #[error(
-        "the autopilot speaks version {theirs} of the plant link, this plant speaks version {VERSION}"
-    )]
-    Version { theirs: u16 },
-    /// The autopilot has the model of another aircraft.
-    #[error(
-        "the autopilot's model file is of another aircraft than the airframe, {ours}; write one with \
-         `sitl aircraft linearize --airframe` and give it with --model"
-    )]
-    Aircraft { ours: Box<Aircraft> },
-    /// The autopilot found an invalid value.
-    #[error("the autopilot refused the sensor packet: {0}")]
-    Value(String),
-}
 
 /// The link to the autopilot.
 #[derive(Debug)]
@@ -111,9 +91,9 @@ impl Link {
     }
 
     /// Waits for the answer without a time limit; `None` if the process has to end.
-    pub(super) fn answer(&mut self) -> Result<Option<ActuatorPacket>, LinkError> {
+    pub(super) fn answer(&mut self) -> Result<Option<ActuatorPacket>, Problem> {
         loop {
-            let Some(bytes) = self.socket.receive(&mut self.buffer)? else {
+            let Some(bytes) = self.socket.receive(&mut self.buffer).at("plant link")? else {
                 if self.stop.is_requested() {
                     return Ok(None);
                 }
@@ -181,11 +161,21 @@ impl Link {
         unanswered
     }
 
-    fn refused(&mut self, refusal: RefusalPacket) -> Result<(), LinkError> {
+    fn refused(&mut self, refusal: RefusalPacket) -> Result<(), Problem> {
         match refusal.reason {
-            RefusalReason::Version => Err(LinkError::Version { theirs: refusal.version }),
-            RefusalReason::Value => Err(LinkError::Value(self.impossible_value())),
-            RefusalReason::Aircraft => Err(LinkError::Aircraft { ours: Box::new(self.aircraft) }),
+            RefusalReason::Version => Err(problem!(
+                "the autopilot speaks version {} of the plant link, this plant speaks version {VERSION}",
+                refusal.version
+            )),
+            RefusalReason::Value => {
+                let value = self.impossible_value();
+                Err(problem!("the autopilot refused the sensor packet: {value}"))
+            }
+            RefusalReason::Aircraft => Err(problem!(
+                "the autopilot's model file is of another aircraft than the airframe, {}; write one with \
+                 `sitl aircraft linearize --airframe` and give it with --model",
+                self.aircraft
+            )),
             RefusalReason::Busy => {
                 let unanswered = self.resend_if_due(Duration::ZERO);
                 if !unanswered.is_reported {

@@ -1,15 +1,16 @@
 //! The plant process from its options to its end.
 
-use std::io::{self, Write};
+use std::io::Write;
 use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
 use host_io::health::HealthFile;
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use host_io::tick_log::{Kind, TickLogWriter};
 use host_io::{LinkSocket, Stop, console, process};
 use tracing::{info, warn};
 
-use super::RunError;
 use super::args::PlantArgs;
 use super::flight::{Flight, FlightEnd, FlightReport};
 use super::header::Envelopes;
@@ -18,6 +19,10 @@ use super::pacer::Pacer;
 use super::parent::Parent;
 use crate::plant::Plant;
 use crate::setup::PlantSetup;
+
+/// Who speaks where the system refuses signals, threads or output.
+const PROGRAM: &str = "plant-sim";
+const TRUTH_LOG: &str = "truth log";
 
 /// Why the plant ended without an error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,10 +36,10 @@ pub enum ExitReason {
 /// Flies until the flight is complete or the process has to end.
 ///
 /// Call it before the process starts any thread: it changes how the process handles signals.
-pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
+pub fn run(args: &PlantArgs) -> Result<ExitReason, Problem> {
     let stop = Stop::new();
-    stop.on_signals()?;
-    let parent = Parent::new(args.with_parent, args.status, &stop)?;
+    stop.on_signals().at(PROGRAM)?;
+    let parent = Parent::new(args.with_parent, args.status, &stop).at(PROGRAM)?;
     let setup = args.plant_setup()?;
     // Before the socket: a flight that cannot start ends with its error instead of waiting for an autopilot.
     let plant = args.plant(&setup)?;
@@ -42,7 +47,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     let peer = resolve(&autopilot.unwrap_or_else(|| args.instance.plant_link().to_string()))?;
     let socket = LinkSocket::connect("plant-sim", "plant link", peer, args.wait, RESEND_AFTER)?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
-    let mut truth_log = args.truth_log.as_ref().map(create).transpose()?;
+    let mut truth_log = args.truth_log.as_ref().map(create).transpose().at(TRUTH_LOG)?;
     if let Some(cpu) = args.cpu
         && let Err(error) = process::pin_this_thread(cpu)
     {
@@ -50,15 +55,15 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, RunError> {
     }
     info!(autopilot = %peer, speed = %args.speed, "plant ready");
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
-    let link = Link::new(socket, setup.airframe.aircraft(), stop.clone(), health)?;
+    let link = Link::new(socket, setup.airframe.aircraft(), stop.clone(), health).at(PROGRAM)?;
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
     if let Some(log) = truth_log {
-        log.finish()?;
+        log.finish().at(TRUTH_LOG)?;
     }
     let exit = end?;
     if let (true, ExitReason::Complete(report)) = (args.report, exit) {
-        let line = serde_json::to_string(&report).map_err(io::Error::other)?;
-        writeln!(console::out(), "{line}")?;
+        let line = serde_json::to_string(&report).at(PROGRAM)?;
+        writeln!(console::out(), "{line}").at(PROGRAM)?;
     }
     Ok(exit)
 }
@@ -71,10 +76,10 @@ fn fly(
     stop: &Stop,
     parent: &Parent,
     truth_log: &mut Option<TickLogWriter>,
-) -> Result<ExitReason, RunError> {
+) -> Result<ExitReason, Problem> {
     let mut pacer = Pacer::new(setup.period, args.speed, args.start_paused);
     let mut plant = first;
-    let mut envelopes = Envelopes::new(&args.scenario, setup).map_err(io::Error::from)?;
+    let mut envelopes = Envelopes::new(&args.scenario, setup).at(PROGRAM)?;
     let airframe = args.airframe_name();
     let until = args.until()?;
     loop {
@@ -103,16 +108,19 @@ fn fly(
             FlightEnd::Restart => {
                 info!("the autopilot asks for a new flight");
                 plant = Plant::new(setup)?;
-                link.begin_session()?;
+                link.begin_session().at(PROGRAM)?;
             }
         }
     }
 }
 
-fn resolve(name: &str) -> Result<SocketAddr, RunError> {
-    let failed = |source| RunError::Resolve { name: name.to_owned(), source };
-    let mut addresses = name.to_socket_addrs().map_err(failed)?;
-    let nothing = || failed(io::Error::other("the name has no address"));
-    let address = addresses.next().ok_or_else(nothing)?;
-    if address.port() == 0 { Err(RunError::Port { name: name.to_owned() }) } else { Ok(address) }
+fn resolve(name: &str) -> Result<SocketAddr, Problem> {
+    let addresses = name.to_socket_addrs().at(format_args!("--autopilot {name}"))?.next();
+    match addresses {
+        None => Err(problem!("--autopilot {name}: the name has no address")),
+        Some(address) if address.port() == 0 => {
+            Err(problem!("--autopilot {name}: port 0 is no port; allowed are 1 to 65535"))
+        }
+        Some(address) => Ok(address),
+    }
 }

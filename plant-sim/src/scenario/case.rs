@@ -3,6 +3,8 @@
 //! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]` and `[[plant.control_step]]`
 //! describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
 
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +13,6 @@ use serde::Deserialize;
 
 use super::{ScenarioFile, StartPart};
 use crate::airframe::Airframe;
-use crate::config::{self, ConfigError};
 use crate::earth::EarthModel;
 use crate::geodesy::Geodetic;
 use crate::range::check_range;
@@ -120,16 +121,16 @@ pub struct ControlStep {
 
 impl CaseFile {
     /// Reads a file; errors call it `name`.
-    pub fn from_toml(name: &str, text: &str) -> Result<Self, ConfigError> {
+    pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
         Self::of(name, ScenarioFile::parse(name, text)?)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
-    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, ConfigError> {
+    pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
         Self::of(name, ScenarioFile::of_table(name, table)?)
     }
 
-    fn of(name: &str, mut file: ScenarioFile) -> Result<Self, ConfigError> {
+    fn of(name: &str, mut file: ScenarioFile) -> Result<Self, Problem> {
         let Some(case) = file.checkcase.take() else {
             return Err(key(
                 name,
@@ -152,11 +153,11 @@ impl CaseFile {
         self,
         airframe: Airframe,
         options: &CaseOptions,
-    ) -> Result<CheckCase, ConfigError> {
+    ) -> Result<CheckCase, Problem> {
         let Self { name, case, file } = self;
         let mut plant = file.plant;
         let excluded =
-            |section, other| Err(ConfigError::Excluded { file: name.clone(), section, other });
+            |section, other| Err(problem!("{name}: [{section}] has no meaning beside {other}"));
         if plant.start != StartPart::default() {
             return excluded("plant.start", "[checkcase], which has [plant.initial_state]");
         }
@@ -204,7 +205,7 @@ impl CaseFile {
             seed: part.seed,
             step_us: grid.step_us,
         };
-        setup.check().map_err(config::in_file(&name))?;
+        setup.check().at(&name)?;
         Ok(CheckCase {
             setup,
             duration: grid.duration,
@@ -228,18 +229,17 @@ impl Grid {
         case: &CaseTable,
         options: &CaseOptions,
         duration_s: Option<f64>,
-    ) -> Result<Self, ConfigError> {
-        let range = config::in_file(file);
+    ) -> Result<Self, Problem> {
         let step_ms = options.step_ms.or(case.step_ms).unwrap_or(STEP_MS);
         let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);
-        check_range(CASE, "step_ms", step_ms, least, most).map_err(&range)?;
+        check_range(CASE, "step_ms", step_ms, least, most).at(file)?;
         let Some(step_us) = whole(step_ms * 1_000.0) else {
             let problem = format!("= {step_ms} is no whole number of microseconds");
             return Err(key(file, CASE, "step_ms", &problem));
         };
         let rate = options.output_rate_hz.or(case.output_rate_hz).unwrap_or(OUTPUT_RATE_HZ);
         let fastest = 1.0e3 / step_ms;
-        check_range(CASE, "output_rate_hz", rate, 1.0e-3, fastest).map_err(&range)?;
+        check_range(CASE, "output_rate_hz", rate, 1.0e-3, fastest).at(file)?;
         let Some(output_us) = whole(fastest / rate).map(|steps| steps * step_us) else {
             let fitting = fastest / libm::round(fastest / rate);
             let problem = format!(
@@ -251,7 +251,7 @@ impl Grid {
         let Some(duration_s) = duration_s else {
             return Err(key(file, "plant", "duration_s", "is missing, a check case needs an end"));
         };
-        check_range("plant", "duration_s", duration_s, 1.0e-3, DURATION_MAX_S).map_err(&range)?;
+        check_range("plant", "duration_s", duration_s, 1.0e-3, DURATION_MAX_S).at(file)?;
         let Some(duration) = whole(duration_s * 1.0e6).filter(|us| us.is_multiple_of(step_us))
         else {
             let problem = format!("= {duration_s} is no whole number of steps of {step_ms} ms");
@@ -269,10 +269,9 @@ impl Grid {
     }
 
     /// The time of a control step.
-    fn time(&self, file: &str, at_s: f64) -> Result<SimTime, ConfigError> {
+    fn time(&self, file: &str, at_s: f64) -> Result<SimTime, Problem> {
         let section = "plant.control_step";
-        check_range(section, "at_s", at_s, 0.0, self.duration.as_seconds())
-            .map_err(config::in_file(file))?;
+        check_range(section, "at_s", at_s, 0.0, self.duration.as_seconds()).at(file)?;
         let whole = whole(at_s * 1.0e6).filter(|us| us.is_multiple_of(u64::from(self.step_us)));
         whole.map(SimTime::from_micros).ok_or_else(|| {
             let step_ms = f64::from(self.step_us) / 1_000.0;
@@ -294,7 +293,7 @@ fn whole(value: f64) -> Option<u64> {
 }
 
 impl InitialTable {
-    fn read(&self, file: &str, earth: EarthModel) -> Result<InitialState, ConfigError> {
+    fn read(&self, file: &str, earth: EarthModel) -> Result<InitialState, Problem> {
         let one_of = |what: &str, keys: &str, found: usize| {
             let found = if found == 0 { "none" } else { "several" };
             key(file, INITIAL, keys, &format!("- {found} of them for {what}, expected exactly one"))
@@ -339,7 +338,7 @@ impl InitialTable {
         Ok(InitialState { position, velocity, attitude, rates, is_trimmed })
     }
 
-    fn position(&self, file: &str, earth: EarthModel) -> Result<InitialPosition, ConfigError> {
+    fn position(&self, file: &str, earth: EarthModel) -> Result<InitialPosition, Problem> {
         // A flat Earth is the same everywhere.
         let coordinate = |name, value: Option<f64>| match value {
             None if earth != EarthModel::Flat => Err(key(file, INITIAL, name, "is missing")),
@@ -365,9 +364,8 @@ impl InitialTable {
     }
 }
 
-fn key(file: &str, section: &'static str, key: &str, problem: &str) -> ConfigError {
-    let (file, key, problem) = (file.to_owned(), key.to_owned(), problem.to_owned());
-    ConfigError::Key { file, section, key, problem }
+fn key(file: &str, section: &str, key: &str, problem: &str) -> Problem {
+    problem!("{file}: [{section}] {key} {problem}")
 }
 
 #[cfg(test)]

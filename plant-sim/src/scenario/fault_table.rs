@@ -3,6 +3,8 @@
 //! The table is split into keys and values here; [`icd::fault::FaultDraft`] reads them. Ranges that are independent of the
 //! aircraft are checked with file and key; [`crate::Plant::new`] checks whether the aircraft can have the fault.
 
+use host_io::problem;
+use host_io::problem::Problem;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::LazyLock;
@@ -15,7 +17,6 @@ use icd::fault::{
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use crate::config::{self, ConfigError};
 use crate::faults::ScheduledFault;
 use crate::range::{RangeError, section};
 
@@ -68,10 +69,10 @@ impl FaultTable {
         file: &str,
         number: usize,
         effectors: &EffectorList,
-    ) -> Result<ScheduledFault, ConfigError> {
-        let refused = |key, problem| {
+    ) -> Result<ScheduledFault, Problem> {
+        let refused = |key: &str, problem: String| {
             let kind = self.kind.map_or("", |info| info.key);
-            ConfigError::FaultKey { file: file.to_owned(), number, kind, key, problem }
+            problem!("{file}: [[plant.fault]] number {number}, kind {kind}: {key} {problem}")
         };
         let info = self.kind.ok_or_else(|| refused(KIND, "is missing".to_owned()))?;
         let target = self.target(file, number, effectors)?;
@@ -79,7 +80,7 @@ impl FaultTable {
         let error = |error| match error {
             FaultError::OutOfRange { what, value, min, max, .. } => {
                 let (section, key) = (section("plant.fault"), section(what.key(class)));
-                config::in_file(file)(RangeError { section, key, value, min, max })
+                problem!("{file}: {}", RangeError { section, key, value, min, max })
             }
             FaultError::Missing(field) => refused(field.key(class), "is missing".to_owned()),
             FaultError::Excludes(what, other) => {
@@ -122,7 +123,7 @@ impl FaultTable {
         file: &str,
         number: usize,
         effectors: &EffectorList,
-    ) -> Result<Target, ConfigError> {
+    ) -> Result<Target, Problem> {
         let (key, name) = (self.key(), self.target.as_ref().map_or("", |(_, name)| name));
         let has_key = |target: &Target| {
             let place = match target {
@@ -135,8 +136,9 @@ impl FaultTable {
         let all = || Target::all(effectors).filter(has_key);
         all().find(|target| target.key(effectors) == name).ok_or_else(|| {
             let known = all().map(|target| target.key(effectors)).collect::<Vec<_>>().join(", ");
-            let (file, name) = (file.to_owned(), name.to_owned());
-            ConfigError::FaultTarget { file, number, key, name, known }
+            problem!(
+                "{file}: [[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
+            )
         })
     }
 }

@@ -1,12 +1,14 @@
 //! `[plant.sensors]` of a scenario, and what it becomes.
 
+use host_io::problem;
+use host_io::problem::Problem;
 use icd::fault::SensorKind;
 use icd::{EffectorKind, EffectorList, Sensors};
 use serde::{Deserialize, Serialize};
 
 use super::{Grade, GradeName, SensorTable};
 use crate::airframe::Airframe;
-use crate::config::{self, ConfigError};
+use crate::config;
 use crate::date::Date;
 use crate::faults::Fitted;
 use crate::range::{RangeError, check_range};
@@ -82,7 +84,7 @@ pub struct SensorsTable {
 
 impl SensorsTable {
     /// The settings that the table of this scenario file means.
-    pub(crate) fn settings(&self, file: &str) -> Result<SensorSettings, ConfigError> {
+    pub(crate) fn settings(&self, file: &str) -> Result<SensorSettings, Problem> {
         let mut settings = SensorSettings::IDEAL;
         let mut grade = Grade::EXACT;
         let of_file = self.grade.and_then(GradeName::file);
@@ -96,12 +98,9 @@ impl SensorsTable {
         if let Some(noise_deg_s) = self.gyro_noise_deg_s {
             // The shipped scenarios have a noise of zero.
             if is_real && noise_deg_s != 0.0 {
-                return Err(ConfigError::Key {
-                    file: file.to_owned(),
-                    section: "plant.sensors",
-                    key: "gyro_noise_deg_s".to_owned(),
-                    problem: "is of ideal sensors; of others it is gyro.noise_deg_s".to_owned(),
-                });
+                return Err(problem!(
+                    "{file}: [plant.sensors] gyro_noise_deg_s is of ideal sensors; of others it is gyro.noise_deg_s"
+                ));
             }
             settings.gyro_noise_rad_s = noise_deg_s.to_radians();
         }

@@ -1,10 +1,11 @@
 //! Aerodynamics as sums of terms over tables: an airframe file can have them instead of derivatives.
 
+use host_io::problem::{At as _, Problem};
 use icd::Body;
 use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
-use super::{Table, TableText, TablesError, read_all};
+use super::{Table, TableText, read_all};
 use crate::aerodynamics::{AirState, Coefficients, SLOWEST_M_S};
 use crate::range::{RangeError, check_range};
 use crate::rigid_body::Wrench;
@@ -82,7 +83,7 @@ pub struct AeroTables {
 impl TableAero {
     /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs after [`AIR_INPUTS`], by
     /// their names in SI units, as in `left_elevator_rad`.
-    pub fn build(&self, effectors: &[String]) -> Result<AeroTables, TablesError> {
+    pub fn build(&self, effectors: &[String]) -> Result<AeroTables, Problem> {
         self.check()?;
         let tables = self.tables()?;
         let inputs: Vec<String> = AIR_INPUTS
@@ -90,8 +91,7 @@ impl TableAero {
             .map(|name| (*name).to_owned())
             .chain(effectors.iter().take(16).cloned())
             .collect();
-        let sums = Sums::new(&tables, &self.sum.texts(), &inputs)
-            .map_err(|source| TablesError::Sum { section: "aerodynamics.sum", source })?;
+        let sums = Sums::new(&tables, &self.sum.texts(), &inputs).at("[aerodynamics.sum]")?;
         let [x, y, z] = self.moment_reference_m;
         Ok(AeroTables {
             sums,
@@ -103,7 +103,7 @@ impl TableAero {
         })
     }
 
-    fn tables(&self) -> Result<Vec<Table>, TablesError> {
+    fn tables(&self) -> Result<Vec<Table>, Problem> {
         read_all("aerodynamics", &self.table)
     }
 

@@ -3,8 +3,10 @@
 //! Breakpoints that several tables share are searched once; the functions of a table that are evaluated at the same inputs
 //! are interpolated side by side.
 
-use super::sum::{Factor, SumError, factors};
+use super::sum::{Factor, factors};
 use super::{INPUTS_MAX, Outside, Table};
+use host_io::problem;
+use host_io::problem::Problem;
 
 /// Most different pairs of input and breakpoints.
 const AXES_MAX: usize = 16;
@@ -86,27 +88,23 @@ pub struct SumText<'a> {
     pub terms: &'a [String],
 }
 
+fn too_many(what: &str, found: usize, max: usize) -> Problem {
+    problem!("{found} {what} in all sums together, expected at most {max}")
+}
+
 impl Sums {
     /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
-    pub fn new(
-        tables: &[Table],
-        sums: &[SumText<'_>],
-        inputs: &[String],
-    ) -> Result<Self, SumError> {
+    pub fn new(tables: &[Table], sums: &[SumText<'_>], inputs: &[String]) -> Result<Self, Problem> {
         if inputs.len() > SUM_INPUTS_MAX {
             let (found, max) = (inputs.len(), SUM_INPUTS_MAX);
-            return Err(SumError::TooMany { what: "inputs", found, max });
+            return Err(too_many("inputs", found, max));
         }
         let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
         let mut products = Vec::new();
         for sum in sums {
             for text in sum.terms {
-                let form = |problem| SumError::Form {
-                    key: sum.key.to_owned(),
-                    term: text.clone(),
-                    problem,
-                };
+                let form = |problem| problem!("{}: term {text:?} {problem}", sum.key);
                 products.push((sum.output, build.product(text).map_err(form)?));
             }
         }
@@ -116,7 +114,7 @@ impl Sums {
             [("inputs of tables", build.axes.len(), AXES_MAX), ("functions", values, VALUES_MAX)]
         {
             if found > max {
-                return Err(SumError::TooMany { what, found, max });
+                return Err(too_many(what, found, max));
             }
         }
         let mut sums =

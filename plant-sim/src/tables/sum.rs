@@ -23,28 +23,6 @@ pub enum Factor {
     },
 }
 
-/// Why a sum was refused.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum SumError {
-    /// Not of the form of a term.
-    #[error("{key}: term {term:?} {problem}")]
-    Form {
-        /// Key of the sum.
-        key: String,
-        term: String,
-        /// The error and the expected form.
-        problem: String,
-    },
-    /// More terms, functions or lookups than allowed.
-    #[error("{found} {what} in all sums together, expected at most {max}")]
-    TooMany {
-        /// What exceeds its limit.
-        what: &'static str,
-        found: usize,
-        max: usize,
-    },
-}
-
 pub fn factors(term: &str) -> Result<Vec<Factor>, String> {
     let mut factors = Vec::new();
     let mut rest = term.trim();

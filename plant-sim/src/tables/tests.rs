@@ -1,5 +1,4 @@
 use super::lookup::{SumText, Sums};
-use super::sum::SumError;
 use super::*;
 use proptest::prelude::*;
 
@@ -28,7 +27,7 @@ fn grid() -> TableText {
 }
 
 /// The sum of these terms at inputs x, y_rad and z.
-fn sum(tables: &[TableText], terms: &[&str], inputs: [f64; 3]) -> Result<f64, SumError> {
+fn sum(tables: &[TableText], terms: &[&str], inputs: [f64; 3]) -> Result<f64, Problem> {
     let tables: Vec<Table> = tables.iter().map(|table| table.read().unwrap()).collect();
     let terms: Vec<String> = terms.iter().map(|term| (*term).to_owned()).collect();
     let sums = [SumText { output: 0, key: "c_x", terms: &terms }];

@@ -3,10 +3,11 @@
 //! The engine's control accepts a thrust in newton and sets its lever for it. The possible thrust is between the two
 //! ends of the lever at this Mach number and altitude; the lag belongs to the effector.
 
+use host_io::problem::{At as _, Problem};
 use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
-use super::{TableText, TablesError, read_all};
+use super::{TableText, read_all};
 use crate::range::{RangeError, check_range};
 
 /// Inputs of a term of the thrust: lever from 0 to 1, Mach number, altitude.
@@ -82,7 +83,7 @@ pub enum Engine {
 
 impl Propulsion {
     /// Checks the numbers, reads the tables and resolves every name.
-    pub fn build(&self) -> Result<Engine, TablesError> {
+    pub fn build(&self) -> Result<Engine, Problem> {
         match self {
             Self::Tables(thrust) => thrust.build(),
             Self::Propeller(propeller) => {
@@ -94,14 +95,13 @@ impl Propulsion {
 }
 
 impl ThrustTables {
-    fn build(&self) -> Result<Engine, TablesError> {
+    fn build(&self) -> Result<Engine, Problem> {
         let tables = read_all("propulsion", &self.table)?;
         let sums = |terms: &[&[String]], inputs: &[&str]| {
             let text = |(output, terms)| SumText { output, key: "thrust_n", terms };
             let sums: Vec<SumText<'_>> = terms.iter().copied().enumerate().map(text).collect();
             let inputs: Vec<String> = inputs.iter().map(|name| (*name).to_owned()).collect();
-            Sums::new(&tables, &sums, &inputs)
-                .map_err(|source| TablesError::Sum { section: "propulsion", source })
+            Sums::new(&tables, &sums, &inputs).at("[propulsion]")
         };
         let thrust = sums(&[&self.thrust_n], &THRUST_INPUTS)?;
         let other: Vec<String> = self.thrust_n.iter().map(|term| at_other_lever(term)).collect();

@@ -1,12 +1,13 @@
 //! Prescribed controls of a check case: keys of effectors, of a pilot's commands, and of the engine.
 
+use host_io::problem::Problem;
 use std::collections::BTreeMap;
 
 use icd::{EffectorKind, PerEffector};
 
 use super::key;
 use crate::airframe::Airframe;
-use crate::config::{ConfigError, units};
+use crate::config::units;
 use crate::release::Controls;
 
 const CONTROLS: &str = "plant.controls";
@@ -27,7 +28,7 @@ impl Reader<'_> {
         &self,
         table: &BTreeMap<String, f64>,
         is_trimmed: bool,
-    ) -> Result<Controls, ConfigError> {
+    ) -> Result<Controls, Problem> {
         let controls = self.change(table)?;
         let Some(engine) = self.airframe.effectors.only(EffectorKind::Engine) else {
             return Ok(controls);
@@ -53,7 +54,7 @@ impl Reader<'_> {
     }
 
     /// Controls, or changes of them.
-    pub(super) fn change(&self, table: &BTreeMap<String, f64>) -> Result<Controls, ConfigError> {
+    pub(super) fn change(&self, table: &BTreeMap<String, f64>) -> Result<Controls, Problem> {
         let mut controls = Controls::default();
         for (name, value) in table {
             if name == THROTTLE && self.has_lever() {

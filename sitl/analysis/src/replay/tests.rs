@@ -187,14 +187,6 @@ fn a_changed_input_is_another_request() {
 }
 
 #[test]
-fn inputs_of_earlier_logs_name_their_effector() {
-    let earlier = r#"{"Clear":{"effector":4}}"#;
-    let target = tvc_jet::RUDDER.into();
-    let read = serde_json::from_str::<FaultRequest>(earlier).unwrap();
-    assert_eq!(read, FaultRequest::Clear { target });
-}
-
-#[test]
 fn a_log_that_was_cut_off_is_compared_up_to_its_end() {
     let bytes = testing::log(&setup(2), &commands(), Without::default());
     for part in [3, 4, 5, 7] {
