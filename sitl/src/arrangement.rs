@@ -3,6 +3,7 @@
 //! The two never work at the same time, so what counts is how fast one wakes the other. That depends on
 //! the machine: sharing a core saves the wake-up between cores, spinning on two saves the sleep.
 
+use host_io::problem::Problem;
 use std::fmt;
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +11,7 @@ use std::process::Command;
 use host_io::Wait;
 use host_io::process::allowed_cores;
 
-use crate::process::{Process, UdpFlightError};
+use crate::process::Process;
 
 /// Time for each arrangement, ms.
 const MEASURE_MS: u64 = 30;
@@ -116,11 +117,7 @@ pub fn fastest(program: &Path) -> Measured {
 }
 
 /// Bare round trips a second between two processes in this arrangement.
-pub fn echo_rate(
-    program: &Path,
-    arrangement: &Arrangement,
-    for_ms: u64,
-) -> Result<f64, UdpFlightError> {
+pub fn echo_rate(program: &Path, arrangement: &Arrangement, for_ms: u64) -> Result<f64, Problem> {
     let start = |options: &[String]| {
         let mut command = Command::new(program);
         command.arg("echo").args(options);
@@ -131,7 +128,7 @@ pub fn echo_rate(
     options.extend(["--to".to_owned(), server.line()?, format!("--for-ms={for_ms}")]);
     let mut client = start(&options)?;
     let line = client.line()?;
-    line.parse().map_err(|_| client.unexpected(line))
+    line.parse().map_err(|_| client.unexpected(&line))
 }
 
 #[cfg(test)]

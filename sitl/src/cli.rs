@@ -339,9 +339,7 @@ fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
 fn fly_paper(options: &paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
     let outcome = match options.link {
         Link::InProcess => paper::run(options, &paper::in_process),
-        Link::Udp => {
-            paper::run(options, &|setup, sink| Ok(udp_flight::fly_udp(program, setup, sink)?))
-        }
+        Link::Udp => paper::run(options, &|setup, sink| udp_flight::fly_udp(program, setup, sink)),
     }?;
     print_line!("figures and report: {}", options.out.join("report.html").display());
     Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })

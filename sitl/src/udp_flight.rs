@@ -15,6 +15,8 @@ use std::time::Duration;
 
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::io::status::StatusLine;
+use host_io::problem;
+use host_io::problem::{At as _, Problem};
 use host_io::session;
 use host_io::tick_log::{Kind, TickLogReader};
 use nix::sys::signal::{Signal, kill};
@@ -24,7 +26,6 @@ use plant_sim::io::FlightReport;
 
 use crate::arrangement::Arrangement;
 use crate::process::Process;
-pub use crate::process::UdpFlightError;
 use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is checked while the plant flies.
@@ -37,7 +38,7 @@ pub fn fly_udp(
     program: &Path,
     setup: &FlightSetup,
     sink: &mut dyn FnMut(&Record),
-) -> Result<End, UdpFlightError> {
+) -> Result<End, Problem> {
     let folder = Folder::create()?;
     let (truth, steps) = (folder.0.join("truth.log"), folder.0.join("steps.log"));
     let logs = Logs::Ticks { truth: &truth, steps: &steps };
@@ -53,7 +54,7 @@ pub fn time_udp(
     setup: &FlightSetup,
     arrangement: &Arrangement,
     log: Option<&str>,
-) -> Result<FlightReport, UdpFlightError> {
+) -> Result<FlightReport, Problem> {
     let folder = Folder::create()?;
     let logs = log.map(|rate| Logs::Flight { rate });
     fly_processes(program, setup, arrangement, &folder.0, logs.as_ref())
@@ -73,10 +74,11 @@ fn fly_processes(
     arrangement: &Arrangement,
     folder: &Path,
     logs: Option<&Logs<'_>>,
-) -> Result<FlightReport, UdpFlightError> {
+) -> Result<FlightReport, Problem> {
     let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
-    write(&plant_file, &postcard::to_stdvec(&setup.plant)?)?;
-    write(&control_file, &postcard::to_stdvec(&setup.settings())?)?;
+    let no_setup = "the setup cannot be written";
+    fs::write(&plant_file, postcard::to_stdvec(&setup.plant).at(no_setup)?).at(no_setup)?;
+    fs::write(&control_file, postcard::to_stdvec(&setup.settings()).at(no_setup)?).at(no_setup)?;
 
     let mut autopilot = Command::new(program);
     autopilot.args([
@@ -107,7 +109,7 @@ fn fly_processes(
     let line = autopilot.line()?;
     let address: SocketAddr = match serde_json::from_str(&line) {
         Ok(StatusLine::Listening { plant_link, .. }) => plant_link,
-        _ => return Err(autopilot.unexpected(line)),
+        _ => return Err(autopilot.unexpected(&line)),
     };
     plant.args(["--autopilot", &address.to_string()]);
     let plant = Process::start("plant-sim", plant)?;
@@ -117,29 +119,26 @@ fn fly_processes(
 }
 
 /// Waits for the plant's report, and for the autopilot's end, which the plant would outwait.
-fn wait_for_report(
-    plant: Process,
-    autopilot: &mut Process,
-) -> Result<FlightReport, UdpFlightError> {
+fn wait_for_report(plant: Process, autopilot: &mut Process) -> Result<FlightReport, Problem> {
     let (sender, receiver) = mpsc::channel();
     let id = plant.child.id();
     let watch = move || {
         let mut plant = plant;
         let report = plant.line().and_then(|line| {
-            let report = serde_json::from_str(&line).map_err(|_| plant.unexpected(line))?;
+            let report = serde_json::from_str(&line).map_err(|_| plant.unexpected(&line))?;
             plant.end()?;
             Ok(report)
         });
         // Nobody waits for it any more if the autopilot has ended first.
         let _ = sender.send(report);
     };
-    let failed = |source| UdpFlightError::System { what: "cannot watch a process", source };
-    thread::Builder::new().name("plant".to_owned()).spawn(watch).map_err(failed)?;
+    let unwatched = "cannot watch a process";
+    thread::Builder::new().name("plant".to_owned()).spawn(watch).at(unwatched)?;
     loop {
         if let Ok(result) = receiver.recv_timeout(WATCH_EVERY) {
             return result;
         }
-        if autopilot.child.try_wait().map_err(failed)?.is_some() {
+        if autopilot.child.try_wait().at(unwatched)?.is_some() {
             let plant = Pid::from_raw(i32::try_from(id).unwrap_or(i32::MAX));
             // It may have ended by itself in the meantime.
             let _ = kill(plant, Signal::SIGTERM);
@@ -148,13 +147,8 @@ fn wait_for_report(
     }
 }
 
-fn write(path: &Path, bytes: &[u8]) -> Result<(), UdpFlightError> {
-    let failed = |source| UdpFlightError::System { what: "cannot write a setup", source };
-    fs::write(path, bytes).map_err(failed)
-}
-
 /// Both logs, tick by tick.
-fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<(), UdpFlightError> {
+fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<(), Problem> {
     let mut truths = TickLogReader::open(truth, Kind::Truth)?;
     let mut steps = TickLogReader::open(steps, Kind::ControlSteps)?;
     for tick in 0.. {
@@ -166,7 +160,9 @@ fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<()
             (truth, step) => {
                 let plant = truth.map(|truth| truth.time);
                 let autopilot = step.map(|(time, _)| time);
-                return Err(UdpFlightError::Tick { tick, plant, autopilot });
+                return Err(problem!(
+                    "tick {tick}: the plant says {plant:?}, the autopilot {autopilot:?}"
+                ));
             }
         }
     }
@@ -177,11 +173,11 @@ fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<()
 struct Folder(PathBuf);
 
 impl Folder {
-    fn create() -> Result<Self, UdpFlightError> {
-        let failed = |source| UdpFlightError::System { what: "cannot create a folder", source };
-        let unique = session::shown(session::draw().map_err(failed)?);
+    fn create() -> Result<Self, Problem> {
+        let no_folder = "cannot create a folder";
+        let unique = session::shown(session::draw().at(no_folder)?);
         let path = std::env::temp_dir().join(format!("sitl-{}-{unique}", std::process::id()));
-        fs::create_dir(&path).map_err(failed)?;
+        fs::create_dir(&path).at(no_folder)?;
         Ok(Self(path))
     }
 }
