@@ -4,8 +4,7 @@
 //! ignored, so that neither side needs to know the other's keys. A file with `[checkcase]` is flown without a controller
 //! ([`case`]).
 
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 

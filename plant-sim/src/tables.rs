@@ -14,8 +14,7 @@
 //! ..."""
 //! ```
 
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use serde::{Deserialize, Serialize};
 
 pub mod aerodynamics;

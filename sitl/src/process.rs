@@ -3,8 +3,7 @@
 use std::io::{self, BufRead, BufReader, Read};
 use std::process::{Child, ChildStdout, Command, Stdio};
 
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 
 const NO_END: &str = "cannot wait for a process";
 

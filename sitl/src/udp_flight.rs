@@ -15,8 +15,7 @@ use std::time::Duration;
 
 use autopilot::io::plant_link::LoggedStep;
 use autopilot::io::status::StatusLine;
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use host_io::session;
 use host_io::tick_log::{Kind, TickLogReader};
 use nix::sys::signal::{Signal, kill};

@@ -1,7 +1,6 @@
 //! The airframe file as written.
 
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 

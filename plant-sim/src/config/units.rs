@@ -3,8 +3,7 @@
 //! The last words of a key are its unit, and each quantity has several. A key that the reader does not know is converted to the
 //! one that it knows, with the same words before the unit.
 
-use host_io::problem;
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use std::collections::BTreeSet;
 
 use icd::units::{DEG, STANDARD_GRAVITY_M_S2};

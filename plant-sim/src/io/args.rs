@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use host_io::file::{self, TEXT_MAX};
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use host_io::{Instance, Wait};
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};

@@ -4,8 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use host_io::health::HealthFile;
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use host_io::{LinkSocket, Stop, clock, session};
 use icd::lockstep::{PlantEvent, PlantSide};
 use icd::wire::{

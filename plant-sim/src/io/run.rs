@@ -5,8 +5,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 use std::path::PathBuf;
 
 use host_io::health::HealthFile;
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use host_io::tick_log::{Kind, TickLogWriter};
 use host_io::{LinkSocket, Stop, console, process};
 use tracing::{info, warn};

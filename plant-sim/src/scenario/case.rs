@@ -3,8 +3,7 @@
 //! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]` and `[[plant.control_step]]`
 //! describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
 
-use host_io::problem;
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{At as _, Problem, problem};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

@@ -3,8 +3,7 @@
 //! The table is split into keys and values here; [`icd::fault::FaultDraft`] reads them. Ranges that are independent of the
 //! aircraft are checked with file and key; [`crate::Plant::new`] checks whether the aircraft can have the fault.
 
-use host_io::problem;
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::LazyLock;

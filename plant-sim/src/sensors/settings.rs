@@ -1,7 +1,6 @@
 //! `[plant.sensors]` of a scenario, and what it becomes.
 
-use host_io::problem;
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use icd::fault::SensorKind;
 use icd::{EffectorKind, EffectorList, Sensors};
 use serde::{Deserialize, Serialize};

@@ -1,8 +1,7 @@
 //! Comma-separated values to a [`Table`], or the errors in them.
 
 use super::{BREAKPOINTS_MAX, INPUTS_MAX, Input, Outside, Table, TableText};
-use host_io::problem;
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 
 /// A row of numbers and its line.
 type Row = (usize, Vec<f64>);

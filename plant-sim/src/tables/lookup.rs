@@ -5,8 +5,7 @@
 
 use super::sum::{Factor, factors};
 use super::{INPUTS_MAX, Outside, Table};
-use host_io::problem;
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 
 /// Most different pairs of input and breakpoints.
 const AXES_MAX: usize = 16;

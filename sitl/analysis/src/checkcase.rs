@@ -9,8 +9,7 @@ use plant_sim::scenario::case::{CaseFile, CaseOptions, CheckCase};
 use plant_sim::{Airframe, Plant, SetupError};
 
 use crate::configuration::{AircraftArgs, Named};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 use crate::runner::Progress;
 use crate::settings::{self, Setting, Target};
 use columns::Columns;

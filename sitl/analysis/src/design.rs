@@ -18,8 +18,7 @@ use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use nalgebra::{SMatrix, SVector, Vector3};
 use plant_sim::airframe::DEFAULT_NAME;
 
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 
 /// By this line a file of gains is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl aircraft design lqr`";

@@ -20,8 +20,7 @@ use plant_sim::airframe::{AIRFRAMES, DEFAULT_NAME};
 use plant_sim::{Airframe, Plant, PlantSetup, Scenario, Start, scenario};
 
 use crate::configuration::Named;
-use crate::problem;
-use crate::problem::Problem;
+use crate::problem::{Problem, problem};
 
 /// A flight condition of the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]

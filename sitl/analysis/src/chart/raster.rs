@@ -7,8 +7,7 @@ use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree};
 use ttf_parser::{Face, OutlineBuilder};
 
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// Pixels of a PNG for each unit of a drawing.
 const SCALE: f32 = 1.7;

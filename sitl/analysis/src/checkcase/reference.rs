@@ -13,8 +13,7 @@ use plant_sim::geodesy::{self, Radii};
 use serde::Deserialize;
 
 use super::trajectory::{Trajectory, quaternion_angle};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// Longest trajectory file, bytes.
 const TRAJECTORY_MAX: u64 = 1 << 26;

@@ -10,8 +10,7 @@ use super::reference::{Comparison, Deviation, References};
 use super::trajectory::Trajectory;
 use super::{CheckcaseArgs, Flight, picture};
 use crate::chart::write_figure;
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 use crate::runner;
 use crate::table::field;
 

@@ -11,8 +11,7 @@ use super::trace::{Sample, Trace};
 use crate::builder::SetupOptions;
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, Named};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;

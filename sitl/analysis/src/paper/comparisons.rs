@@ -17,8 +17,7 @@ use crate::closed_loop::FlightSetup;
 use crate::configuration::AircraftArgs;
 use crate::linearize::linearize;
 use crate::metrics::{mean, rms, travel};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// Seeds over which the healthy flights in turbulence are averaged.
 const SEEDS: u64 = 10;

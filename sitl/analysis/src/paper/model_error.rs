@@ -11,8 +11,7 @@ use super::cases::{Case, Run};
 use super::claim::{Claim, ClaimResult, Limit};
 use crate::closed_loop;
 use crate::metrics::{max, min, wilson_95};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 use crate::runner;
 use icd::units::DEG;
 

@@ -14,8 +14,7 @@ use plant_sim::Plant;
 use super::compare::{Difference, Hashes, Rows};
 use super::recording::{Input, Recording};
 use crate::closed_loop::{Exchange, Flight, Held, Tick};
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]

@@ -15,8 +15,7 @@ use serde::de::DeserializeOwned;
 use ulog::format::Field;
 use ulog::reader::{Damage, Log, Row, Topic};
 
-use crate::problem;
-use crate::problem::{At as _, Problem};
+use crate::problem::{At as _, Problem, problem};
 
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
