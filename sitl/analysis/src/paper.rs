@@ -123,7 +123,7 @@ pub struct Evaluation {
 
 /// Flies in this process.
 pub fn in_process(setup: &FlightSetup, sink: &mut dyn FnMut(&Record)) -> Result<End, Problem> {
-    Ok(fly(setup, sink)?)
+    fly(setup, sink)
 }
 
 /// What every run takes from an option, whatever a scenario has.
@@ -137,7 +137,7 @@ const OPTIONS: [(&str, &str); 4] = [
 impl Options {
     /// Checks the keys of the settings.
     pub fn check(&self) -> Result<(), Problem> {
-        Ok(self.aircraft.check_beside(OPTIONS)?)
+        self.aircraft.check_beside(OPTIONS)
     }
 
     /// Step of the plant's integration, us.
