@@ -197,15 +197,6 @@ fn an_airframe_with_tables_comes_through_json_and_binary_files_to_the_bit() {
 }
 
 #[test]
-fn a_log_of_before_propulsion_and_nozzle_shapes_is_read() {
-    let mut json = serde_json::to_value(Airframe::paper()).unwrap();
-    json.as_object_mut().unwrap().remove("propulsion").unwrap();
-    json["nozzle"].as_object_mut().unwrap().remove("shape").unwrap();
-    let read: Airframe = serde_json::from_value(json).unwrap();
-    assert_eq!(read.nozzle, Airframe::paper().nozzle);
-}
-
-#[test]
 fn an_error_in_a_table_is_refused_with_file_table_line_and_expected_value() {
     assert_eq!(
         f16_refusal("\n -5,  0.241", "\n -15,  0.241"),
