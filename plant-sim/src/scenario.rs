@@ -16,6 +16,7 @@ use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::config::keys::gather;
 use crate::config::{self, units};
+use crate::date::NoDate;
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::range::check_range;
@@ -239,7 +240,8 @@ impl PlantTable {
         check_gusts(&self.gust).at(file)?;
         let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
         if let Some(date) = &self.date {
-            sensors.date = date.parse().at(format_args!("{file}: [plant]"))?;
+            sensors.date =
+                date.parse().map_err(|error: NoDate| problem!("{file}: [plant] {error}"))?;
         }
         sensors.check(ControlPeriod::DEFAULT.as_micros()).at(file)?;
         let faults = self.fault.iter().enumerate();

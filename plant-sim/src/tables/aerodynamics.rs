@@ -1,6 +1,6 @@
 //! Aerodynamics as sums of terms over tables: an airframe file can have them instead of derivatives.
 
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{Problem, problem};
 use icd::Body;
 use serde::{Deserialize, Serialize};
 
@@ -91,7 +91,8 @@ impl TableAero {
             .map(|name| (*name).to_owned())
             .chain(effectors.iter().take(16).cloned())
             .collect();
-        let sums = Sums::new(&tables, &self.sum.texts(), &inputs).at("[aerodynamics.sum]")?;
+        let sums = Sums::new(&tables, &self.sum.texts(), &inputs)
+            .map_err(|problem| problem!("[aerodynamics.sum] {problem}"))?;
         let [x, y, z] = self.moment_reference_m;
         Ok(AeroTables {
             sums,

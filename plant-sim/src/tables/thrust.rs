@@ -3,7 +3,7 @@
 //! The engine's control accepts a thrust in newton and sets its lever for it. The possible thrust is between the two
 //! ends of the lever at this Mach number and altitude; the lag belongs to the effector.
 
-use host_io::problem::{At as _, Problem};
+use host_io::problem::{Problem, problem};
 use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
@@ -101,7 +101,7 @@ impl ThrustTables {
             let text = |(output, terms)| SumText { output, key: "thrust_n", terms };
             let sums: Vec<SumText<'_>> = terms.iter().copied().enumerate().map(text).collect();
             let inputs: Vec<String> = inputs.iter().map(|name| (*name).to_owned()).collect();
-            Sums::new(&tables, &sums, &inputs).at("[propulsion]")
+            Sums::new(&tables, &sums, &inputs).map_err(|problem| problem!("[propulsion] {problem}"))
         };
         let thrust = sums(&[&self.thrust_n], &THRUST_INPUTS)?;
         let other: Vec<String> = self.thrust_n.iter().map(|term| at_other_lever(term)).collect();
