@@ -20,8 +20,6 @@ use flight_analysis::actuators::{self, ActuatorsArgs};
 use flight_analysis::checkcase::report::{self, CompareArgs};
 use flight_analysis::checkcase::{self, CheckcaseArgs};
 use flight_analysis::design::{self, DesignArgs};
-use flight_analysis::envelope;
-use flight_analysis::fly::jams::{self, JamsArgs};
 use flight_analysis::fly::{self, FlyArgs};
 use flight_analysis::linearize::{self, LinearizeArgs};
 use flight_analysis::margins::{self, MarginsArgs};
@@ -30,13 +28,12 @@ use flight_analysis::paper::{self, Link};
 use flight_analysis::plot::{self, PlotArgs};
 use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
-use flight_analysis::sensor_faults;
-use flight_analysis::study::StudyOptions;
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
-use flight_analysis::{estimator, false_alarms, isolation};
+use flight_analysis::{false_alarms, isolation};
 use flight_analysis::{print_line, print_text};
 use flight_campaign::RunArgs;
+use flight_campaign::spec::SHIPPED;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -105,12 +102,8 @@ impl StudyCommand {
     fn bring(&mut self, own: &OwnLaw) {
         let laws = match self {
             Self::Mission(args) => &mut args.laws,
-            Self::Jams(args) => return args.bring(own),
-            Self::Envelope(args) => &mut args.flight.laws,
             Self::FalseAlarms(args) => &mut args.study.flight.laws,
             Self::Isolation(args) => &mut args.study.flight.laws,
-            Self::SensorFaults(args) => &mut args.study.flight.laws,
-            Self::Estimator(args) => &mut args.study.flight.laws,
             Self::Paper(_) | Self::PaperEstimated(_) => {
                 return tracing::warn!("the paper flies its own laws, not {}", own.name());
             }
@@ -152,28 +145,18 @@ enum Command {
 
 /// What is studied.
 #[derive(Debug, Subcommand)]
-#[command(
-    after_help = "A specification is a study too, by its name or from a file: sitl study engine-fade --out DIR."
-)]
+#[command(after_help = specifications())]
 enum StudyCommand {
     /// Fly the paper's two cases, check its claims, draw its figures
     Paper(paper::Options),
     /// Fly the paper's two cases on estimated states, with sensors of each grade, and say which limits still hold
     PaperEstimated(paper::estimated::Options),
-    /// Fly every surface jammed at parts of its travel, without and with the compensator, and write the table
-    Jams(Box<JamsArgs>),
-    /// Fly the healthy aircraft where it has to hold its altitude, and draw how well it does
-    Envelope(StudyOptions),
     /// Fly a demonstration mission and draw its track
     Mission(MissionOptions),
     /// Count false alarms of the detector in hours of healthy flight, over its delay
     FalseAlarms(false_alarms::Options),
     /// Break every effector in many ways, and count how often the isolation names the right one
     Isolation(isolation::Options),
-    /// Fail each sensor in each way on estimated states, and say what becomes of the flight
-    SensorFaults(sensor_faults::Options),
-    /// Fly on estimated states with sensors of each grade, and compare the errors with what the estimator says of them
-    Estimator(estimator::Options),
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
@@ -250,7 +233,9 @@ fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
         let commands = command.find_subcommand(group).map(clap::Command::get_subcommands);
         commands.into_iter().flatten().any(|command| Some(command.get_name()) == name.as_deref())
     };
-    if let Some(group) = GROUPS.iter().find(has) {
+    let is_specified = SHIPPED.iter().any(|(known, _)| Some(*known) == name.as_deref());
+    let group = GROUPS.iter().find(has).or(is_specified.then_some(&"study"));
+    if let Some(group) = group {
         words.insert(at, (*group).into());
     }
     words
@@ -294,13 +279,9 @@ fn run_study(
     match study {
         StudyCommand::Paper(args) => return fly_paper(args, program),
         StudyCommand::PaperEstimated(args) => paper::estimated::run(args)?,
-        StudyCommand::Jams(args) => jams::run(args)?,
-        StudyCommand::Envelope(args) => envelope::run(args)?,
         StudyCommand::Mission(args) => mission::run(args)?,
         StudyCommand::FalseAlarms(args) => false_alarms::run(args)?,
         StudyCommand::Isolation(args) => isolation::run(args)?,
-        StudyCommand::SensorFaults(args) => sensor_faults::run(args)?,
-        StudyCommand::Estimator(args) => estimator::run(args)?,
         StudyCommand::SensorErrors(args) => sensor_errors::run(args)?,
         StudyCommand::Actuators(args) => actuators::run(args)?,
         StudyCommand::Turbulence(args) => turbulence::run(args)?,
@@ -310,6 +291,11 @@ fn run_study(
         StudyCommand::Specified(words) => flight_campaign::run(&specified(words), own)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+fn specifications() -> String {
+    let names = SHIPPED.map(|(name, _)| name).join(", ");
+    format!("A specification is a study too, by its name or from a file, with the options of `sitl campaign run`: {names}.")
 }
 
 /// The campaign of a specification, read with the options of `sitl campaign run`.
@@ -392,10 +378,10 @@ mod tests {
             "fly case1 --seed 1..3 --set FTC_MODE=0 --out x",
             "paper --out x",
             "mission --out x",
-            "envelope --out x",
+            "envelope --airframe f16 --samples 2 --out x",
             "false-alarms --out x",
             "isolation --out x",
-            "estimator --flights 10 --out x",
+            "estimator --samples 10 --seed 3 --out x",
             "trimmable --pairs-deg 10 --out x",
             "turbulence --level light --altitude-m 100,5000 --airspeed-m-s 60 --out x",
             "campaign run jams --shard 1/2 --out x",
@@ -411,7 +397,7 @@ mod tests {
             "replay a.ulg",
             "live --speed 2",
             "aircraft linearize",
-            "study jams",
+            "study jams --out x",
             "log replay a.ulg",
             "linearize",
             "design lqr --out x",

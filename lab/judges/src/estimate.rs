@@ -1,20 +1,25 @@
 //! How wrong the estimator is about the air, and how wrong it says it is.
 
 use flight_control::estimator::covariance::WIND;
+use icd::fault::{Onset, Target, Timing};
+use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
+use plant_sim::ScheduledFault;
 
-use crate::Judge;
+use crate::{Judge, every_second};
 
-/// The estimate is judged from this time on, s.
+/// The estimate is judged from this time on, s, and from so long after a sensor failed for good.
 pub const SETTLED_S: f64 = 20.0;
+const AFTER_LOSS_S: f64 = 10.0;
 
 /// Numbers of the judge.
-pub const COLUMNS: [(&str, &str); 5] = [
+pub const COLUMNS: [(&str, &str); 6] = [
     ("airspeed_estimate_rms", "m/s"),
     ("airspeed_estimate_stated_rms", "m/s"),
     ("airspeed_estimate_largest", "m/s"),
     ("attitude_estimate_largest", "rad"),
     ("wind_nees", "1"),
+    ("altitude_deviation_largest", "m"),
 ];
 
 /// Sums over the seconds of a flight on estimated states.
@@ -25,48 +30,32 @@ pub struct EstimateJudge {
     /// Sums of squares: error of the airspeed, and what the estimator says of it, m²/s².
     squares: [f64; 2],
     nees: f64,
-    /// Largest errors: airspeed, m/s; attitude, rad.
-    pub largest: [f64; 2],
+    /// Largest errors: airspeed, m/s; attitude, rad; and the altitude from its reference, m.
+    largest: [f64; 3],
 }
 
 impl EstimateJudge {
-    /// Judged from this time on, s.
-    pub fn from(from_s: f64) -> Self {
+    pub fn of(setup: &FlightSetup) -> Self {
+        let lost_s = |fault: &ScheduledFault| match (fault.target, fault.timing) {
+            (Target::Sensor(_), Timing { onset: Onset::At(time), duration_s: None, .. }) => {
+                Some(time.as_seconds() + AFTER_LOSS_S)
+            }
+            _ => None,
+        };
+        let from_s = setup.plant.faults.iter().filter_map(lost_s).fold(SETTLED_S, f64::max);
         Self { from_s, ..Self::default() }
-    }
-
-    /// Seconds that were judged.
-    pub fn seconds(&self) -> f64 {
-        self.seconds
-    }
-
-    fn mean(&self, sum: f64) -> f64 {
-        sum / self.seconds.max(1.0)
-    }
-
-    /// Mean squares: error of the airspeed, and what the estimator says of it, m²/s².
-    pub fn airspeed(&self) -> [f64; 2] {
-        self.squares.map(|sum| self.mean(sum))
-    }
-
-    /// Normalised square of the error of the wind, its mean; three for a consistent estimator.
-    pub fn wind_nees(&self) -> f64 {
-        self.mean(self.nees)
     }
 }
 
 impl Judge for EstimateJudge {
     fn look(&mut self, tick: &Tick<'_>) {
         let (truth, state) = (tick.plant.truth(), &tick.log.state);
-        let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
-        let (Some(estimator), Some(status)) = (tick.estimator, &state.estimate) else { return };
-        if !is_due || truth.time.as_seconds() < self.from_s {
-            return;
-        }
+        let Some((estimator, status)) = every_second(tick, self.from_s) else { return };
         let airspeed = truth.airspeed_m_s - state.airspeed_m_s;
         let turned = truth.attitude.q_ned_from_body * state.orientation.q_ned_from_body.inverse();
-        for (largest, error) in self.largest.iter_mut().zip([airspeed.abs(), turned.angle().abs()])
-        {
+        let altitude_m = truth.altitude_m - tick.snapshot.demand.altitude_m;
+        let errors = [airspeed.abs(), turned.angle().abs(), altitude_m.abs()];
+        for (largest, error) in self.largest.iter_mut().zip(errors) {
             *largest = largest.max(error);
         }
         let stated = f64::from(status.airspeed_m_s);
@@ -79,8 +68,10 @@ impl Judge for EstimateJudge {
     }
 
     fn values(&self) -> Vec<Option<f64>> {
-        let [error, stated] = self.airspeed().map(f64::sqrt);
-        let all = [error, stated, self.largest[0], self.largest[1], self.wind_nees()];
+        let [error, stated] = self.squares.map(|sum| (sum / self.seconds).sqrt());
+        let [airspeed_m_s, attitude_rad, altitude_m] = self.largest;
+        let wind_nees = self.nees / self.seconds;
+        let all = [error, stated, airspeed_m_s, attitude_rad, wind_nees, altitude_m];
         all.map(|value| (self.seconds > 0.0).then_some(value)).into()
     }
 }

@@ -5,11 +5,16 @@
 
 use core::fmt;
 
+use flight_control::Estimator;
+use flight_control::estimator_status::EstimatorStatus;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 
 pub mod altitude;
 pub mod estimate;
+pub mod level;
+pub mod nees;
+pub mod sensor_fault;
 
 /// Looks at a flight.
 pub trait Judge: fmt::Debug {
@@ -36,7 +41,7 @@ impl PartialEq for JudgeKind {
     }
 }
 
-pub const KINDS: [JudgeKind; 2] = [
+pub const KINDS: [JudgeKind; 5] = [
     JudgeKind {
         name: "altitude",
         columns: &altitude::COLUMNS,
@@ -45,9 +50,32 @@ pub const KINDS: [JudgeKind; 2] = [
     JudgeKind {
         name: "estimate",
         columns: &estimate::COLUMNS,
-        make: |_| Box::new(estimate::EstimateJudge::from(estimate::SETTLED_S)),
+        make: |setup| Box::new(estimate::EstimateJudge::of(setup)),
+    },
+    JudgeKind {
+        name: "level",
+        columns: &level::COLUMNS,
+        make: |setup| Box::new(level::LevelJudge::of(setup)),
+    },
+    JudgeKind {
+        name: "nees",
+        columns: &nees::COLUMNS,
+        make: |_| Box::new(nees::NeesJudge::default()),
+    },
+    JudgeKind {
+        name: "sensor_fault",
+        columns: &sensor_fault::COLUMNS,
+        make: |setup| Box::new(sensor_fault::SensorFaultJudge::of(setup)),
     },
 ];
+
+/// The estimator and its report, once a second from a time on, s; `None` between, and of flights on the samples of an attitude unit.
+fn every_second<'a>(tick: &Tick<'a>, from_s: f64) -> Option<(&'a Estimator, &'a EstimatorStatus)> {
+    let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
+    let is_settled = tick.exchange.time.as_seconds() >= from_s;
+    (is_due && is_settled).then_some(())?;
+    Some((tick.estimator?, tick.log.state.estimate.as_ref()?))
+}
 
 impl JudgeKind {
     /// The kind of a name.
@@ -93,6 +121,6 @@ mod tests {
             );
             assert!(kind.columns.iter().all(|(name, _)| names.insert(*name)), "{}", kind.name);
         }
-        assert!(JudgeKind::parse("x").unwrap_err().contains("altitude, estimate"));
+        assert!(JudgeKind::parse("x").unwrap_err().contains("altitude, estimate, level"));
     }
 }

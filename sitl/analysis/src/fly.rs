@@ -33,7 +33,6 @@ use crate::runner::Progress;
 use crate::study::WholeSetup;
 use crate::table;
 
-pub mod jams;
 mod judge;
 pub mod measures;
 pub mod outcome;

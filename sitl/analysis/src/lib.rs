@@ -1,7 +1,7 @@
 //! Flies plant and autopilot together in one process, and measures, draws and reports what became of the flight.
 //!
 //! ```text
-//! configuration, settings ─> closed_loop ─> fly, paper, mission, envelope, margins, false_alarms ─> table, chart, page
+//! configuration, settings ─> closed_loop ─> fly, paper, mission, margins, false_alarms ─> table, chart, page
 //! flight log ─> plot, replay ─> chart, page
 //! plant ─> linearize, design ─> the controller's model and gains
 //! plant ─> actuators, sensor_errors, turbulence ─> chart
@@ -60,8 +60,6 @@ pub mod chart;
 pub mod checkcase;
 pub mod closed_loop;
 pub mod design;
-pub mod envelope;
-pub mod estimator;
 pub mod false_alarms;
 pub mod fly;
 pub mod isolation;
@@ -75,7 +73,6 @@ pub mod plot;
 pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
-pub mod sensor_faults;
 pub mod study;
 pub mod table;
 pub mod trimmable;

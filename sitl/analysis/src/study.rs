@@ -6,7 +6,6 @@ use autopilot::autopilot::Settings;
 use autopilot::own_law::OwnLaw;
 use flight_control::CompensatorMode;
 use host_io::folder::OutFolder;
-use icd::SimTime;
 use maud::{PreEscaped, html};
 use plant_sim::{Airframe, GradeName, PlantSetup};
 use rand_chacha::ChaCha8Rng;
@@ -81,7 +80,6 @@ pub struct Sides {
     nominal: FlightSetup,
     /// The same with the sensors of each grade.
     of_grade: [FlightSetup; GradeName::ALL.len()],
-    sets_duration: bool,
 }
 
 impl StudyOptions {
@@ -128,7 +126,7 @@ impl Sides {
         let graded = |grade: GradeName| setup(&[Setting::new("plant.sensors.grade", grade.key())]);
         let [ideal, tactical, consumer] = GradeName::ALL.map(graded);
         let of_grade = [ideal?, tactical?, consumer?];
-        Ok(Self { nominal: setup(&[])?, of_grade, sets_duration: sets("plant.duration_s") })
+        Ok(Self { nominal: setup(&[])?, of_grade })
     }
 
     /// The folder of the study, with `setup.json` in it, before the first flight.
@@ -151,17 +149,6 @@ impl Sides {
     /// The aircraft.
     pub fn airframe(&self) -> &Airframe {
         &self.nominal.plant.airframe
-    }
-
-    /// Flights last so long, s, unless `plant.duration_s` is set.
-    #[must_use]
-    pub fn lasting(mut self, seconds: f64) -> Self {
-        if !self.sets_duration {
-            for setup in self.of_grade.iter_mut().chain([&mut self.nominal]) {
-                setup.duration = SimTime::from_seconds(seconds).unwrap_or(SimTime::ZERO);
-            }
-        }
-        self
     }
 
     /// Level flight at the design point.

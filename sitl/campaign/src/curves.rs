@@ -9,7 +9,7 @@ use flight_analysis::metrics::wilson_95;
 
 use crate::plan::Plan;
 use crate::results::Results;
-use crate::spec::Meaning;
+use crate::spec::{Meaning, Variable};
 use crate::store::RunEnd;
 use flight_analysis::table::field;
 
@@ -69,7 +69,8 @@ pub struct Curves {
 /// The curves of an aircraft over every joint level.
 pub fn of(plan: &Plan, results: &Results, airframe: usize) -> Vec<Curves> {
     let variables = plan.variables().iter().enumerate();
-    let levels = variables.filter(|(_, variable)| variable.meaning == Meaning::Level);
+    let is_level = |v: &Variable| v.meaning == Meaning::Level && v.cases.is_empty();
+    let levels = variables.filter(|(_, variable)| is_level(variable));
     levels.map(|(place, _)| over(plan, results, airframe, place)).collect()
 }
 
@@ -105,11 +106,7 @@ fn over(plan: &Plan, results: &Results, airframe: usize, place: usize) -> Curves
     };
     let mut quantities = vec![quantity(LOST, "%", &lost)];
     for (measure, name) in spec.measures.iter().enumerate() {
-        let (unit, scale) = match plan.unit_of(name) {
-            "rad" => ("deg", 180.0 / std::f64::consts::PI),
-            "rad/s" => ("deg/s", 180.0 / std::f64::consts::PI),
-            unit => (unit, 1.0),
-        };
+        let (unit, scale) = plan.shown_unit(name);
         let quartiles = |flights: &[usize], law: usize| {
             let kept = flights.iter().filter(|f| results.end(**f, law) == RunEnd::Kept);
             let mut values: Vec<f64> = kept

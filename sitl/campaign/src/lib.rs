@@ -12,11 +12,13 @@ use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
+use flight_analysis::chart::Figure;
+use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
 use flight_analysis::problem::Problem;
-use flight_analysis::settings::Setting;
 use host_io::{console, file};
+use plant_sim::io::whole;
 
 use crate::curves::Curves;
 use crate::fly::Shard;
@@ -24,7 +26,7 @@ use crate::limit::{Jams, Limits, Studied};
 use crate::plan::Plan;
 use crate::report::Sources;
 use crate::results::Results;
-use crate::spec::SpecFile;
+use crate::spec::{SAMPLES_MAX, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
 use flight_analysis::{print_line, print_text};
@@ -43,6 +45,7 @@ pub mod store;
 pub mod suite;
 pub mod summary;
 pub mod table;
+pub mod tables;
 pub mod tune;
 pub mod worst;
 
@@ -65,59 +68,80 @@ pub enum Command {
     Compare(CompareArgs),
 }
 
+/// A specification, and what is changed in it.
+#[derive(Debug, Args)]
+pub struct SpecArgs {
+    #[arg(value_name = "SPEC", help = spec::help())]
+    spec: String,
+    /// Another aircraft in place of those of the specification; settings of every flight.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
+    /// Draws for each combination of listed values, instead of those of the specification
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, SAMPLES_MAX))]
+    samples: Option<u32>,
+    /// Seed of all draws and flights, instead of that of the specification
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(0, 1_u64 << 53))]
+    seed: Option<u64>,
+}
+
+impl SpecArgs {
+    /// Reads it, with the law that the program brings.
+    fn file(&self, own: Option<&OwnLaw>) -> Result<SpecFile, Problem> {
+        let mut file = SpecFile::read_with(&self.spec, own, &self.aircraft)?;
+        let numbers = [("samples", self.samples.map(u64::from)), ("seed", self.seed)];
+        for (option, number) in numbers.into_iter().filter_map(|(o, n)| Some((o, n?))) {
+            file.text += &format!("\n# --{option} {number}\n");
+        }
+        file.spec.samples = self.samples.unwrap_or(file.spec.samples);
+        file.spec.seed = self.seed.unwrap_or(file.spec.seed);
+        Ok(file)
+    }
+}
+
 /// Options of `sitl campaign run`.
 #[derive(Debug, Args)]
 pub struct RunArgs {
-    #[arg(value_name = "SPEC", help = spec::help())]
-    spec: String,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Folder for the results; a campaign that was interrupted goes on in its folder
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Fly only part K of N of the runs and write no tables, so that several machines share a campaign
     #[arg(long, value_name = "K/N", allow_hyphen_values = true)]
     shard: Option<Shard>,
-    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
-    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign merge`.
 #[derive(Debug, Args)]
 pub struct MergeArgs {
-    #[arg(value_name = "SPEC", help = spec::help())]
-    spec: String,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Folder for the results
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
     /// Folders of shards
     #[arg(value_name = "FROM", required = true)]
     from: Vec<PathBuf>,
-    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
-    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
 pub struct ReplayArgs {
-    #[arg(value_name = "SPEC", help = spec::help())]
-    spec: String,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Number of the run
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     run: i128,
     /// Folder for outcome.json, flight.csv, flight.ulg and flight.html
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
-    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign worst`.
 #[derive(Debug, Args)]
 pub struct WorstArgs {
-    #[arg(value_name = "SPEC", help = spec::help())]
-    spec: String,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Search over this variable alone, outwards from its mildest value; without it over all drawn variables together
     #[arg(long, value_name = "KEY")]
     over: Option<String>,
@@ -127,9 +151,6 @@ pub struct WorstArgs {
     /// Folder for worst.csv and the scenarios
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
-    settings: Vec<Setting>,
 }
 
 /// Options of `sitl campaign tune`.
@@ -149,9 +170,9 @@ pub struct SuiteArgs {
     /// Folder for suite.md and a folder of each campaign
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Change a key of the files of every flight, or a parameter; see docs/fly.md
-    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = Setting::parse)]
-    settings: Vec<Setting>,
+    /// Aircraft and settings.
+    #[command(flatten)]
+    aircraft: AircraftArgs,
 }
 
 /// Options of `sitl campaign compare`.
@@ -167,11 +188,10 @@ pub struct CompareArgs {
 
 /// Carries out a command, with the law that the program brings.
 pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
-    let plan =
-        |spec: &str, settings: &[Setting]| Plan::new(SpecFile::read_with(spec, own, settings)?);
+    let plan = |args: &SpecArgs| Plan::new(args.file(own)?);
     match command {
         Command::Run(args) => {
-            let plan = plan(&args.spec, &args.settings)?;
+            let plan = plan(&args.spec)?;
             let store = Store::open(&plan, &args.out)?;
             let _ = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
@@ -183,7 +203,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
             }
         }
         Command::Merge(args) => {
-            let plan = plan(&args.spec, &args.settings)?;
+            let plan = plan(&args.spec)?;
             let store = Store::open(&plan, &args.out)?;
             for folder in &args.from {
                 let taken = store.take(folder)?;
@@ -192,13 +212,13 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
             store.check_complete()?;
             write(&plan, &store).map(drop)
         }
-        Command::Replay(args) => replay(args, &plan(&args.spec, &args.settings)?),
+        Command::Replay(args) => replay(args, &plan(&args.spec)?),
         Command::Worst(args) => {
-            let plan = plan(&args.spec, &args.settings)?;
+            let plan = plan(&args.spec)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
-        Command::Tune(args) => tune::run(&SpecFile::read_with(&args.spec, own, &[])?, &args.out),
-        Command::Suite(args) => suite::run(&args.out, &args.settings, own),
+        Command::Tune(args) => tune::run(&SpecFile::read_with(&args.spec, own, &AircraftArgs::default())?, &args.out),
+        Command::Suite(args) => suite::run(&args.out, &args.aircraft, own),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);
             Ok(())
@@ -220,6 +240,11 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     let csv = summary::csv(plan, &groups);
     in_folder(summary::SUMMARY, csv.as_bytes(), summary::BEGINNING.as_bytes())?;
     print_text!("{}", summary::shown(plan, &groups));
+    let tables = tables::markdown(plan, &results);
+    if !tables.is_empty() {
+        in_folder(tables::TABLES, tables.as_bytes(), tables::BEGINNING.as_bytes())?;
+        print_text!("\n{tables}\n");
+    }
     let jams = Jams::of(plan);
     let mut studied = Vec::new();
     for airframe in 0..plan.aircraft.len() {
@@ -250,13 +275,18 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         let csv = limit::csv(plan, &studied);
         in_folder(limit::SCORES, csv.as_bytes(), limit::BEGINNING.as_bytes())?;
     }
+    let fields = tables::figure(plan, &results);
+    let mut figures: Vec<Figure> = fields.iter().cloned().collect();
     let curves: Vec<Curves> = (0..plan.aircraft.len())
         .flat_map(|airframe| curves::of(plan, &results, airframe))
         .collect();
     if !curves.is_empty() {
         let csv = curves::csv(plan, &curves);
         in_folder(curves::CURVES, csv.as_bytes(), curves::BEGINNING.as_bytes())?;
-        for (name, bytes) in curves::figure(plan, &curves).files()? {
+        figures.push(curves::figure(plan, &curves));
+    }
+    for figure in &figures {
+        for (name, bytes) in figure.files()? {
             in_folder(&name, &bytes, beginning_of(&name))?;
         }
     }
@@ -267,6 +297,8 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         jams,
         curves: &curves,
         studied: &studied,
+        tables: &tables,
+        fields: fields.as_ref(),
     };
     in_folder(report::REPORT, report::page(&sources).as_bytes(), page::GENERATOR.as_bytes())?;
     print_line!("wrote {}", store.folder().join(report::REPORT).display());

@@ -12,15 +12,20 @@ use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_analysis::fly;
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::problem::{Problem, problem};
-use flight_analysis::settings::{Setting, Target, written};
+use flight_analysis::settings::{Setting, Target, number, written};
+use flight_analysis::study::draws;
 use flight_control::CompensatorMode;
 use icd::SimTime;
+use icd::units::DEG_PER_RAD;
 use plant_sim::setup::step_within;
 use rand_chacha::rand_core::Rng;
 use sha2::{Digest, Sha256};
 
 use crate::draw;
-use crate::spec::{AirframeSpec, LawSpec, Meaning, RUNS_MAX, SpecFile, Variable, settings_of};
+use crate::spec::{
+    AirframeSpec, LawSpec, Manoeuvres, Meaning, RUNS_MAX, Seeds, SpecFile, TableSpec, Variable,
+    settings_of,
+};
 
 mod aircraft;
 mod inputs;
@@ -112,7 +117,7 @@ impl Plan {
         let specs = if spec.airframe.is_empty() { &shipped[..] } else { &spec.airframe };
         let (mut aircraft, mut flights) = (Vec::new(), 0_u64);
         for spec in specs {
-            let one = Aircraft::read(spec, &file, flights)?;
+            let one = Aircraft::read(spec, &file, &scenario, flights)?;
             let too_many = || problem!("{}: more than {RUNS_MAX} runs", file.name);
             let of_it = one.combinations.checked_mul(u64::from(file.spec.samples));
             flights = of_it.and_then(|of_it| of_it.checked_add(flights)).ok_or_else(too_many)?;
@@ -202,6 +207,15 @@ impl Plan {
         all.clone().find(|(name, _)| name == measure).map_or("", |(_, unit)| unit)
     }
 
+    /// Unit of a measure for people, and how many of it are one of its own unit.
+    pub(crate) fn shown_unit(&self, measure: &str) -> (&'static str, f64) {
+        match self.unit_of(measure) {
+            "rad" => ("deg", DEG_PER_RAD),
+            "rad/s" => ("deg/s", DEG_PER_RAD),
+            unit => (unit, 1.0),
+        }
+    }
+
     /// The number of a run that there is.
     pub(crate) fn number(&self, run: i128) -> Result<u64, Problem> {
         let (file, last) = (&self.file.name, self.runs() - 1);
@@ -246,7 +260,10 @@ impl Plan {
             }
         }
         // A file and a table in JSON have whole numbers to 53 bits.
-        let seed = draw::stream(spec.seed, "flight", flight).next_u64() >> 11;
+        let seed = match spec.seeds {
+            Seeds::Flights => draw::stream(spec.seed, "flight", flight).next_u64() >> 11,
+            Seeds::Samples => spec.seed.wrapping_add(u64::from(sample)),
+        };
         Ok(Run { number, flight, airframe, law, seed, values })
     }
 
@@ -287,12 +304,25 @@ impl Plan {
     pub fn settings(&self, run: &Run) -> Vec<Setting> {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
         settings.extend(self.laws[run.law].settings.iter().cloned());
-        let varied = self.variables().iter().zip(&run.values);
-        settings.extend(varied.flat_map(|(variable, value)| {
+        let aircraft = &self.aircraft[run.airframe];
+        for (place, (variable, value)) in self.variables().iter().zip(&run.values).enumerate() {
             let is_key = variable.meaning != Meaning::Level;
             let keys = is_key.then_some(&variable.key).into_iter().chain(&variable.sets);
-            keys.map(|key| Setting::new(key, value.of_file()))
-        }));
+            settings.extend(keys.map(|key| Setting::new(key, value.of_file())));
+            settings.extend_from_slice(aircraft.case(place, value));
+        }
+        if let Some(manoeuvres) = &self.file.spec.manoeuvres {
+            let start = |key, design| {
+                let set = settings.iter().rfind(|setting| setting.key == key);
+                set.and_then(|setting| number(&setting.value)).unwrap_or(design)
+            };
+            let design = &aircraft.airframe.design_point;
+            let start = [
+                start("plant.start.altitude_m", design.altitude_m),
+                start("plant.start.airspeed_m_s", design.airspeed_m_s),
+            ];
+            settings.extend(manoeuvres.settings(start, self.file.spec.duration_s, run.seed));
+        }
         settings
     }
 
@@ -333,7 +363,10 @@ impl Plan {
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.
     fn check(&self) -> Result<(), Problem> {
-        for name in &self.file.spec.measures {
+        let spec = &self.file.spec;
+        let read = spec.tables.iter().flat_map(TableSpec::reads);
+        let read = read.filter(|name| !["lost", "lost_at_s"].contains(name));
+        for name in spec.measures.iter().map(String::as_str).chain(read) {
             if self.unit_of(name).is_empty() {
                 return Err(problem!(
                     "{}: measures: there is no measure {name}; docs/fly.md has the list",
@@ -351,6 +384,37 @@ impl Plan {
             }
         }
         Ok(())
+    }
+}
+
+impl Manoeuvres {
+    /// The references of a flight from a start, m and m/s, drawn by its seed.
+    fn settings(
+        &self,
+        [altitude_m, airspeed_m_s]: [f64; 2],
+        duration_s: f64,
+        seed: u64,
+    ) -> Vec<Setting> {
+        let mut between = draws(seed, *b"--------two-step sitl--4");
+        let mut entries = vec![[0.0, 0.0, altitude_m, airspeed_m_s]];
+        let mut at_s = self.from_s;
+        while at_s < duration_s {
+            let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
+            let roll_deg = side * between(self.roll_deg[0], self.roll_deg[1]);
+            let most_m = self.altitude_part * altitude_m;
+            let altitude_m = altitude_m + between(-most_m, most_m);
+            let part = between(-self.airspeed_part, self.airspeed_part);
+            let airspeed_m_s = airspeed_m_s * (1.0 + part);
+            entries.push([at_s, roll_deg, altitude_m, airspeed_m_s]);
+            entries.push([at_s + self.turn_s, 0.0, altitude_m, airspeed_m_s]);
+            at_s += self.turn_s + self.level_s;
+        }
+        const KEYS: [&str; 4] = ["at_s", "roll_deg", "altitude_m", "airspeed_m_s"];
+        let of = |(place, entry): (usize, &[f64; 4])| {
+            let key = move |key| format!("autopilot.reference.{}.{key}", place + 1);
+            KEYS.into_iter().zip(*entry).map(move |(word, value)| Setting::new(&key(word), value))
+        };
+        entries.iter().enumerate().flat_map(of).collect()
     }
 }
 

@@ -2,6 +2,7 @@
 //!
 //! The charts are drawn in the browser by plotly.js, whose script the crate `plotly` carries.
 
+use flight_analysis::chart::Figure;
 use flight_analysis::page;
 use maud::{Markup, PreEscaped, html};
 use serde_json::{Value as Json, json};
@@ -40,6 +41,10 @@ pub struct Sources<'a> {
     /// Curves over joint levels.
     pub curves: &'a [Curves],
     pub studied: &'a [Studied],
+    /// Its tables, in Markdown.
+    pub tables: &'a str,
+    /// The first of them that has fields, drawn.
+    pub fields: Option<&'a Figure>,
 }
 
 impl Sources<'_> {
@@ -69,6 +74,8 @@ pub fn page(sources: &Sources<'_>) -> String {
     let body = html! {
         h1 { (title) }
         p { (spec.about) }
+        (page::markdown(sources.tables))
+        @if let Some(figure) = sources.fields { figure { (PreEscaped(&figure.svg)) } }
         @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe, &mut charts)) }
         h2 { "How it was flown" }
         (header(sources))

@@ -5,6 +5,7 @@ use std::ops::Range;
 use icd::units::DEG_PER_RAD;
 
 use crate::plan::{Aircraft, Plan};
+use crate::spec::TableSpec;
 use crate::store::{Row, RunEnd};
 
 /// Places of the measures of an aircraft for each column of the scorecard.
@@ -74,6 +75,10 @@ pub const SCORECARD: [Column; 10] = [
 pub struct Results {
     laws: usize,
     ends: Vec<RunEnd>,
+    /// When each run was lost, s; NaN where it was not.
+    lost_at_s: Vec<f64>,
+    /// Names of the measures: those of the specification, and then those that only its tables read.
+    names: Vec<String>,
     /// One list for each named measure; NaN where a flight has none.
     measures: Vec<Vec<f64>>,
     /// For each aircraft, the place of each named measure among its measures.
@@ -89,7 +94,13 @@ pub struct Results {
 impl Results {
     /// Nothing is there yet.
     pub fn new(plan: &Plan) -> Self {
-        let named = &plan.file.spec.measures;
+        let mut names = plan.file.spec.measures.clone();
+        for name in plan.file.spec.tables.iter().flat_map(TableSpec::reads) {
+            if names.iter().all(|known| known != name) {
+                names.push(name.to_owned());
+            }
+        }
+        let named = &names;
         let place = |measures: &[(String, &str)], name: &String| {
             measures.iter().position(|(known, _)| known == name)
         };
@@ -101,6 +112,7 @@ impl Results {
         Self {
             laws,
             ends: Vec::new(),
+            lost_at_s: Vec::new(),
             measures: vec![Vec::new(); named.len()],
             scores: vec![Vec::new(); SCORECARD.len()],
             sources: plan.aircraft.iter().map(sources).collect(),
@@ -108,6 +120,7 @@ impl Results {
             ends_of_aircraft: ends_of_aircraft
                 .map(|aircraft| aircraft.first * laws as u64)
                 .collect(),
+            names,
         }
     }
 
@@ -115,6 +128,7 @@ impl Results {
     pub fn add(&mut self, row: &Row) {
         let airframe = self.ends_of_aircraft.partition_point(|end| *end <= row.run);
         self.ends.push(row.end);
+        self.lost_at_s.push(row.lost_at_s.unwrap_or(f64::NAN));
         for (list, place) in self.measures.iter_mut().zip(&self.places[airframe]) {
             let value = place.and_then(|place| row.measures.get(place).copied().flatten());
             list.push(value.unwrap_or(f64::NAN));
@@ -155,6 +169,18 @@ impl Results {
     /// A named measure, by its place in the specification, of a law on a flight; NaN where there is none.
     pub fn measure(&self, place: usize, flight: usize, law: usize) -> f64 {
         self.measures[place][flight * self.laws + law]
+    }
+
+    /// What a table reads of a run: `lost`, `lost_at_s`, or a measure of a flight that was kept; NaN where there is none.
+    pub(crate) fn value(&self, name: &str, run: usize) -> f64 {
+        let end = self.ends[run];
+        match (name, self.names.iter().position(|known| known == name)) {
+            ("lost", _) if end == RunEnd::Failed => f64::NAN,
+            ("lost", _) => f64::from(u8::from(end == RunEnd::Lost)),
+            ("lost_at_s", _) => self.lost_at_s[run],
+            (_, Some(place)) if end == RunEnd::Kept => self.measures[place][run],
+            _ => f64::NAN,
+        }
     }
 
     pub fn flights(&self) -> usize {

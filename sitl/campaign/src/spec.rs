@@ -4,25 +4,28 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
-use flight_analysis::configuration::Named;
+use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_analysis::problem::{At as _, Problem, problem};
 use flight_analysis::settings::{self, Setting, number, written};
 use host_io::file::{self, TEXT_MAX};
 use icd::ControlPeriod;
 use lab_judges::JudgeKind;
+use plant_sim::airframe;
 use plant_sim::scenario::SCENARIOS;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
 use toml::Value as Toml;
 
 mod joint;
+mod query;
 mod variable;
 
-pub use joint::{Joint, JointMeaning};
+pub use joint::{Case, Joint, JointMeaning};
+pub use query::{Aggregate, ColumnSpec, Fields, TableSpec};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 11] = [
+pub const SHIPPED: [(&str, &str); 16] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
     ("combinations", include_str!("../campaigns/combinations.toml")),
@@ -34,6 +37,11 @@ pub const SHIPPED: [(&str, &str); 11] = [
     ("gust", include_str!("../campaigns/gust.toml")),
     ("smoke", include_str!("../campaigns/smoke.toml")),
     ("engine-fade", include_str!("../../../studies/engine-fade.toml")),
+    ("jam-table", include_str!("../../../studies/jam-table.toml")),
+    ("envelope", include_str!("../../../studies/envelope.toml")),
+    ("sensor-faults", include_str!("../../../studies/sensor-faults.toml")),
+    ("sensor-losses", include_str!("../../../studies/sensor-losses.toml")),
+    ("estimator", include_str!("../../../studies/estimator.toml")),
 ];
 
 /// The text of a scenario of the suite, with the laws of all of them.
@@ -78,6 +86,8 @@ pub struct Spec {
     /// Seed of all draws and flights.
     #[serde(default = "one")]
     pub seed: u64,
+    #[serde(default)]
+    pub seeds: Seeds,
     /// Duration of each flight, s.
     pub duration_s: f64,
     /// A scenario that comes with the program, or a file beside this one.
@@ -96,6 +106,8 @@ pub struct Spec {
     /// What every flight has: keys and values of `--set`.
     #[serde(default)]
     pub set: toml::Table,
+    /// References that each flight draws by its seed.
+    pub manoeuvres: Option<Manoeuvres>,
     /// The aircraft; without one, the one that comes with the program.
     #[serde(default)]
     pub airframe: Vec<AirframeSpec>,
@@ -113,6 +125,36 @@ pub struct Spec {
     /// Measures whose medians stand in the summary.
     #[serde(default)]
     pub measures: Vec<String>,
+    /// Tables of the results.
+    #[serde(default, rename = "table")]
+    pub tables: Vec<TableSpec>,
+}
+
+/// Which seed a flight has.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Seeds {
+    /// One of its own, drawn.
+    #[default]
+    Flights,
+    /// That of its sample, `seed` + 0, 1, 2, …: every combination of listed values meets the same air, sensors and manoeuvres.
+    Samples,
+}
+
+/// Turns with a climb or descent and a change of speed, and straight and level flight after each.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Manoeuvres {
+    /// The first turn begins, s.
+    pub from_s: f64,
+    /// Length of a turn, and of the straight flight after it, s.
+    pub turn_s: f64,
+    pub level_s: f64,
+    /// Least and largest bank, deg, to either side.
+    pub roll_deg: [f64; 2],
+    /// Largest changes, as parts of altitude and airspeed at the start.
+    pub altitude_part: f64,
+    pub airspeed_part: f64,
 }
 
 fn judges<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<JudgeKind>, D::Error> {
@@ -209,14 +251,35 @@ impl SpecFile {
     pub fn read_with(
         name: &str,
         own: Option<&OwnLaw>,
-        settings: &[Setting],
+        args: &AircraftArgs,
     ) -> Result<Self, Problem> {
         let file = Self::read(name)?;
         let file = match own {
             Some(own) => file.bring(own)?,
             None => file,
         };
-        file.with(settings)
+        file.flying(args)?.with(&args.settings)
+    }
+
+    /// The same with another aircraft in place of its own.
+    fn flying(mut self, args: &AircraftArgs) -> Result<Self, Problem> {
+        let paths = [("airframe", &args.airframe), ("model", &args.model)];
+        for (option, path) in paths.iter().filter_map(|(o, path)| Some((o, path.as_ref()?))) {
+            let name = path.display();
+            self.text += &format!("\n# --{option} {name}\n");
+            self.spec.name += &format!(", {option} {name}");
+        }
+        if args.airframe.is_some() || args.model.is_some() {
+            // Relative to where the command is given, not to the specification.
+            let from_here = |path: &PathBuf| match airframe::is_shipped(path) {
+                true => Ok(path.clone()),
+                false => std::path::absolute(path).at(path.display()),
+            };
+            let [file, model] = [&args.airframe, &args.model].map(|p| p.as_ref().map(from_here));
+            let (file, model) = (file.transpose()?, model.transpose()?);
+            self.spec.airframe = vec![AirframeSpec { file, model, ..AirframeSpec::default() }];
+        }
+        Ok(self)
     }
 
     /// Parses a text.
@@ -291,7 +354,7 @@ impl Spec {
         let laws: Vec<_> = self.law.iter().map(|law| &law.set).collect();
         // A factor multiplies what is set.
         let by = |v: &Variable| {
-            v.meaning != Meaning::Factor && v.key == key || v.sets.iter().any(|set| set == key)
+            v.meaning != Meaning::Factor && v.keys().any(|set| set == key)
         };
         let places = [
             (key == "plant.seed", "seed"),
@@ -333,6 +396,32 @@ impl Spec {
         for table in [&self.set].into_iter().chain(of_airframes).chain(of_laws) {
             let _ = settings_of(table, file)?;
         }
+        if let Some(Manoeuvres {
+            from_s,
+            turn_s,
+            level_s,
+            roll_deg: [least, most],
+            altitude_part,
+            airspeed_part,
+        }) = self.manoeuvres
+        {
+            for (key, value) in [("from_s", from_s), ("turn_s", turn_s), ("level_s", level_s)] {
+                if !(1.0..=DURATION_MAX_S).contains(&value) {
+                    let expected = format!("1 to {DURATION_MAX_S} s");
+                    return refuse(&format!("manoeuvres.{key}"), value.to_string(), &expected);
+                }
+            }
+            for (key, part) in [("altitude_part", altitude_part), ("airspeed_part", airspeed_part)]
+            {
+                if !(0.0..=0.5).contains(&part) {
+                    return refuse(&format!("manoeuvres.{key}"), part.to_string(), "0 to 0.5");
+                }
+            }
+            if !(0.0 <= least && least <= most && most <= 80.0) {
+                let expected = "two numbers in rising order, 0 to 80 deg";
+                return refuse("manoeuvres.roll_deg", format!("[{least}, {most}]"), expected);
+            }
+        }
         self.vary.iter().try_for_each(|variable| variable.check(file))?;
         self.joint.iter().try_for_each(|joint| joint.check(file))
     }
@@ -351,7 +440,8 @@ impl Spec {
                 return refuse(file, "law.name", &law.name, &expected);
             }
         }
-        let keys = || self.vary.iter().flat_map(|v| std::iter::once(&v.key).chain(&v.sets));
+        self.tables.iter().try_for_each(|table| table.check(self, file))?;
+        let keys = || self.vary.iter().flat_map(Variable::keys);
         match keys().enumerate().find(|(place, key)| keys().take(*place).any(|other| other == *key))
         {
             None => Ok(()),

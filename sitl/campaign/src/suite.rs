@@ -9,8 +9,8 @@ use crate::spec::{SUITE, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
+use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::problem::Problem;
-use flight_analysis::settings::Setting;
 use flight_analysis::{print_line, print_text};
 
 /// Name of the table.
@@ -18,12 +18,12 @@ const TABLE: &str = "suite.md";
 /// First line of the table.
 const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
-/// Flies the suite with these settings besides its own and with the law that the program brings, each campaign in a folder of its
+/// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
-pub fn run(folder: &Path, settings: &[Setting], own: Option<&OwnLaw>) -> Result<(), Problem> {
+pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Result<(), Problem> {
     let mut flown = Vec::new();
     for (name, _) in SUITE {
-        let plan = Plan::new(SpecFile::read_with(name, own, settings)?)?;
+        let plan = Plan::new(SpecFile::read_with(name, own, aircraft)?)?;
         print_line!("{}", plan.file.spec.name);
         let store = Store::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;

@@ -21,7 +21,6 @@ use super::claim::{ClaimResult, Limit};
 use super::{NOISE_TURBULENCE_M_S, claims, in_process};
 use crate::builder::preset_of;
 use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
-use crate::estimator::{CASES, Case as Fit};
 use crate::metrics::{max, min};
 use crate::problem::Problem;
 use crate::runner;
@@ -46,13 +45,21 @@ pub struct Options {
     pub seed: u64,
 }
 
+/// Sensors of a row.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fit {
+    pub name: &'static str,
+    pub grade: GradeName,
+    pub vanes: bool,
+}
+
 /// Ideal sensors in the same air first: what the air alone does.
 pub const FITS: [Fit; 5] = [
     Fit { name: "ideal", grade: GradeName::Ideal, vanes: true },
-    CASES[0],
-    CASES[1],
-    CASES[2],
-    CASES[3],
+    Fit { name: "tactical", grade: GradeName::Tactical, vanes: true },
+    Fit { name: "tactical without vanes", grade: GradeName::Tactical, vanes: false },
+    Fit { name: "consumer", grade: GradeName::Consumer, vanes: true },
+    Fit { name: "consumer without vanes", grade: GradeName::Consumer, vanes: false },
 ];
 
 /// The flights of one fit under one seed.

@@ -3,15 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use autopilot::config::Model;
-use flight_analysis::configuration::AircraftArgs;
+use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_analysis::fly::measures::Measures;
 use flight_analysis::problem::{Problem, problem};
+use flight_analysis::settings::{Setting, number};
 use icd::{Effector, EffectorKind};
 use plant_sim::{Airframe, airframe};
 
 use super::{Plan, Value};
 use crate::spec::{
-    AirframeSpec, Each, Meaning, RUNS_MAX, SpecFile, Variable, settings_of, text_of,
+    AirframeSpec, Case, Each, Meaning, RUNS_MAX, SpecFile, Variable, settings_of, text_of,
 };
 
 /// An aircraft of the campaign, read and checked.
@@ -29,6 +30,8 @@ pub struct Aircraft {
     pub(super) model_file: toml::Table,
     /// The values of every listed variable, `None` of a drawn one.
     pub(super) lists: Vec<Option<Vec<Value>>>,
+    /// For every variable its cases by name, as settings of this aircraft.
+    pub(super) cases: Vec<Vec<(String, Vec<Setting>)>>,
     /// Combinations of the listed values.
     pub(super) combinations: u64,
     /// Number of its first flight.
@@ -37,7 +40,12 @@ pub struct Aircraft {
 
 impl Aircraft {
     /// Reads its files and lists the values of the listed variables.
-    pub(super) fn read(spec: &AirframeSpec, file: &SpecFile, first: u64) -> Result<Self, Problem> {
+    pub(super) fn read(
+        spec: &AirframeSpec,
+        file: &SpecFile,
+        scenario: &Named,
+        first: u64,
+    ) -> Result<Self, Problem> {
         // The name of an aircraft that comes with the program, or a file beside the specification.
         let named = |name: &Option<PathBuf>| {
             name.as_deref().map(|name: &Path| match airframe::is_shipped(name) {
@@ -72,7 +80,7 @@ impl Aircraft {
         let measures = measures.chain(judged).collect();
         let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
         let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);
-        Ok(Self {
+        let mut aircraft = Self {
             name,
             args,
             airframe,
@@ -81,9 +89,28 @@ impl Aircraft {
             airframe_file,
             model_file,
             lists,
+            cases: Vec::new(),
             combinations,
             first,
-        })
+        };
+        let case = |case: &Case| -> Result<_, Problem> {
+            let mut set = settings_of(&case.set, &file.name)?;
+            for setting in set.iter_mut().filter(|_| case.is_factor) {
+                let Some(factor) = number(&setting.value) else { continue };
+                setting.value = (factor * aircraft.base(file, scenario, &setting.key)?).into();
+            }
+            Ok((case.name.clone(), set))
+        };
+        let of = |variable: &Variable| variable.cases.iter().map(case).collect();
+        aircraft.cases = file.spec.vary.iter().map(of).collect::<Result<_, _>>()?;
+        Ok(aircraft)
+    }
+
+    /// What a value of a variable sets besides its key, where it is the name of a case.
+    pub(super) fn case(&self, place: usize, value: &Value) -> &[Setting] {
+        let Value::Text(name) = value else { return &[] };
+        let found = self.cases[place].iter().find(|(known, _)| known == name);
+        found.map_or(&[], |(_, set)| set)
     }
 
     /// Turns factors and parts of a travel into values of their keys.
@@ -97,7 +124,8 @@ impl Aircraft {
                         None => *number,
                         Some(level) => 1.0 + number * level_of(plan, level, values),
                     };
-                    Ok(Value::Number(factor * self.base(plan, variable)?))
+                    let base = self.base(&plan.file, &plan.scenario, &variable.key)?;
+                    Ok(Value::Number(factor * base))
                 }
                 Meaning::Travel => {
                     let deg = self.travel_deg(plan, variable, values, *number)?;
@@ -108,21 +136,29 @@ impl Aircraft {
         plan.variables().iter().zip(values).map(of).collect()
     }
 
-    /// The number that the file of a key has.
-    fn base(&self, plan: &Plan, variable: &Variable) -> Result<f64, Problem> {
-        let key = variable.key.as_str();
+    /// The number that the file of a key has; of altitudes and airspeeds that the scenario leaves open, that of the design point.
+    fn base(&self, file: &SpecFile, scenario: &Named, key: &str) -> Result<f64, Problem> {
+        let design = &self.airframe.design_point;
+        let of_design = || match key.rsplit('.').next() {
+            Some("altitude_m") => Some(design.altitude_m),
+            Some("airspeed_m_s") => Some(design.airspeed_m_s),
+            _ => None,
+        };
         let of = |table: &toml::Table, path: &str| number_at(table, path);
         let found = match key.split_once('.') {
             Some(("airframe", path)) => of(&self.airframe_file, path),
             Some(("model", path)) => of(&self.model_file, path),
-            Some(_) => toml::from_str(&plan.scenario.text).ok().and_then(|table| of(&table, key)),
+            Some(_) => {
+                let table: Option<toml::Table> = toml::from_str(&scenario.text).ok();
+                table.and_then(|table| of(&table, key)).or_else(of_design)
+            }
             None => autopilot::parameters::table()
                 .iter()
                 .find(|row| row.name == key)
                 .map(|row| row.value(&self.model.defaults)),
         };
         found.ok_or_else(|| {
-            let file = &plan.file.name;
+            let file = &file.name;
             problem!("{file}: {key}: as = \"factor\" needs a number in the file, and there is none")
         })
     }

@@ -4,7 +4,7 @@ use flight_analysis::problem::Problem;
 use serde::Deserialize;
 
 use super::variable::{Meaning, Variable};
-use super::{check_key, refuse};
+use super::{check_key, refuse, settings_of};
 
 /// A level with the keys that it acts on. In tables and plots it is a listed variable with its name.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -15,11 +15,27 @@ pub struct Joint {
     /// Its unit, for titles of curves.
     #[serde(default)]
     pub unit: String,
+    #[serde(default)]
     pub levels: Vec<f64>,
     /// What a level means for each key.
     #[serde(default, rename = "as")]
     pub meaning: JointMeaning,
+    #[serde(default)]
     pub keys: Vec<String>,
+    /// In place of levels and keys: cases, each with values for keys of its own.
+    #[serde(default, rename = "case")]
+    pub cases: Vec<Case>,
+}
+
+/// Keys and values under one name.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Case {
+    pub name: String,
+    /// Its numbers are factors on what the file has, or on the design point of the aircraft.
+    #[serde(skip)]
+    pub is_factor: bool,
+    #[serde(flatten)]
+    pub set: toml::Table,
 }
 
 /// What a level means.
@@ -29,6 +45,8 @@ pub enum JointMeaning {
     /// Every key has the level as its value.
     #[default]
     Value,
+    /// The numbers of a case are factors on the numbers that the file has, or, of altitude and airspeed, the design point.
+    Factor,
     /// Every key has a draw of its own, uniform within the level of 1 to either side, as a factor on the number that the file has.
     Error,
 }
@@ -36,15 +54,19 @@ pub enum JointMeaning {
 impl Joint {
     /// The variables that it stands for: its level, listed, and for [`JointMeaning::Error`] a drawn factor for each key.
     pub(super) fn variables(&self) -> Vec<Variable> {
-        let values = self.levels.iter().copied().map(toml::Value::from).collect();
+        let is_factor = self.meaning == JointMeaning::Factor;
+        let case = |case: &Case| Case { is_factor, ..case.clone() };
+        let names = self.cases.iter().map(|case| case.name.as_str().into());
+        let values = self.levels.iter().copied().map(toml::Value::from).chain(names).collect();
         let level = Variable {
             key: self.name.clone(),
             values: Some(values),
             meaning: Meaning::Level,
+            cases: self.cases.iter().map(case).collect(),
             ..Variable::default()
         };
         match self.meaning {
-            JointMeaning::Value => vec![Variable { sets: self.keys.clone(), ..level }],
+            JointMeaning::Value | JointMeaning::Factor => vec![Variable { sets: self.keys.clone(), ..level }],
             JointMeaning::Error => {
                 // A factor, so many times the level from 1.
                 let drawn = |key: &String| Variable {
@@ -67,7 +89,26 @@ impl Joint {
         if self.name.is_empty() || !self.name.chars().all(is_word) {
             return refuse("name", format!("{:?}", self.name), "letters, digits and _");
         }
+        if !self.cases.is_empty() {
+            let is_alone = self.levels.is_empty() && self.keys.is_empty();
+            if !is_alone || self.meaning == JointMeaning::Error {
+                let expected = "[[joint.case]] alone, without levels, keys and as = \"error\"";
+                return refuse("case", format!("{} of them", self.cases.len()), expected);
+            }
+            for (place, case) in self.cases.iter().enumerate() {
+                let is_same = |other: &Case| other.name == case.name;
+                if case.name.is_empty() || self.cases[..place].iter().any(is_same) {
+                    let expected = "each name once, and not empty";
+                    return refuse("case.name", format!("{:?}", case.name), expected);
+                }
+                settings_of(&case.set, file)?;
+            }
+            return Ok(());
+        }
         let (least, most, expected) = match self.meaning {
+            JointMeaning::Factor => {
+                return refuse("as", "\"factor\"".to_owned(), "[[joint.case]] with it");
+            }
             JointMeaning::Value => (f64::MIN, f64::MAX, "one or more finite numbers"),
             // At 1 a mass or an inertia could be zero.
             JointMeaning::Error => (0.0, 0.95, "one or more numbers from 0 to 0.95"),

@@ -1,11 +1,13 @@
 //! A variable of a campaign: which key is varied, and how.
 
+use std::collections::BTreeSet;
+
 use flight_analysis::problem::Problem;
 use flight_analysis::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 
-use super::{check_key, is_scalar, refuse};
+use super::{Case, check_key, is_scalar, refuse};
 
 /// Most values of one variable.
 const VALUES_MAX: u32 = 100_000;
@@ -30,6 +32,9 @@ pub struct Variable {
     /// Keys that have the value of a joint level.
     #[serde(skip)]
     pub sets: Vec<String>,
+    /// What its values stand for, where they are names.
+    #[serde(skip)]
+    pub cases: Vec<Case>,
     /// Name of the joint level that scales the deviation of the factor from 1.
     #[serde(skip)]
     pub level: Option<String>,
@@ -83,6 +88,13 @@ impl Variable {
     /// Whether its values are drawn, not listed.
     pub fn is_drawn(&self) -> bool {
         self.uniform.is_some() || self.normal.is_some()
+    }
+
+    /// The keys that it sets, each once.
+    pub fn keys(&self) -> impl Iterator<Item = &String> {
+        let of_cases: BTreeSet<&String> =
+            self.cases.iter().flat_map(|case| case.set.keys()).collect();
+        std::iter::once(&self.key).chain(&self.sets).chain(of_cases)
     }
 
     /// Smallest and largest number that it takes; `None` of texts and of what is not bounded.
