@@ -295,7 +295,9 @@ fn run_study(
 
 fn specifications() -> String {
     let names = SHIPPED.map(|(name, _)| name).join(", ");
-    format!("A specification is a study too, by its name or from a file, with the options of `sitl campaign run`: {names}.")
+    format!(
+        "A specification is a study too, by its name or from a file, with the options of `sitl campaign run`: {names}."
+    )
 }
 
 /// The campaign of a specification, read with the options of `sitl campaign run`.

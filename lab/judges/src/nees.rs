@@ -5,6 +5,7 @@
 //! and Navigation, 2001, section 5.4.2).
 
 use flight_control::estimator::covariance::{ATTITUDE, FORCE_BIAS, GYRO_BIAS, VELOCITY, WIND};
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use lab_engine::flight::Tick;
 use nalgebra::{Matrix3, Vector3};
 
@@ -28,14 +29,14 @@ pub const COLUMNS: [(&str, &str); 28] = [
     ("attitude_estimate_rms", "rad"),
     ("velocity_estimate_rms", "m/s"),
     ("position_estimate_rms", "m"),
-    ("gyro_bias_estimate_rms", "rad/s"),
-    ("accelerometer_bias_estimate_rms", "m/s2"),
+    ("gyro_bias_estimate_rms", "deg/h"),
+    ("accelerometer_bias_estimate_rms", "mg"),
     ("wind_estimate_rms", "m/s"),
     ("attitude_stated_rms", "rad"),
     ("velocity_stated_rms", "m/s"),
     ("position_stated_rms", "m"),
-    ("gyro_bias_stated_rms", "rad/s"),
-    ("accelerometer_bias_stated_rms", "m/s2"),
+    ("gyro_bias_stated_rms", "deg/h"),
+    ("accelerometer_bias_stated_rms", "mg"),
     ("wind_stated_rms", "m/s"),
     ("airspeed_error_rms", "m/s"),
     ("alpha_error_rms", "rad"),
@@ -45,6 +46,8 @@ pub const COLUMNS: [(&str, &str); 28] = [
 
 /// Groups of three states.
 const GROUPS: usize = 6;
+/// SI units of the biases over those of the columns.
+const UNITS: [f64; GROUPS] = [1.0, 1.0, 1.0, DEG / 3_600.0, STANDARD_GRAVITY_M_S2 / 1_000.0, 1.0];
 /// 95 % quantile of χ² with three degrees of freedom.
 const QUANTILE_95: f64 = 7.815;
 
@@ -99,8 +102,10 @@ impl Judge for NeesJudge {
         let mean = |sum: &f64| sum / self.seconds;
         let root = |sum: &f64| mean(sum).sqrt();
         let means = self.nees.iter().chain(&self.below).map(mean);
-        let roots = self.squares.iter().chain(&self.variances).chain(&self.flow).map(root);
-        let all = means.chain(roots).chain([f64::from(self.realigned)]);
+        let groups = self.squares.iter().chain(&self.variances).map(root);
+        let groups = groups.zip(UNITS.iter().cycle()).map(|(root, unit)| root / unit);
+        let all = means.chain(groups).chain(self.flow.iter().map(root));
+        let all = all.chain([f64::from(self.realigned)]);
         all.map(|value| (self.seconds > 0.0).then_some(value)).collect()
     }
 }

@@ -217,7 +217,9 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
             let plan = plan(&args.spec)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
-        Command::Tune(args) => tune::run(&SpecFile::read_with(&args.spec, own, &AircraftArgs::default())?, &args.out),
+        Command::Tune(args) => {
+            tune::run(&SpecFile::read_with(&args.spec, own, &AircraftArgs::default())?, &args.out)
+        }
         Command::Suite(args) => suite::run(&args.out, &args.aircraft, own),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);

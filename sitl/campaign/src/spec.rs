@@ -296,14 +296,19 @@ impl SpecFile {
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, Problem> {
         for setting in settings {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
+            self.text += &format!("\n# --set {setting}\n");
+            self.spec.name += &format!(", {setting}");
+            if key == "plant.duration_s" {
+                self.spec.duration_s = number(&value).unwrap_or(f64::NAN);
+                self.spec.check_duration("--set")?;
+                continue;
+            }
             if let Some(place) = self.spec.set_later(&key) {
                 let expected =
                     format!("another key, because {place} sets this one in every flight");
                 return refuse("--set", &key, value, &expected);
             }
             drop(self.spec.set.insert(key, value));
-            self.text += &format!("\n# --set {setting}\n");
-            self.spec.name += &format!(", {setting}");
         }
         Ok(self)
     }
@@ -353,12 +358,9 @@ impl Spec {
         let airframes: Vec<_> = self.airframe.iter().map(|airframe| &airframe.set).collect();
         let laws: Vec<_> = self.law.iter().map(|law| &law.set).collect();
         // A factor multiplies what is set.
-        let by = |v: &Variable| {
-            v.meaning != Meaning::Factor && v.keys().any(|set| set == key)
-        };
+        let by = |v: &Variable| v.meaning != Meaning::Factor && v.keys().any(|set| set == key);
         let places = [
             (key == "plant.seed", "seed"),
-            (key == "plant.duration_s", "duration_s"),
             (self.vary.iter().any(by), "[[vary]]"),
             (in_all(&airframes), "each [[airframe]]"),
             (in_all(&laws), "each [[law]]"),
@@ -366,12 +368,17 @@ impl Spec {
         places.into_iter().find_map(|(is_it, place)| is_it.then_some(place))
     }
 
+    fn check_duration(&self, file: &str) -> Result<(), Problem> {
+        let expected = format!("more than 0 and at most {DURATION_MAX_S} s");
+        match self.duration_s > 0.0 && self.duration_s <= DURATION_MAX_S {
+            true => Ok(()),
+            false => refuse(file, "duration_s", self.duration_s, &expected),
+        }
+    }
+
     fn check(&self, file: &str) -> Result<(), Problem> {
         let refuse = |key: &str, value: String, expected: &str| refuse(file, key, value, expected);
-        if !(self.duration_s > 0.0 && self.duration_s <= DURATION_MAX_S) {
-            let expected = format!("more than 0 and at most {DURATION_MAX_S} s");
-            return refuse("duration_s", self.duration_s.to_string(), &expected);
-        }
+        self.check_duration(file)?;
         if !(1..=SAMPLES_MAX).contains(&self.samples) {
             return refuse("samples", self.samples.to_string(), &format!("1 to {SAMPLES_MAX}"));
         }
@@ -485,7 +492,14 @@ pub fn text_of(value: &Toml) -> Option<String> {
 
 /// Settings of a table of keys and values.
 pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, Problem> {
-    table.iter().map(|(key, value)| checked(key, value, file)).collect()
+    let mut settings: Vec<Setting> =
+        table.iter().map(|(key, value)| checked(key, value, file)).collect::<Result<_, _>>()?;
+    // Entry 2 of a list before entry 10: each is one more than there are.
+    let words = |key: &str| -> Vec<(usize, String)> {
+        key.split('.').map(|word| (word.parse().unwrap_or(0), word.to_owned())).collect()
+    };
+    settings.sort_by_cached_key(|setting| words(&setting.key));
+    Ok(settings)
 }
 
 /// A setting whose key exists and whose value has one place in a table.

@@ -52,12 +52,14 @@ pub fn figure(plan: &Plan, results: &Results) -> Option<Figure> {
 
 impl<'a> Cells<'a> {
     fn of(plan: &'a Plan, table: &'a TableSpec) -> Self {
-        let mut cells = Self { plan, table, rows: Vec::new(), across: Vec::new(), runs: Vec::new() };
+        let mut cells =
+            Self { plan, table, rows: Vec::new(), across: Vec::new(), runs: Vec::new() };
         for number in 0..plan.runs() {
             // The plan is checked, so every run can be drawn.
             let Ok(run) = plan.run(number) else { continue };
             let row = table.rows.iter().map(|key| name(plan, &run, key)).collect();
-            let across = table.across.as_ref().map_or_else(String::new, |key| name(plan, &run, key));
+            let across =
+                table.across.as_ref().map_or_else(String::new, |key| name(plan, &run, key));
             let (row, across) = (place(&mut cells.rows, row), place(&mut cells.across, across));
             cells.runs.resize_with(cells.rows.len(), Vec::new);
             let of_row = &mut cells.runs[row];
@@ -101,9 +103,12 @@ impl<'a> Cells<'a> {
         let columns = &self.table.columns;
         let column = columns.iter().find(|column| column.fields.is_some())?;
         let Fields { within, due } = column.fields.as_ref()?;
-        let (mut drawing, mut y) = (Drawing::default(), 54.0);
+        let (mut drawing, mut y) = (Drawing::default(), 46.0);
         drawing.text((14.0, 25.0), "start", r#" font-size="20""#, &self.table.title);
-        drawing.text((14.0, 46.0), "start", "", &self.table.about);
+        for sentence in self.table.about.split_inclusive(". ") {
+            drawing.text((14.0, y), "start", r#" font-size="12""#, sentence.trim_end());
+            y += 17.0;
+        }
         let width = (WIDTH - LEFT) / self.across.len() as f64;
         let x_of = |place: usize| LEFT + width * place as f64;
         let mut block = None;

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
+use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::settings::Setting;
 use flight_campaign::plan::{Plan, Value};
 use flight_campaign::spec::{SHIPPED, SUITE, SpecFile};
@@ -261,14 +262,17 @@ fn a_setting_without_an_effect_is_refused() {
         ("plant.wind.turbulence_m_s", "[[vary]]"),
         ("plant.fault.1.onset_s", "[[vary]]"),
         ("plant.seed", "seed"),
-        ("plant.duration_s", "duration_s"),
     ] {
         let message = with(key).expect_err("it has no effect").to_string();
         assert!(message.contains(&format!("{place} sets this one")), "{message}");
     }
-    for key in ["airframe.mass.mass_kg", "plant.wind.speed_m_s", "CTL_LAW"] {
+    for key in ["airframe.mass.mass_kg", "plant.wind.speed_m_s", "CTL_LAW", "plant.duration_s"] {
         assert!(with(key).is_ok(), "{key}");
     }
+    let forever = Setting::new("plant.duration_s", 1.0e9);
+    let refused = SpecFile::read("smoke").expect("it is shipped").with(&[forever]);
+    let refused = refused.expect_err("too long").to_string();
+    assert!(refused.contains("--set: duration_s = 1000000000: expected more than 0"), "{refused}");
 }
 
 /// The PID, under another name.
@@ -300,16 +304,19 @@ fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selec
     assert_eq!(outcomes[0], outcomes[1], "both are the PID with the paper's compensator");
     let fingerprint = |name: &str| {
         let own = OwnLaw::new(name, || Pid::new(&Gains::REFERENCE.pid));
-        let file = SpecFile::read_with("smoke", Some(&own), &[]).expect("it is shipped");
+        let file = SpecFile::read_with("smoke", Some(&own), &AircraftArgs::default())
+            .expect("it is shipped");
         Plan::new(file).expect("it can be flown").fingerprint
     };
     assert_ne!(fingerprint("one"), fingerprint("other"));
     for (name, _) in SHIPPED.iter().chain(&SUITE) {
-        let file = SpecFile::read_with(name, Some(&own_law()), &[]).expect("they are shipped");
+        let file = SpecFile::read_with(name, Some(&own_law()), &AircraftArgs::default())
+            .expect("they are shipped");
         assert_eq!(file.spec.law.last().map(|law| law.name.as_str()), Some("my \"law\""), "{name}");
     }
     let taken = OwnLaw::new("PID alone", || Pid::new(&Gains::REFERENCE.pid));
-    let refused = SpecFile::read_with("smoke", Some(&taken), &[]).expect_err("a taken name");
+    let refused = SpecFile::read_with("smoke", Some(&taken), &AircraftArgs::default())
+        .expect_err("a taken name");
     assert!(refused.to_string().contains("each name once"), "{refused}");
 }
 

@@ -222,7 +222,10 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
                 let rms: f64 = turbulence.parse().expect("a number");
                 // Gusts along the flight, which nothing shows any more, and what the wind was not known by before.
                 assert!(error < 1.0 + 1.2 * rms, "{error} m/s, {what}");
-                assert!(stated > error && stated < 1.5 + 1.5 * rms, "{error}, {stated} m/s, {what}");
+                assert!(
+                    stated > error && stated < 1.5 + 1.5 * rms,
+                    "{error}, {stated} m/s, {what}"
+                );
                 let nees = mean(&of, "wind_nees");
                 assert!(nees < 6.0, "{nees}, {what}");
             }
@@ -276,13 +279,17 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
 #[test]
 fn a_slow_drift_of_the_pitot_tube_is_found_by_the_lift() {
     for rate in ["3.0", "-3.0"] {
-        let drift = format!("\"plant.fault.1.kind\" = \"drifting\"\n\"plant.fault.1.rate_pa_s\" = {rate}\n");
+        let drift = format!(
+            "\"plant.fault.1.kind\" = \"drifting\"\n\"plant.fault.1.rate_pa_s\" = {rate}\n"
+        );
         let plan = study("sensor-losses", |text| {
             let off = ("\"plant.fault.1.kind\" = \"off\"\n", drift.as_str());
             let others = SensorKind::ALL.into_iter().filter(|s| *s != SensorKind::Pitot);
             let only = others.fold(text.to_owned(), |text, sensor| {
                 let (name, key) = (sensor.name(), sensor.key());
-                let case = format!("[[joint.case]]\nname = \"{name}\"\n\"plant.fault.1.sensor\" = \"{key}\"\n");
+                let case = format!(
+                    "[[joint.case]]\nname = \"{name}\"\n\"plant.fault.1.sensor\" = \"{key}\"\n"
+                );
                 text.replace(&case, "")
             });
             with(&only, &[off, ("\nseed = 1\n", "\nseed = 70001\n")]) + AEROSONDE
@@ -330,7 +337,10 @@ fn each_fault_of_each_sensor_has_the_outcome_of_the_document() {
         let airspeed = metric(outcome, "airspeed_error_end");
         let altitude = metric(outcome, "altitude_error_end");
         let is_right = attitude < 7.0 && airspeed < 3.0 && altitude < 3.0;
-        assert!(is_right, "after the repair of {fault}: {attitude} deg, {airspeed} m/s, {altitude} m");
+        assert!(
+            is_right,
+            "after the repair of {fault}: {attitude} deg, {airspeed} m/s, {altitude} m"
+        );
         // The estimator reads all but the engine monitor, and sees what is not there or does not change.
         let expected = match fault.as_str() {
             fault if fault.starts_with("engine monitor") => SourceHealth::Unused,

@@ -66,7 +66,9 @@ impl Joint {
             ..Variable::default()
         };
         match self.meaning {
-            JointMeaning::Value | JointMeaning::Factor => vec![Variable { sets: self.keys.clone(), ..level }],
+            JointMeaning::Value | JointMeaning::Factor => {
+                vec![Variable { sets: self.keys.clone(), ..level }]
+            }
             JointMeaning::Error => {
                 // A factor, so many times the level from 1.
                 let drawn = |key: &String| Variable {
