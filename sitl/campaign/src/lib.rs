@@ -266,7 +266,10 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
             for (name, bytes) in figure.files()? {
                 let beginning = beginning_of(&name);
                 let several = plan.aircraft.len() > 1;
-                let prefix = &plan.aircraft[airframe].name;
+                // A name such as "f16, 150 m/s" names no folder.
+                let is_plain = |c: char| c.is_alphanumeric() || " _-.,".contains(c);
+                let plain = |c| if is_plain(c) { c } else { '-' };
+                let prefix: String = plan.aircraft[airframe].name.chars().map(plain).collect();
                 let name = if several { format!("{prefix}-{name}") } else { name };
                 in_folder(&name, &bytes, beginning)?;
             }

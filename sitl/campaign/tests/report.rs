@@ -15,6 +15,12 @@ name = "small </script><b>jams</b>"
 duration_s = 3.0
 scenario = "nominal"
 
+[[airframe]]
+name = "tvc_jet"
+
+[[airframe]]
+name = "the same/at 100 m/s"
+
 [set]
 "plant.fault.1.kind" = "stuck_at"
 "plant.fault.1.onset_s" = 0.5
@@ -52,6 +58,8 @@ fn the_page_is_drawn_in_a_browser_without_a_request_or_an_error() {
     let folder = tempfile::tempdir().expect("a folder");
     let page = page(folder.path());
     let html = fs::read_to_string(&page).expect("a page");
+    // A name of an aircraft is no path.
+    assert!(folder.path().join("the same-at 100 m-s-map.svg").is_file());
     assert_eq!(
         html.matches("Plotly.newPlot(").count(),
         html.matches("class=\"chart\"").count() + 1
@@ -82,8 +90,8 @@ fn the_page_is_drawn_in_a_browser_without_a_request_or_an_error() {
     let console: Vec<&str> = log.lines().filter(|line| line.contains("CONSOLE")).collect();
     assert!(console.is_empty(), "{console:?}");
     let dom = String::from_utf8_lossy(&browser.stdout);
-    // Survived, map, differences, nearest losses.
-    assert_eq!(dom.matches("class=\"plot-container").count(), 4, "charts drawn");
+    // Survived, map, differences, nearest losses, of two aircraft.
+    assert_eq!(dom.matches("class=\"plot-container").count(), 8, "charts drawn");
     assert!(dom.contains("small &lt;/script&gt;"), "the title is text");
     assert!(dom.contains("rudder jammed at"), "the map is drawn");
 }
