@@ -1,31 +1,26 @@
 //! `report.html`: a campaign for people, in one page that opens without a network.
-//!
-//! The charts are drawn in the browser by plotly.js, whose script the crate `plotly` carries.
 
 use flight_analysis::chart::Figure;
 use flight_analysis::page;
 use maud::{Markup, PreEscaped, html};
-use serde_json::{Value as Json, json};
 
-use crate::curves::Curves;
+use crate::curves::{self, Curves};
 use crate::limit::{Jams, Score, Studied};
 use crate::map;
 use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
 use crate::store::{PROGRAM, RunEnd};
-use crate::summary::{Difference, Group};
+use crate::summary::Group;
 
 mod charts;
 mod histories;
-
-use charts::Chart;
 
 /// Name of the file.
 pub const REPORT: &str = "report.html";
 /// Style of this page beside that of every page.
 const STYLE: &str = include_str!("report/style.css");
 /// What the browser allows the page: nothing from anywhere else, so that it cannot ask for anything.
-const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:";
+const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
 /// Lost runs of a law that are listed at most.
 const LISTED: usize = 200;
 
@@ -70,58 +65,27 @@ pub fn page(sources: &Sources<'_>) -> String {
     let Sources { plan, .. } = sources;
     let spec = &plan.file.spec;
     let title = format!("Campaign {}", spec.name);
-    let mut charts = Vec::new();
     let body = html! {
         h1 { (title) }
         p { (spec.about) }
         (page::markdown(sources.tables))
         @if let Some(figure) = sources.fields { figure { (PreEscaped(&figure.svg)) } }
-        @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe, &mut charts)) }
+        @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe)) }
         h2 { "How it was flown" }
         (header(sources))
-        script { (PreEscaped(script())) }
-        script { (PreEscaped(drawn(&charts))) }
     };
     let head = html! { meta http-equiv="Content-Security-Policy" content=(POLICY); };
     page::page_with_head(&title, STYLE, &head, &body)
 }
 
-/// The script that draws, without the one for formulas that comes with it.
-fn script() -> String {
-    let sources = plotly::Plot::offline_js_sources();
-    let begin = sources.find('>').map_or(0, |at| at + 1);
-    let end = sources.find("</script>").unwrap_or(sources.len());
-    sources[begin..end].to_owned()
-}
-
-/// The calls that draw every chart.
-fn drawn(charts: &[Chart]) -> String {
-    let mut text = String::new();
-    for (number, Chart { data, layout, .. }) in charts.iter().enumerate() {
-        let options = json!({"responsive": true, "displaylogo": false});
-        let call = format!("Plotly.newPlot(\"chart{number}\", {data}, {layout}, {options});\n");
-        // A text of a campaign must neither end the script nor begin a comment in it, which HTML knows inside of scripts too.
-        text.push_str(&call.replace('<', "\\u003c"));
-    }
-    text
-}
-
-/// The place of a chart in the page.
-fn place(charts: &mut Vec<Chart>, chart: Chart) -> Markup {
-    let id = format!("chart{}", charts.len());
-    let style = format!("height:{}px", chart.height);
-    charts.push(chart);
-    html! { div.chart id=(id) style=(style) {} }
-}
-
-fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) -> Markup {
+fn of_aircraft(sources: &Sources<'_>, airframe: usize) -> Markup {
     let Sources { plan, jams, .. } = sources;
     let name = &plan.aircraft[airframe].name;
     let reference = plan.laws()[0];
     html! {
         h2 { "What was survived: " (name) }
         (in_short(sources, airframe))
-        (place(charts, charts::survived(sources, airframe)))
+        figure { (PreEscaped(charts::survived(sources, airframe))) }
         p.note {
             "Bars: share of all flights that ended with the aircraft inside its limits; lines: 95 % interval (Wilson)."
             @if sources.headline(airframe, 0).is_some() {
@@ -139,9 +103,11 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
                 "Each row is a law, each cell an angle at which the effector jammed: blue was survived, red was lost. The black lines are the limits of physics; "
                 "one that lies beyond the flown angles is not drawn. Between them a steady flight exists (solid: any turn, climb or descent; dotted: straight and "
                 "level at the speed of the design point), outside them none: an aircraft that is kept there has not left its limits within "
-                (plan.file.spec.duration_s) " s. Point at a cell for its runs. The same map without a browser: map.svg, map.png."
+                (plan.file.spec.duration_s) " s. The mouse shows the number of a run of each cell. The same map as files: map.svg, map.png."
             }
-            (place(charts, charts::map(sources, *jams, airframe)))
+            @let Studied { limits, scores } = &sources.studied[airframe];
+            @let at = (airframe, limits.as_ref());
+            figure { (PreEscaped(map::figure(plan, sources.results, *jams, at, scores).svg)) }
         }
         @if plan.laws().len() > 1 {
             h2 { "Against " (reference) ", on the same flights" }
@@ -149,20 +115,20 @@ fn of_aircraft(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) 
                 "Points of loss fraction more or less than " (reference) "; every law flew the same flights with the same seeds. Lines: 95 % interval of the "
                 "paired bootstrap. A line that crosses zero shows no difference."
             }
-            (place(charts, charts::differences(sources, airframe)))
+            figure { (PreEscaped(charts::differences(sources, airframe))) }
         }
         @for curves in sources.curves.iter().filter(|curves| curves.airframe == airframe) {
             h2 { "Over " (curves.title) }
             p.note {
                 "Fraction lost with its 95 % interval (Wilson), then medians and quartiles of measures over the flights that were kept. A measure of a law that loses "
-                "many flights is of those that were easy enough for it. A click on a law hides it, a double click shows it alone."
+                "many flights is of those that were easy enough for it."
             }
-            @for chart in charts::curves(plan, curves) { (place(charts, chart)) }
+            figure { (PreEscaped(curves::figure(plan, std::slice::from_ref(curves)).svg)) }
         }
         h2 { "Scorecard" }
         (scorecard(sources, airframe))
         h2 { @if jams.is_some() { "The nearest losses" } @else { "The first losses" } }
-        (histories::section(sources, airframe, charts))
+        (histories::section(sources, airframe))
         h2 { "Runs that were lost" }
         (lost(sources, airframe))
     }
@@ -303,29 +269,4 @@ fn header(sources: &Sources<'_>) -> Markup {
             "docs/campaigns.md describes the specification and the files."
         }
     }
-}
-
-/// Angles, flights and names of the jammed effectors, as in the map.
-fn effectors(
-    sources: &Sources<'_>,
-    jams: Jams,
-    airframe: usize,
-) -> Vec<(String, String, map::Angles)> {
-    let grouped = map::grouped(sources.plan, jams, airframe);
-    let named = grouped.into_iter().map(|(key, angles)| {
-        let name = map::shown_name(sources.plan, airframe, &key);
-        (key, name, angles)
-    });
-    named.collect()
-}
-
-/// A difference as the numbers of a chart: middle, and the lengths to either side.
-fn bars(difference: Option<Difference>, scale: f64) -> Option<[f64; 3]> {
-    let Difference { mean, interval: (low, high) } = difference?;
-    Some([scale * mean, scale * (high - mean), scale * (mean - low)])
-}
-
-/// A list as JSON.
-fn list(values: impl Iterator<Item = f64>) -> Json {
-    values.map(|value| if value.is_finite() { json!(value) } else { Json::Null }).collect()
 }

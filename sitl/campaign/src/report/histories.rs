@@ -1,22 +1,23 @@
 //! The nearest loss of each law, flown again: roll angle, sideslip and altitude over time.
 
+use flight_analysis::chart::axis::range;
+use flight_analysis::chart::curve::Point;
+use flight_analysis::chart::panel::{Curve, Panel};
+use flight_analysis::chart::{Ink, Pattern, sheet};
 use flight_analysis::closed_loop;
 use flight_analysis::paper::trace::Sample;
 use flight_analysis::table::Row;
 use flight_control::DesignModel;
-use maud::{Markup, html};
-use serde_json::{Value as Json, json};
+use maud::{Markup, PreEscaped, html};
 
-use super::charts::{Chart, layout};
-use super::{Sources, breakable, list, place};
+use super::{Sources, breakable};
 use crate::curves::COLOURS;
 use crate::store::RunEnd;
 
 /// Every so many control steps have a point.
 const EVERY: u64 = 25;
 /// Panels: title with unit, and what of a row.
-type Panel = (&'static str, fn(&Row) -> f64);
-const PANELS: [Panel; 3] = [
+const PANELS: [(&str, fn(&Row) -> f64); 3] = [
     ("roll angle, deg", |row| row.phi_rad.to_degrees()),
     ("sideslip, deg", |row| row.beta_rad.to_degrees()),
     ("altitude, m", |row| row.altitude_m),
@@ -26,12 +27,11 @@ const PANELS: [Panel; 3] = [
 struct History {
     law: usize,
     run: usize,
-    time_s: Vec<f64>,
-    curves: [Vec<f64>; PANELS.len()],
+    curves: [Vec<Point>; PANELS.len()],
 }
 
 /// The section: which runs, and their curves.
-pub(super) fn section(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<Chart>) -> Markup {
+pub(super) fn section(sources: &Sources<'_>, airframe: usize) -> Markup {
     let nearest: Vec<(usize, usize)> = (0..sources.plan.laws().len())
         .filter_map(|law| Some((law, nearest(sources, airframe, law)?)))
         .collect();
@@ -46,7 +46,7 @@ pub(super) fn section(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<C
     };
     let laws = sources.plan.laws();
     html! {
-        p.note { "Of the flights that each law lost, " (by) ", up to the loss. A click on a law hides it." }
+        p.note { "Of the flights that each law lost, " (by) ", up to the loss." }
         table {
             tr { th { "law" } th { "run" } @for variable in sources.plan.variables() { th.number { (breakable(&variable.key)) } } th { "flies again by" } }
             @for history in &histories {
@@ -59,7 +59,7 @@ pub(super) fn section(sources: &Sources<'_>, airframe: usize, charts: &mut Vec<C
                 }
             }
         }
-        (place(charts, chart(sources, &histories)))
+        figure { (PreEscaped(figure(sources, &histories))) }
     }
 }
 
@@ -90,7 +90,7 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
     let setup = plan.setup(&drawn).ok()?;
     let limits = setup.plant.airframe.limits;
     let model = DesignModel::new(setup.model);
-    let mut history = History { law, run, time_s: Vec::new(), curves: Default::default() };
+    let mut history = History { law, run, curves: Default::default() };
     let (mut steps, mut is_lost) = (0_u64, false);
     let flown = closed_loop::fly(&setup, &mut |record| {
         if is_lost {
@@ -99,9 +99,8 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
         let row = Sample::of(&model, record).row;
         is_lost = limits.are_exceeded(&(&row).into());
         if steps.is_multiple_of(EVERY) || is_lost {
-            history.time_s.push(row.t_s);
             for (curve, (_, of)) in history.curves.iter_mut().zip(PANELS) {
-                curve.push(of(&row));
+                curve.push((row.t_s, of(&row)));
             }
         }
         steps += 1;
@@ -109,43 +108,22 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
     flown.ok().map(|_| history)
 }
 
-fn chart(sources: &Sources<'_>, histories: &[History]) -> Chart {
+fn figure(sources: &Sources<'_>, histories: &[History]) -> String {
     let laws = sources.plan.laws();
-    let mut data = Vec::new();
-    for history in histories {
-        for (panel, curve) in history.curves.iter().enumerate() {
-            let number = if panel == 0 { String::new() } else { (panel + 1).to_string() };
-            data.push(json!({
-                "type": "scatter", "mode": "lines", "name": laws[history.law],
-                "legendgroup": laws[history.law], "showlegend": panel == 0,
-                "x": list(history.time_s.iter().copied()), "y": list(curve.iter().copied()),
-                "line": {"color": COLOURS[history.law % COLOURS.len()], "width": 1.5},
-                "xaxis": "x", "yaxis": format!("y{number}"),
-                "hovertemplate": format!("{}: %{{y:.1f}} at %{{x:.2f}} s<extra></extra>", laws[history.law]),
-            }));
+    let ink = |law: usize| Ink::new(COLOURS[law % COLOURS.len()], Pattern::Solid);
+    let legend: Vec<(&str, Ink)> = histories.iter().map(|h| (laws[h.law], ink(h.law))).collect();
+    let times = || histories.iter().flat_map(|history| &history.curves[0]).map(|point| point.0);
+    let panel = |(place, (y_label, _)): (usize, &(&'static str, _))| {
+        let curves = histories.iter().map(|h| Curve::unnamed(h.curves[place].clone(), ink(h.law)));
+        let values = histories.iter().flat_map(|h| &h.curves[place]).map(|point| point.1);
+        Panel {
+            y_label,
+            x: (0.0, times().fold(0.0, f64::max)),
+            y: range(values, 1.0),
+            curves: curves.collect(),
+            ..Panel::default()
         }
-    }
-    let mut axes = serde_json::Map::new();
-    for (panel, (title, _)) in PANELS.iter().enumerate() {
-        let number = if panel == 0 { String::new() } else { (panel + 1).to_string() };
-        let height = 1.0 / PANELS.len() as f64;
-        let top = 1.0 - height * panel as f64;
-        let _ = axes.insert(
-            format!("yaxis{number}"),
-            json!({"domain": [top - height + 0.03, top - 0.02], "title": {"text": title}}),
-        );
-    }
-    let last = PANELS.len().to_string();
-    let _ = axes.insert(
-        "xaxis".to_owned(),
-        json!({"title": {"text": "time, s"}, "anchor": format!("y{last}")}),
-    );
-    let mut layout: Json = layout(&json!({
-        "margin": {"l": 80, "r": 30, "t": 30, "b": 50},
-        "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom"},
-    }));
-    if let Some(layout) = layout.as_object_mut() {
-        layout.extend(axes);
-    }
-    Chart { data: Json::from(data), layout, height: 720 }
+    };
+    let panels: Vec<Panel<'_>> = PANELS.iter().enumerate().map(panel).collect();
+    sheet("Up to the loss", &legend, 1, &panels)
 }
