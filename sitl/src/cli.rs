@@ -30,7 +30,6 @@ use flight_analysis::replay::{self, ReplayArgs};
 use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
 use flight_analysis::trimmable::{self, TrimmableArgs};
 use flight_analysis::turbulence::{self, TurbulenceArgs};
-use flight_analysis::{false_alarms, isolation};
 use flight_analysis::{print_line, print_text};
 use flight_campaign::RunArgs;
 use flight_campaign::spec::SHIPPED;
@@ -102,8 +101,6 @@ impl StudyCommand {
     fn bring(&mut self, own: &OwnLaw) {
         let laws = match self {
             Self::Mission(args) => &mut args.laws,
-            Self::FalseAlarms(args) => &mut args.study.flight.laws,
-            Self::Isolation(args) => &mut args.study.flight.laws,
             Self::Paper(_) | Self::PaperEstimated(_) => {
                 return tracing::warn!("the paper flies its own laws, not {}", own.name());
             }
@@ -153,10 +150,6 @@ enum StudyCommand {
     PaperEstimated(paper::estimated::Options),
     /// Fly a demonstration mission and draw its track
     Mission(MissionOptions),
-    /// Count false alarms of the detector in hours of healthy flight, over its delay
-    FalseAlarms(false_alarms::Options),
-    /// Break every effector in many ways, and count how often the isolation names the right one
-    Isolation(isolation::Options),
     /// Draw the errors of each sensor of a grade in a steady flight
     #[command(name = "sensors")]
     SensorErrors(SensorErrorsArgs),
@@ -280,8 +273,6 @@ fn run_study(
         StudyCommand::Paper(args) => return fly_paper(args, program),
         StudyCommand::PaperEstimated(args) => paper::estimated::run(args)?,
         StudyCommand::Mission(args) => mission::run(args)?,
-        StudyCommand::FalseAlarms(args) => false_alarms::run(args)?,
-        StudyCommand::Isolation(args) => isolation::run(args)?,
         StudyCommand::SensorErrors(args) => sensor_errors::run(args)?,
         StudyCommand::Actuators(args) => actuators::run(args)?,
         StudyCommand::Turbulence(args) => turbulence::run(args)?,
@@ -381,8 +372,7 @@ mod tests {
             "paper --out x",
             "mission --out x",
             "envelope --airframe f16 --samples 2 --out x",
-            "false-alarms --out x",
-            "isolation --out x",
+            "false-alarms --samples 1 --out x",
             "estimator --samples 10 --seed 3 --out x",
             "trimmable --pairs-deg 10 --out x",
             "turbulence --level light --altitude-m 100,5000 --airspeed-m-s 60 --out x",

@@ -28,9 +28,8 @@
 //! ```
 
 pub use flight_analysis::{
-    builder, chart, checkcase, closed_loop, configuration, design, false_alarms, fly, isolation,
-    law, linearize, margins, metrics, mission, paper, plot, replay, runner, settings, study, table,
-    trimmable,
+    builder, chart, checkcase, closed_loop, configuration, design, fly, law, linearize, margins,
+    metrics, mission, paper, plot, replay, runner, settings, table, trimmable,
 };
 
 pub mod actions;

@@ -10,11 +10,13 @@ use flight_control::estimator_status::EstimatorStatus;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 
+pub mod alarms;
 pub mod altitude;
 pub mod estimate;
 pub mod level;
 pub mod nees;
 pub mod sensor_fault;
+pub mod verdict;
 
 /// Looks at a flight.
 pub trait Judge: fmt::Debug {
@@ -41,7 +43,7 @@ impl PartialEq for JudgeKind {
     }
 }
 
-pub const KINDS: [JudgeKind; 5] = [
+pub const KINDS: [JudgeKind; 7] = [
     JudgeKind {
         name: "altitude",
         columns: &altitude::COLUMNS,
@@ -66,6 +68,16 @@ pub const KINDS: [JudgeKind; 5] = [
         name: "sensor_fault",
         columns: &sensor_fault::COLUMNS,
         make: |setup| Box::new(sensor_fault::SensorFaultJudge::of(setup)),
+    },
+    JudgeKind {
+        name: "alarms",
+        columns: &alarms::COLUMNS,
+        make: |setup| Box::new(alarms::AlarmsJudge::of(setup)),
+    },
+    JudgeKind {
+        name: "verdict",
+        columns: &verdict::COLUMNS,
+        make: |setup| Box::new(verdict::VerdictJudge::of(setup)),
     },
 ];
 
@@ -103,6 +115,10 @@ mod tests {
     fn every_judge_has_a_value_for_each_column_and_no_column_stands_twice() {
         let mut options = SetupOptions::default();
         let _ = options.set("plant.duration_s", 30.0).set("plant.sensors.grade", "tactical");
+        for (key, value) in [("effector", "left_elevator"), ("kind", "stuck_at")] {
+            let _ = options.set(&format!("plant.fault.1.{key}"), value);
+        }
+        let _ = options.set("plant.fault.1.onset_s", 12.0).set("plant.fault.1.angle_deg", 15.0);
         let setup = options.setup("nominal").unwrap();
         let mut names = BTreeSet::new();
         for kind in KINDS {

@@ -30,7 +30,6 @@ use crate::page::GENERATOR;
 use crate::plot;
 use crate::problem::{At as _, Problem, problem};
 use crate::runner::Progress;
-use crate::study::WholeSetup;
 use crate::table;
 
 mod judge;
@@ -39,7 +38,7 @@ pub mod outcome;
 pub mod seeds;
 
 use judge::{FlightLog, Keep};
-use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE, write_json};
+use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE, WholeSetup, write_json};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.

@@ -1,7 +1,7 @@
 //! Flies plant and autopilot together in one process, and measures, draws and reports what became of the flight.
 //!
 //! ```text
-//! configuration, settings ─> closed_loop ─> fly, paper, mission, margins, false_alarms ─> table, chart, page
+//! configuration, settings ─> closed_loop ─> fly, paper, mission, margins ─> table, chart, page
 //! flight log ─> plot, replay ─> chart, page
 //! plant ─> linearize, design ─> the controller's model and gains
 //! plant ─> actuators, sensor_errors, turbulence ─> chart
@@ -60,9 +60,7 @@ pub mod chart;
 pub mod checkcase;
 pub mod closed_loop;
 pub mod design;
-pub mod false_alarms;
 pub mod fly;
-pub mod isolation;
 pub mod linearize;
 pub mod margins;
 pub mod metrics;
@@ -73,7 +71,6 @@ pub mod plot;
 pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
-pub mod study;
 pub mod table;
 pub mod trimmable;
 pub mod turbulence;

@@ -107,6 +107,30 @@ pub fn wilson_95(hits: u32, of: u32) -> (f64, f64) {
     (((centre - half) / scale).max(0.0), ((centre + half) / scale).min(1.0))
 }
 
+/// One-sided 95 % upper bound of a mean count, from `events` counted: Poisson.
+///
+/// It is the mean for which so few events or fewer have a probability of 5 %, which is half the 95 % quantile of the
+/// chi-square distribution with 2 (events + 1) degrees of freedom.
+pub fn upper_95(events: f64) -> f64 {
+    // In logarithms, so that large means do not underflow.
+    let at_most = |mean: f64| {
+        let (mut logarithm, mut sum, mut k) = (-mean, libm::exp(-mean), 1.0);
+        while k <= events {
+            logarithm += libm::log(mean / k);
+            sum += libm::exp(logarithm);
+            k += 1.0;
+        }
+        sum
+    };
+    let (mut low, mut high) = (events, events + 10.0 + 5.0 * events.sqrt());
+    // Each step halves the interval; sixty of them reach the last bit.
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if at_most(middle) > 0.05 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -170,5 +194,19 @@ mod tests {
         let (low, high) = wilson_95(0, 20);
         assert!(low.abs() < 1.0e-12 && (high - 0.1611).abs() < 5.0e-5, "{low} {high}");
         assert_eq!(wilson_95(0, 0), (0.0, 1.0));
+    }
+
+    #[test]
+    fn the_bound_of_a_count_is_that_of_published_tables() {
+        // Half of the 95 % quantile of chi-square with 2, 4, 22 and 202 degrees of freedom.
+        for (events, bound) in [(0.0, 2.9957), (1.0, 4.7439), (10.0, 16.9622), (100.0, 118.08)] {
+            let ours = upper_95(events);
+            assert!((ours - bound).abs() < 0.01, "{events}: {ours}");
+        }
+        // A hundred hours may have at most 83 alarms for one an hour.
+        assert!(upper_95(83.0) <= 100.0 && upper_95(84.0) > 100.0);
+        // Normal approximation where a single probability underflows: n + 1.645 sqrt(n), some units more for the skew.
+        let bound = upper_95(5_000.0);
+        assert!((bound - (5_000.0 + 1.645 * 5_000.0_f64.sqrt())).abs() < 4.0, "{bound}");
     }
 }

@@ -9,14 +9,12 @@ use autopilot::flight_management::event_text::verdict_text;
 use core::ops::ControlFlow;
 use flight_analysis::builder::SetupOptions;
 use flight_analysis::closed_loop::{FlightSetup, watch};
-use flight_analysis::isolation::{Options, flights::fly_healthy, pairs};
 use flight_analysis::runner;
-use flight_analysis::study::{Sides, StudyOptions};
 use flight_control::isolation::Verdict;
 use flight_control::isolation::evidence::Behaviour;
-use flight_control::{AllocationMode, CompensatorMode, IsolationMode};
+use flight_control::{AllocationMode, IsolationMode};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
-use plant_sim::{Airframe, GradeName, Scenario};
+use plant_sim::{Airframe, Scenario};
 
 const ONSET_S: f64 = 3.0;
 const TURN: &str = "[[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n\
@@ -245,46 +243,6 @@ fn a_fault_of_the_engine_is_never_named_as_an_effector() {
     }
 }
 
-fn options() -> Options {
-    Options {
-        study: StudyOptions::default(),
-        flights: 1,
-        pairs: 0,
-        hours: 0.5,
-        turbulence_m_s: 3.0,
-        grade: GradeName::Ideal,
-        gyro_noise_deg_s: 0.1,
-        seed: 20,
-    }
-}
-
-fn paper() -> Sides {
-    StudyOptions::default().sides(CompensatorMode::Armed, &[]).expect("it is shipped")
-}
-
-/// Air that wakes the detector is compensated late by the nozzle, and z2 follows the command of the nozzle as it would
-/// with a part of its effect gone. Without the hypothesis of the air, 52 names come in these flights of each law.
-#[test]
-fn no_effector_is_named_in_turbulence_that_wakes_the_detector() {
-    let options = Options { turbulence_m_s: 5.0, ..options() };
-    let healthy = fly_healthy(&options, &paper()).expect("the shipped aircraft flies");
-    for law in healthy {
-        assert!(law.woken >= 3, "the detector wakes in this air: {law:?}");
-        assert_eq!((law.named, law.lost), (0, 0), "{law:?}");
-    }
-}
-
-/// What the errors of the sensors do to the estimate wanders; without the hypothesis of it effectors are named in these flights.
-#[test]
-fn no_effector_is_named_because_of_the_errors_of_sensors() {
-    for grade in [GradeName::Tactical, GradeName::Consumer] {
-        let healthy = fly_healthy(&Options { grade, ..options() }, &paper());
-        for law in healthy.expect("the shipped aircraft flies") {
-            assert_eq!((law.named, law.lost), (0, 0), "{grade:?}: {law:?}");
-        }
-    }
-}
-
 /// Two elevators at opposite angles do to the estimate what two ailerons do. A law that then gave up the ailerons lost this
 /// flight 2.2 s after the jams.
 #[test]
@@ -299,20 +257,6 @@ fn elevators_that_jam_at_opposite_angles_cost_no_ailerons() {
     for (flight, [without, with]) in flights.iter().zip(flown) {
         assert!(without.lost_s.is_none() && with.lost_s.is_none(), "{flight:?}");
     }
-}
-
-/// A sample of what `sitl study isolation --pairs 3000` flies: every two effectors with all signs once.
-#[test]
-fn the_use_of_the_verdict_loses_no_pair_that_is_kept_without_it() {
-    let options = Options { pairs: 84, seed: 7_000, ..options() };
-    let sides = options.sides().expect("it is shipped");
-    let flown = pairs::fly(&options, &sides).expect("they fly");
-    let mut saved = 0;
-    for [without, with] in &flown {
-        assert!(without.lost_s.is_some() || with.lost_s.is_none(), "{with:?}");
-        saved += u32::from(without.lost_s.is_some() && with.lost_s.is_none());
-    }
-    assert!(saved >= 2, "{saved}: it is good for something");
 }
 
 /// Until the estimate has followed the end of a fault, what was true before may still be named; nothing else, and nothing later.

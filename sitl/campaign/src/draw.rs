@@ -23,6 +23,17 @@ pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
     generator
 }
 
+/// Numbers between two limits for the manoeuvres of a flight, drawn by its seed.
+pub fn manoeuvres(seed: u64) -> impl FnMut(f64, f64) -> f64 {
+    let mut key = *b"seed------------two-step sitl--4";
+    key[..8].copy_from_slice(&seed.to_le_bytes());
+    let mut generator = ChaCha8Rng::from_seed(key);
+    move |low, high| {
+        let unit = f64::from(generator.next_u32()) / (f64::from(u32::MAX) + 1.0);
+        low + (high - low) * unit
+    }
+}
+
 /// Uniform in (0, 1): the middle of one of 2^53 equal parts.
 #[expect(clippy::cast_precision_loss, reason = "53 bits fit a f64 exactly")]
 pub fn uniform(generator: &mut ChaCha8Rng) -> f64 {

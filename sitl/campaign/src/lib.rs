@@ -321,7 +321,7 @@ fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Problem> {
     let name = format!("{}, run {}", plan.file.spec.name, run.number);
     let one = OneFlight {
         scenario: &name,
-        aircraft: &plan.args(&run),
+        aircraft: &plan.args(&run)?,
         setup: &setup,
         stops_at_loss: true,
         folder: args.out.as_deref(),

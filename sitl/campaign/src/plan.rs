@@ -13,7 +13,6 @@ use flight_analysis::fly;
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::problem::{Problem, problem};
 use flight_analysis::settings::{Setting, Target, number, written};
-use flight_analysis::study::draws;
 use flight_control::CompensatorMode;
 use icd::SimTime;
 use icd::units::DEG_PER_RAD;
@@ -23,8 +22,8 @@ use sha2::{Digest, Sha256};
 
 use crate::draw;
 use crate::spec::{
-    AirframeSpec, LawSpec, Manoeuvres, Meaning, RUNS_MAX, Seeds, SpecFile, TableSpec, Variable,
-    settings_of,
+    AirframeSpec, ENDS, LawSpec, Manoeuvres, Meaning, RUNS_MAX, Seeds, SpecFile, TableSpec,
+    Variable, settings_of,
 };
 
 mod aircraft;
@@ -276,7 +275,7 @@ impl Plan {
     /// The scenario of a run as a file that `sitl fly` flies, and the options that belong to it: files and settings that a
     /// scenario does not have.
     pub fn scenario_of(&self, run: &Run) -> Result<(toml::Table, Vec<String>), Problem> {
-        let args = self.args(run);
+        let args = self.args(run)?;
         let mut table = args.scenario_table(&self.scenario)?;
         let plant = table.entry("plant").or_insert_with(|| toml::Table::new().into());
         if let Some(plant) = plant.as_table_mut() {
@@ -301,7 +300,7 @@ impl Plan {
     }
 
     /// The settings of a run, in the order in which they are made: of the campaign, the aircraft, the law, and the variables.
-    pub fn settings(&self, run: &Run) -> Vec<Setting> {
+    pub fn settings(&self, run: &Run) -> Result<Vec<Setting>, Problem> {
         let mut settings = self.aircraft[run.airframe].args.settings.clone();
         settings.extend(self.laws[run.law].settings.iter().cloned());
         let aircraft = &self.aircraft[run.airframe];
@@ -309,7 +308,7 @@ impl Plan {
             let is_key = variable.meaning != Meaning::Level;
             let keys = is_key.then_some(&variable.key).into_iter().chain(&variable.sets);
             settings.extend(keys.map(|key| Setting::new(key, value.of_file())));
-            settings.extend_from_slice(aircraft.case(place, value));
+            settings.extend(aircraft.settings_of_case(self, place, &run.values)?);
         }
         if let Some(manoeuvres) = &self.file.spec.manoeuvres {
             let start = |key, design| {
@@ -323,13 +322,13 @@ impl Plan {
             ];
             settings.extend(manoeuvres.settings(start, self.file.spec.duration_s, run.seed));
         }
-        settings
+        Ok(settings)
     }
 
     /// Files and settings of a run.
-    pub fn args(&self, run: &Run) -> AircraftArgs {
+    pub fn args(&self, run: &Run) -> Result<AircraftArgs, Problem> {
         let args = &self.aircraft[run.airframe].args;
-        AircraftArgs { settings: self.settings(run), ..args.clone() }
+        Ok(AircraftArgs { settings: self.settings(run)?, ..args.clone() })
     }
 
     /// The flight of a run.
@@ -337,7 +336,7 @@ impl Plan {
         let law = &self.file.spec.law[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
         let beyond = self.aircraft[run.airframe].args.settings.len();
-        let mut setup = builder.setup(&self.scenario, &self.settings(run)[beyond..])?;
+        let mut setup = builder.setup(&self.scenario, &self.settings(run)?[beyond..])?;
         setup.plant.seed = run.seed;
         setup.knows_fault = law.fault_known;
         setup.duration = SimTime::from_seconds(self.file.spec.duration_s).unwrap_or(SimTime::ZERO);
@@ -365,7 +364,7 @@ impl Plan {
     fn check(&self) -> Result<(), Problem> {
         let spec = &self.file.spec;
         let read = spec.tables.iter().flat_map(TableSpec::reads);
-        let read = read.filter(|name| !["lost", "lost_at_s"].contains(name));
+        let read = read.filter(|name| !ENDS.contains(name));
         for name in spec.measures.iter().map(String::as_str).chain(read) {
             if self.unit_of(name).is_empty() {
                 return Err(problem!(
@@ -395,7 +394,7 @@ impl Manoeuvres {
         duration_s: f64,
         seed: u64,
     ) -> Vec<Setting> {
-        let mut between = draws(seed, *b"--------two-step sitl--4");
+        let mut between = draw::manoeuvres(seed);
         let mut entries = vec![[0.0, 0.0, altitude_m, airspeed_m_s]];
         let mut at_s = self.from_s;
         while at_s < duration_s {

@@ -171,14 +171,18 @@ impl Results {
         self.measures[place][flight * self.laws + law]
     }
 
-    /// What a table reads of a run: `lost`, `lost_at_s`, or a measure of a flight that was kept; NaN where there is none.
-    pub(crate) fn value(&self, name: &str, run: usize) -> f64 {
-        let end = self.ends[run];
+    /// What a table reads of a run: how it ended, or a measure of a flight that was kept or, with `all`, lost; NaN where there is
+    /// none.
+    pub(crate) fn value(&self, name: &str, all: bool, run: usize) -> f64 {
+        let (end, first) = (self.ends[run], self.ends[run - run % self.laws]);
+        let is = |holds: bool| f64::from(u8::from(holds));
         match (name, self.names.iter().position(|known| known == name)) {
-            ("lost", _) if end == RunEnd::Failed => f64::NAN,
-            ("lost", _) => f64::from(u8::from(end == RunEnd::Lost)),
+            ("lost" | "newly_lost" | "newly_kept", _) if end == RunEnd::Failed => f64::NAN,
+            ("lost", _) => is(end == RunEnd::Lost),
+            ("newly_lost", _) => is(end == RunEnd::Lost && first == RunEnd::Kept),
+            ("newly_kept", _) => is(end == RunEnd::Kept && first == RunEnd::Lost),
             ("lost_at_s", _) => self.lost_at_s[run],
-            (_, Some(place)) if end == RunEnd::Kept => self.measures[place][run],
+            (_, Some(place)) if all || end == RunEnd::Kept => self.measures[place][run],
             _ => f64::NAN,
         }
     }

@@ -20,12 +20,12 @@ mod joint;
 mod query;
 mod variable;
 
-pub use joint::{Case, Joint, JointMeaning};
-pub use query::{Aggregate, ColumnSpec, Fields, TableSpec};
+pub use joint::{Case, EachTwo, Joint, JointMeaning};
+pub use query::{Aggregate, ColumnSpec, ENDS, Fields, TableSpec};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 16] = [
+pub const SHIPPED: [(&str, &str); 20] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
     ("combinations", include_str!("../campaigns/combinations.toml")),
@@ -42,6 +42,10 @@ pub const SHIPPED: [(&str, &str); 16] = [
     ("sensor-faults", include_str!("../../../studies/sensor-faults.toml")),
     ("sensor-losses", include_str!("../../../studies/sensor-losses.toml")),
     ("estimator", include_str!("../../../studies/estimator.toml")),
+    ("false-alarms", include_str!("../../../studies/false-alarms.toml")),
+    ("detection", include_str!("../../../studies/detection.toml")),
+    ("isolation", include_str!("../../../studies/isolation.toml")),
+    ("isolation-pairs", include_str!("../../../studies/isolation-pairs.toml")),
 ];
 
 /// The text of a scenario of the suite, with the laws of all of them.

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use flight_analysis::chart::axis::number;
 use flight_analysis::chart::drawing::Drawing;
 use flight_analysis::chart::{Figure, WIDTH};
-use flight_analysis::metrics::{max, mean, rms};
+use flight_analysis::metrics::{max, mean, quantile, rms, upper_95};
 
 use crate::plan::{Plan, Run};
 use crate::results::{Results, median};
@@ -75,6 +75,7 @@ impl<'a> Cells<'a> {
             let unit = match (column.by, self.plan.shown_unit(&column.of).0) {
                 _ if !column.words.is_empty() => "",
                 (Aggregate::Percent, _) => "%",
+                (Aggregate::BoundPerHour, _) => "1/h",
                 (_, "1") => "",
                 (_, _) if column.of == "lost_at_s" => "s",
                 (_, unit) => unit,
@@ -128,7 +129,7 @@ impl<'a> Cells<'a> {
             }
             drawing.text((LEFT - 10.0, y + 16.0), "end", r#" font-size="12""#, line);
             for (place, runs) in runs.iter().enumerate() {
-                let value = |of: &String| aggregate(column.by, of, runs, results);
+                let value = |of: &String| aggregate(column, of, runs, results);
                 let is_due = due.as_ref().is_none_or(|due| value(due) > 0.0);
                 let colour = match (value(&column.of) <= *within, is_due) {
                     (true, _) => r##"fill="#bfe3c0""##,
@@ -149,8 +150,8 @@ impl<'a> Cells<'a> {
     }
 
     fn cell(&self, column: &ColumnSpec, runs: &[usize], results: &Results) -> String {
-        let ColumnSpec { of, by, decimals, words, .. } = column;
-        let value = self.plan.shown_unit(of).1 * aggregate(*by, of, runs, results);
+        let ColumnSpec { of, decimals, words, .. } = column;
+        let value = self.plan.shown_unit(of).1 * aggregate(column, of, runs, results);
         match (of.as_str(), words.get(value as usize)) {
             _ if !value.is_finite() => "-".to_owned(),
             ("lost", _) => format!("{value} of {}", runs.len()),
@@ -160,10 +161,16 @@ impl<'a> Cells<'a> {
     }
 }
 
-fn aggregate(by: Aggregate, of: &str, runs: &[usize], results: &Results) -> f64 {
-    let values = runs.iter().map(|run| results.value(of, *run)).filter(|value| value.is_finite());
-    match by {
+fn aggregate(column: &ColumnSpec, of: &str, runs: &[usize], results: &Results) -> f64 {
+    let value = |of| move |run: &usize| results.value(of, column.all, *run);
+    let values = runs.iter().map(value(of)).filter(|value| value.is_finite());
+    match column.by {
         Aggregate::Sum => values.reduce(|sum, value| sum + value).unwrap_or(f64::NAN),
+        Aggregate::P95 => quantile(values.collect(), 0.95),
+        Aggregate::BoundPerHour => {
+            let hours = runs.iter().map(value("healthy_s")).sum::<f64>() / 3_600.0;
+            upper_95(values.sum()) / hours
+        }
         Aggregate::Mean => mean(values),
         Aggregate::Percent => 100.0 * mean(values),
         Aggregate::Rms => rms(values),

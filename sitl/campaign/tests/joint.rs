@@ -94,7 +94,7 @@ fn a_joint_value_is_that_of_every_key() {
     let plan = plan(SPEC).expect("above");
     for number in 0..plan.runs() {
         let run = plan.run(number).expect("a run");
-        let settings = plan.settings(&run);
+        let settings = plan.settings(&run).expect("they are");
         let of = |key: &str| settings.iter().find(|setting| setting.key == key).map(|s| &s.value);
         let expected = toml::Value::Float(value(&plan, &run, "delay"));
         for key in ["plant.fault.2.delay_ms", "plant.fault.3.delay_ms"] {

@@ -124,7 +124,7 @@ fn flights(name: &str) -> (BTreeSet<String>, BTreeSet<u64>) {
     let mut seeds = BTreeSet::new();
     for flight in 0..plan.flights() {
         let run = plan.run(flight * laws).expect("a run");
-        let settings = plan.settings(&run);
+        let settings = plan.settings(&run).expect("they are");
         let is_of_plant = |key: &str| key.starts_with("plant.") || key.starts_with("autopilot.");
         let settings = settings.iter().filter(|setting| is_of_plant(&setting.key));
         let all: BTreeSet<String> = settings.map(ToString::to_string).collect();

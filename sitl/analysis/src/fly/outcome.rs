@@ -3,11 +3,29 @@
 
 use std::fmt;
 
+use autopilot::autopilot::Settings;
 use host_io::folder::OutFolder;
-use plant_sim::Exceeded;
+use plant_sim::{Exceeded, PlantSetup};
 use serde::{Serialize, Serializer};
 
+use crate::closed_loop::FlightSetup;
 use crate::problem::Problem;
+
+/// Everything that defines a flight, but the code of a law of the program: enough to fly it again.
+#[derive(Serialize)]
+pub struct WholeSetup<'a> {
+    plant: &'a PlantSetup,
+    control: Settings,
+    duration_s: f64,
+}
+
+impl<'a> WholeSetup<'a> {
+    /// Of a flight.
+    pub fn of(setup: &'a FlightSetup) -> Self {
+        let duration_s = setup.duration.as_seconds();
+        Self { plant: &setup.plant, control: setup.settings(), duration_s }
+    }
+}
 
 /// When and how an aircraft was lost.
 #[derive(Debug, Clone, Copy, PartialEq)]

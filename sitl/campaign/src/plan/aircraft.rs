@@ -12,8 +12,12 @@ use plant_sim::{Airframe, airframe};
 
 use super::{Plan, Value};
 use crate::spec::{
-    AirframeSpec, Case, Each, Meaning, RUNS_MAX, SpecFile, Variable, settings_of, text_of,
+    AirframeSpec, Case, Each, JointMeaning, Meaning, RUNS_MAX, SpecFile, Variable, settings_of,
+    text_of,
 };
+
+/// Keys of a fault whose numbers can be parts of a travel.
+const TRAVELS: [&str; 3] = [".angle_deg", ".bias_deg", ".amplitude_deg"];
 
 /// An aircraft of the campaign, read and checked.
 #[derive(Debug)]
@@ -93,24 +97,47 @@ impl Aircraft {
             combinations,
             first,
         };
-        let case = |case: &Case| -> Result<_, Problem> {
+        let case = |variable: &Variable, case: &Case| -> Result<_, Problem> {
             let mut set = settings_of(&case.set, &file.name)?;
-            for setting in set.iter_mut().filter(|_| case.is_factor) {
+            let is_factor = variable.case_meaning == JointMeaning::Factor;
+            for setting in set.iter_mut().filter(|_| is_factor) {
                 let Some(factor) = number(&setting.value) else { continue };
                 setting.value = (factor * aircraft.base(file, scenario, &setting.key)?).into();
             }
             Ok((case.name.clone(), set))
         };
-        let of = |variable: &Variable| variable.cases.iter().map(case).collect();
-        aircraft.cases = file.spec.vary.iter().map(of).collect::<Result<_, _>>()?;
+        let of = |variable: &Variable| match variable.is_two {
+            true => Ok(two_angles(&aircraft.airframe)),
+            false => variable.cases.iter().map(|one| case(variable, one)).collect(),
+        };
+        aircraft.cases = file.spec.vary.iter().map(of).collect::<Result<_, Problem>>()?;
         Ok(aircraft)
     }
 
     /// What a value of a variable sets besides its key, where it is the name of a case.
-    pub(super) fn case(&self, place: usize, value: &Value) -> &[Setting] {
+    fn case(&self, place: usize, value: &Value) -> &[Setting] {
         let Value::Text(name) = value else { return &[] };
         let found = self.cases[place].iter().find(|(known, _)| known == name);
         found.map_or(&[], |(_, set)| set)
+    }
+
+    /// The same with angles for parts of a travel.
+    pub(super) fn settings_of_case(
+        &self,
+        plan: &Plan,
+        place: usize,
+        values: &[Value],
+    ) -> Result<Vec<Setting>, Problem> {
+        let mut set = self.case(place, &values[place]).to_vec();
+        let is_travel = plan.variables()[place].case_meaning == JointMeaning::Travel;
+        for setting in set.iter_mut().filter(|_| is_travel) {
+            if let Some(part) = number(&setting.value)
+                && TRAVELS.iter().any(|key| setting.key.ends_with(key))
+            {
+                setting.value = self.travel_deg(plan, &setting.key, values, part)?.into();
+            }
+        }
+        Ok(set)
     }
 
     /// Turns factors and parts of a travel into values of their keys.
@@ -128,7 +155,7 @@ impl Aircraft {
                     Ok(Value::Number(factor * base))
                 }
                 Meaning::Travel => {
-                    let deg = self.travel_deg(plan, variable, values, *number)?;
+                    let deg = self.travel_deg(plan, &variable.key, values, *number)?;
                     Ok(Value::Number(deg))
                 }
             }
@@ -167,22 +194,25 @@ impl Aircraft {
     fn travel_deg(
         &self,
         plan: &Plan,
-        variable: &Variable,
+        key: &str,
         values: &[Value],
         part: f64,
     ) -> Result<f64, Problem> {
-        let fail = |why: String| Err(problem!("{}: {}: {why}", plan.file.name, variable.key));
+        let fail = |why: String| Err(problem!("{}: {key}: {why}", plan.file.name));
         if !(-1.0..=1.0).contains(&part) {
             return fail(format!("{part} of the travel: expected -1 to 1"));
         }
-        let Some(fault) = variable.key.strip_suffix(".angle_deg") else {
-            return fail("as = \"travel\" is for the angle_deg of a fault".to_owned());
+        let Some(fault) = TRAVELS.iter().find_map(|travel| key.strip_suffix(travel)) else {
+            let known = TRAVELS.map(|travel| &travel[1..]).join(", ");
+            return fail(format!("as = \"travel\" is for these keys of a fault: {known}"));
         };
         let wanted = format!("{fault}.effector");
         let mut varied = plan.variables().iter().zip(values);
         let varied =
             varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
-        let set = self.args.settings.iter().rfind(|setting| setting.key == wanted);
+        let of_cases = values.iter().enumerate().flat_map(|(at, value)| self.case(at, value));
+        let mut set = self.args.settings.iter().rev().chain(of_cases);
+        let set = set.find(|setting| setting.key == wanted);
         let set = set.and_then(|setting| setting.value.as_str()).map(str::to_owned);
         let Some(name) = varied.or(set) else {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
@@ -201,6 +231,20 @@ impl Aircraft {
         // Degrees of a file stand there as people write them: without the noise of two conversions.
         Ok((angle_deg * 1.0e9).round() / 1.0e9)
     }
+}
+
+/// Every two effectors with an angle, by name, as those of two faults.
+fn two_angles(airframe: &Airframe) -> Vec<(String, Vec<Setting>)> {
+    let list = &airframe.effectors;
+    let angles: Vec<&str> = list.all().filter(|e| list.is_angle(*e)).map(|e| list.key(e)).collect();
+    let pairs = angles.iter().enumerate().flat_map(|(place, one)| {
+        angles[place + 1..].iter().map(move |other| {
+            let faults = [("plant.fault.1.effector", *one), ("plant.fault.2.effector", *other)];
+            let set = faults.map(|(key, effector)| Setting::new(key, effector));
+            (format!("{one} and {other}"), set.into())
+        })
+    });
+    pairs.collect()
 }
 
 /// The value of a joint level.
@@ -236,6 +280,10 @@ impl Variable {
 
     /// The values of a listed variable for an aircraft; `None` of a drawn one.
     fn list(&self, airframe: &Airframe) -> Option<Vec<Value>> {
+        if self.is_two {
+            let names = two_angles(airframe).into_iter().map(|(name, _)| Value::Text(name));
+            return Some(names.collect());
+        }
         if let Some(values) = &self.values {
             let of = |value: &toml::Value| match value {
                 toml::Value::Float(number) => Some(Value::Number(*number)),

@@ -1,8 +1,8 @@
 //! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
 
 use autopilot::own_law::OwnLaw;
+use flight_analysis::fly::outcome::WholeSetup;
 use flight_analysis::problem::Problem;
-use flight_analysis::study::WholeSetup;
 use serde_json::json;
 
 use super::Plan;
@@ -17,7 +17,7 @@ impl Plan {
             for law in 0..laws {
                 let run = self.run(aircraft.first * laws + law)?;
                 let setup = self.setup(&run)?;
-                let settings = self.settings(&run);
+                let settings = self.settings(&run)?;
                 flights.push(json!({
                     "run": run.number,
                     "aircraft": aircraft.name,

@@ -25,15 +25,22 @@ pub struct Joint {
     /// In place of levels and keys: cases, each with values for keys of its own.
     #[serde(default, rename = "case")]
     pub cases: Vec<Case>,
+    /// In place of all these: every two of these effectors, as those of `plant.fault.1` and `plant.fault.2`.
+    pub each: Option<EachTwo>,
+}
+
+/// Which two effectors.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum EachTwo {
+    /// Surfaces and nozzle angles.
+    TwoAngles,
 }
 
 /// Keys and values under one name.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Case {
     pub name: String,
-    /// Its numbers are factors on what the file has, or on the design point of the aircraft.
-    #[serde(skip)]
-    pub is_factor: bool,
     #[serde(flatten)]
     pub set: toml::Table,
 }
@@ -47,6 +54,8 @@ pub enum JointMeaning {
     Value,
     /// The numbers of a case are factors on the numbers that the file has, or, of altitude and airspeed, the design point.
     Factor,
+    /// Angles, biases and amplitudes of a case are parts of the travel of the effector of the same fault.
+    Travel,
     /// Every key has a draw of its own, uniform within the level of 1 to either side, as a factor on the number that the file has.
     Error,
 }
@@ -54,19 +63,19 @@ pub enum JointMeaning {
 impl Joint {
     /// The variables that it stands for: its level, listed, and for [`JointMeaning::Error`] a drawn factor for each key.
     pub(super) fn variables(&self) -> Vec<Variable> {
-        let is_factor = self.meaning == JointMeaning::Factor;
-        let case = |case: &Case| Case { is_factor, ..case.clone() };
         let names = self.cases.iter().map(|case| case.name.as_str().into());
         let values = self.levels.iter().copied().map(toml::Value::from).chain(names).collect();
         let level = Variable {
             key: self.name.clone(),
             values: Some(values),
             meaning: Meaning::Level,
-            cases: self.cases.iter().map(case).collect(),
+            cases: self.cases.clone(),
+            case_meaning: self.meaning,
+            is_two: self.each.is_some(),
             ..Variable::default()
         };
         match self.meaning {
-            JointMeaning::Value | JointMeaning::Factor => {
+            JointMeaning::Value | JointMeaning::Factor | JointMeaning::Travel => {
                 vec![Variable { sets: self.keys.clone(), ..level }]
             }
             JointMeaning::Error => {
@@ -91,10 +100,13 @@ impl Joint {
         if self.name.is_empty() || !self.name.chars().all(is_word) {
             return refuse("name", format!("{:?}", self.name), "letters, digits and _");
         }
-        if !self.cases.is_empty() {
-            let is_alone = self.levels.is_empty() && self.keys.is_empty();
+        if !self.cases.is_empty() || self.each.is_some() {
+            let is_alone = self.levels.is_empty()
+                && self.keys.is_empty()
+                && self.cases.is_empty() == self.each.is_some();
             if !is_alone || self.meaning == JointMeaning::Error {
-                let expected = "[[joint.case]] alone, without levels, keys and as = \"error\"";
+                let expected =
+                    "[[joint.case]] or each alone, without levels, keys and as = \"error\"";
                 return refuse("case", format!("{} of them", self.cases.len()), expected);
             }
             for (place, case) in self.cases.iter().enumerate() {
@@ -108,8 +120,8 @@ impl Joint {
             return Ok(());
         }
         let (least, most, expected) = match self.meaning {
-            JointMeaning::Factor => {
-                return refuse("as", "\"factor\"".to_owned(), "[[joint.case]] with it");
+            JointMeaning::Factor | JointMeaning::Travel => {
+                return refuse("as", format!("{:?}", self.meaning), "[[joint.case]] with it");
             }
             JointMeaning::Value => (f64::MIN, f64::MAX, "one or more finite numbers"),
             // At 1 a mass or an inertia could be zero.

@@ -26,12 +26,15 @@ pub struct TableSpec {
 pub struct ColumnSpec {
     /// For people, without unit.
     pub name: String,
-    /// `lost`, `lost_at_s`, or a measure, also one of a judge.
+    /// `lost`, `lost_at_s`, `newly_lost` and `newly_kept` (other than with the first law), or a measure, also one of a judge.
     pub of: String,
     #[serde(default, rename = "as")]
     pub by: Aggregate,
     #[serde(default = "two")]
     pub decimals: usize,
+    /// Also of flights that were lost.
+    #[serde(default)]
+    pub all: bool,
     /// Words for the numbers 0, 1, 2, ….
     #[serde(default)]
     pub words: Vec<String>,
@@ -59,19 +62,27 @@ pub enum Aggregate {
     Percent,
     Rms,
     Median,
+    /// The value below which 95 % lie.
+    P95,
     Largest,
+    /// Upper 95 % bound of what is counted, an hour of `healthy_s`.
+    BoundPerHour,
 }
 
 fn two() -> usize {
     2
 }
 
+/// What is no measure.
+pub const ENDS: [&str; 4] = ["lost", "lost_at_s", "newly_lost", "newly_kept"];
+
 impl TableSpec {
     /// Names of everything that the columns read.
     pub fn reads(&self) -> impl Iterator<Item = &str> {
         self.columns.iter().flat_map(|column| {
             let due = column.fields.as_ref().and_then(|fields| fields.due.as_deref());
-            std::iter::once(column.of.as_str()).chain(due)
+            let hours = (column.by == Aggregate::BoundPerHour).then_some("healthy_s");
+            std::iter::once(column.of.as_str()).chain(due).chain(hours)
         })
     }
 

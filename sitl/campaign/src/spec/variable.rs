@@ -7,7 +7,7 @@ use flight_analysis::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 
-use super::{Case, check_key, is_scalar, refuse};
+use super::{Case, JointMeaning, check_key, is_scalar, refuse};
 
 /// Most values of one variable.
 const VALUES_MAX: u32 = 100_000;
@@ -32,9 +32,14 @@ pub struct Variable {
     /// Keys that have the value of a joint level.
     #[serde(skip)]
     pub sets: Vec<String>,
-    /// What its values stand for, where they are names.
+    /// What its values stand for, where they are names, and what the numbers of these cases mean.
     #[serde(skip)]
     pub cases: Vec<Case>,
+    #[serde(skip)]
+    pub case_meaning: JointMeaning,
+    /// Its values are every two effectors with an angle.
+    #[serde(skip)]
+    pub is_two: bool,
     /// Name of the joint level that scales the deviation of the factor from 1.
     #[serde(skip)]
     pub level: Option<String>,
