@@ -172,12 +172,6 @@ pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem
     file.finish()
 }
 
-/// Whether [`write()`] can write to this path, before the work whose result it takes.
-pub fn can_write(path: &Path, mark: &[u8]) -> Result<(), FileProblem> {
-    // Given up at once, so nothing stays.
-    NewFile::begin(path, |beginning| has_mark(beginning, mark)).map(drop)
-}
-
 /// Whether a file that begins so is of the kind that this mark stands for.
 pub(crate) fn has_mark(beginning: &[u8], mark: &[u8]) -> bool {
     beginning.windows(mark.len().max(1)).any(|window| window == mark)

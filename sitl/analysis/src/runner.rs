@@ -24,29 +24,6 @@ pub fn map<T: Sync, R: Send>(label: &str, items: &[T], run: impl Fn(&T) -> R + S
     map_with(&Progress::new(label, "runs", items.len()), items, run)
 }
 
-/// The same where a run may fail: the first failure in the order of the items counts.
-pub fn try_map<T: Sync, R: Send, E: Send>(
-    label: &str,
-    items: &[T],
-    run: impl Fn(&T) -> Result<R, E> + Sync,
-) -> Result<Vec<R>, E> {
-    map(label, items, run).into_iter().collect()
-}
-
-/// For each group its runs, `each` of them, with the seeds from `seed` on.
-pub fn map_groups<G: Sync, R: Send, E: Send>(
-    label: &str,
-    groups: &[G],
-    (seed, each): (u64, u64),
-    run: impl Fn(&G, u64) -> Result<R, E> + Sync,
-) -> Result<Vec<Vec<R>>, E> {
-    let seeds = |group| (0..each).map(move |number| (group, seed.wrapping_add(number)));
-    let items: Vec<(&G, u64)> = groups.iter().flat_map(seeds).collect();
-    let mut flown = map(label, &items, |(group, seed)| run(group, *seed)).into_iter();
-    let mut next = || flown.by_ref().take(usize::try_from(each).unwrap_or(usize::MAX)).collect();
-    groups.iter().map(|_| next()).collect()
-}
-
 /// The same, without a word as long as it takes no longer than two seconds.
 pub fn map_quietly<T: Sync, R: Send>(
     label: &str,

@@ -17,6 +17,7 @@ use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
 use flight_analysis::problem::Problem;
+use flight_analysis::settings::Setting;
 use host_io::{console, file};
 use plant_sim::io::whole;
 
@@ -82,6 +83,9 @@ pub struct SpecArgs {
     /// Seed of all draws and flights, instead of that of the specification
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(0, 1_u64 << 53))]
     seed: Option<u64>,
+    /// Of a listed variable this value alone, such as sensors=tactical; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = Setting::parse)]
+    only: Vec<Setting>,
 }
 
 impl SpecArgs {
@@ -91,6 +95,10 @@ impl SpecArgs {
         let numbers = [("samples", self.samples.map(u64::from)), ("seed", self.seed)];
         for (option, number) in numbers.into_iter().filter_map(|(o, n)| Some((o, n?))) {
             file.text += &format!("\n# --{option} {number}\n");
+        }
+        for only in &self.only {
+            file.spec.keep_only(only)?;
+            file.text += &format!("\n# --only {only}\n");
         }
         file.spec.samples = self.samples.unwrap_or(file.spec.samples);
         file.spec.seed = self.seed.unwrap_or(file.spec.seed);

@@ -372,6 +372,28 @@ impl Spec {
         places.into_iter().find_map(|(is_it, place)| is_it.then_some(place))
     }
 
+    /// Of a listed variable one value alone.
+    pub(crate) fn keep_only(&mut self, only: &Setting) -> Result<(), Problem> {
+        let refuse = |expected: &str| refuse("--only", &only.key, &only.value, expected);
+        let listed = |v: &&mut Variable| v.key == only.key && v.values.is_some();
+        let Some(variable) = self.vary.iter_mut().find(listed) else {
+            let known = self.vary.iter().filter(|v| v.values.is_some());
+            let known: Vec<&str> = known.map(|variable| variable.key.as_str()).collect();
+            return refuse(&format!("one of {}", known.join(", ")));
+        };
+        let values = variable.values.iter().flatten();
+        let is_it =
+            |v: &&Toml| **v == only.value || number(v) == number(&only.value).or(Some(f64::NAN));
+        match values.clone().find(is_it).cloned() {
+            Some(value) => variable.values = Some(vec![value]),
+            None => {
+                let known: Vec<String> = values.filter_map(text_of).collect();
+                return refuse(&format!("one of {}", known.join(", ")));
+            }
+        }
+        Ok(())
+    }
+
     fn check_duration(&self, file: &str) -> Result<(), Problem> {
         let expected = format!("more than 0 and at most {DURATION_MAX_S} s");
         match self.duration_s > 0.0 && self.duration_s <= DURATION_MAX_S {
