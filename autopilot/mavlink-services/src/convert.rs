@@ -4,6 +4,7 @@
 //! A value outside the range of its field saturates and never wraps; NaN becomes zero in an integer field,
 //! which has no other way to mark it.
 
+use flight_management::vehicle::Place;
 use icd::{EulerAngles, SimTime};
 
 macro_rules! saturating {
@@ -48,6 +49,30 @@ pub fn boot_ms(time: SimTime) -> u32 {
 )]
 pub fn boot_us_low(time: SimTime) -> u32 {
     (time.as_micros() & u64::from(u32::MAX)) as u32
+}
+
+/// The whole number that a float encodes, if the type has it.
+pub fn whole_number<T: TryFrom<i64>>(value: f64) -> Option<T> {
+    // `as` saturates; the types have no number that large.
+    let whole = value as i64;
+    (whole as f64 == value).then(|| T::try_from(whole).ok()).flatten()
+}
+
+/// MAV_FRAME of altitudes above mean sea level (the ellipsoid here).
+pub const FRAMES_SEA_LEVEL: [u8; 2] = [0, 5];
+/// MAV_FRAME of altitudes above mean sea level and above home. Home is on the ground, and the ground is at altitude zero,
+/// so the two are the same.
+pub const FRAMES_WITH_ALTITUDE: [u8; 4] = [FRAMES_SEA_LEVEL[0], FRAMES_SEA_LEVEL[1], 3, 6];
+
+/// MAV_FRAME of places in degrees: with the altitude above sea level, above home and above the ground.
+pub const GLOBAL_FRAMES: [u8; 6] = [0, 3, 5, 6, 10, 11];
+
+/// A place by degrees; `None` if it is none on the Earth.
+pub fn place(latitude_deg: f64, longitude_deg: f64) -> Option<Place> {
+    let is_there =
+        (-90.0..=90.0).contains(&latitude_deg) && (-180.0..=180.0).contains(&longitude_deg);
+    let (latitude_rad, longitude_rad) = (radians(latitude_deg), radians(longitude_deg));
+    is_there.then_some(Place { latitude_rad, longitude_rad })
 }
 
 /// Whole number.

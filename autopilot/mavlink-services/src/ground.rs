@@ -98,7 +98,7 @@ impl Ground {
         let shared = Shared {
             parameters: *parameters,
             defaults,
-            store: ParameterStore::default(),
+            store: ParameterStore::new(*parameters),
             model: *model,
             aircraft: Aircraft::default(),
             plan_items: 0,
@@ -377,12 +377,12 @@ impl Ground {
 
     /// Saves changes of parameters from now on; `kept` is the saved set.
     pub fn keep_parameters(&mut self, kept: Parameters) {
-        self.shared.store.keep(kept);
+        self.shared.store.kept = Some(kept);
     }
 
     /// Next text of the parameter file.
     pub fn pop_save(&mut self) -> Option<Save> {
-        self.shared.store.pop_save()
+        self.shared.store.saves.pop()
     }
 
     /// Handles the result of a save of the parameters.

@@ -57,15 +57,14 @@ impl Service for ShellService {
             return;
         }
         let expects_answers = data.flags & FLAG_RESPOND != 0;
-        let typed = data.typed();
-        if typed.is_empty() && !expects_answers {
+        if data.typed.is_empty() && !expects_answers {
             // The console was closed.
             return self.sessions.retain(|session| session.from != from);
         }
         let session = self.session(from);
         session.received = now;
         session.listens(expects_answers);
-        session.take(typed);
+        session.take(&data.typed);
     }
 
     fn handle_outcome(&mut self, number: u32, outcome: &Outcome, _: WallTime, shared: &mut Shared) {

@@ -10,8 +10,8 @@ use icd::fault::{
 use icd::{Effector, EffectorList, FaultRequest};
 
 use crate::Shared;
-use crate::failure::command;
-use crate::failure::command::{FaultCommand, Instances, Unit};
+use crate::failure;
+use crate::failure::{FaultCommand, Instances, Unit};
 use crate::shell::commands::{Answer, Output, number, usage};
 use crate::wall_time::WallTime;
 
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answe
         ["clear"] => clear(shared),
         [component, failure, options @ ..] => {
             let command = parse(component, failure, options, shared.effectors())?;
-            let requests = command::requests(&command, &shared.parameters, &shared.model)
+            let requests = failure::requests(&command, &shared.parameters, &shared.model)
                 .map_err(|refused| refused.reason.unwrap_or_default())?;
             let commands = requests.into_iter().map(|request| PlantAction::Fault(request).into());
             Ok(Output { text: String::new(), commands: commands.collect() })
