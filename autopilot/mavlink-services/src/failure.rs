@@ -148,7 +148,9 @@ fn with_numbers(
             return Err(denied("the value p5 is not finite"));
         }
         Some(SizedKind::of_user_1(code, number).map_err(|error| match error {
-            SizeError::NoKind { .. } => CommandError::unsupported(format!("Fault refused: {error}")),
+            SizeError::NoKind { .. } => {
+                CommandError::unsupported(format!("Fault refused: {error}"))
+            }
             _ => denied(error),
         })?)
     } else if is_given(value) {
@@ -541,12 +543,7 @@ impl fmt::Display for Unit {
 }
 
 /// A number of a command or of the shell in SI units; for an engine with this largest thrust, N, percent of it.
-fn to_si(
-    number: f64,
-    measure: Measure,
-    class: TargetClass,
-    engine_n: Option<f64>,
-) -> f64 {
+fn to_si(number: f64, measure: Measure, class: TargetClass, engine_n: Option<f64>) -> f64 {
     match (measure, engine_n) {
         (measure, Some(largest_n)) if measure.is_own() => convert::fraction(number) * largest_n,
         // Parameters and texts use milliseconds, commands seconds.

@@ -299,7 +299,8 @@ impl MissionService {
         match Draft::new(count, place, airspeed) {
             Ok(draft) => {
                 let from = reply.from;
-                let upload = Upload { from, draft, requested_at: reply.now, tries: 0, as_int: true };
+                let upload =
+                    Upload { from, draft, requested_at: reply.now, tries: 0, as_int: true };
                 reply.answer(self.upload.insert(upload).request(reply.now));
             }
             Err(Rejected { result, reason }) => reply.refuse(list, result, reason),

@@ -210,7 +210,7 @@ pub fn current_mode(aircraft: &Aircraft) -> Encoded {
 }
 
 /// AVAILABLE_MODES_MONITOR: the set of modes never changes.
-pub fn monitor() -> Encoded {
+pub fn monitor(_: &Aircraft) -> Encoded {
     Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
 

@@ -106,7 +106,12 @@ impl ParameterStore {
     }
 
     /// Records a value that was set.
-    fn keep(&mut self, name: &str, value: f64, defaults: &Parameters) -> Result<(), ParameterError> {
+    fn keep(
+        &mut self,
+        name: &str,
+        value: f64,
+        defaults: &Parameters,
+    ) -> Result<(), ParameterError> {
         let Some(kept) = self.kept.as_mut() else { return Ok(()) };
         let before = *kept;
         kept.set(name, value)?;
@@ -433,9 +438,7 @@ pub fn handle_saved(saved: &Saved, shared: &mut Shared) {
 fn pass_on(shared: &mut Shared) {
     let Shared { store: ParameterStore { passed_on: old, .. }, parameters: new, intents, .. } =
         shared;
-    if old.gains != new.gains
-        && intents.push(Configuration::Gains(Box::new(new.gains))).is_some()
-    {
+    if old.gains != new.gains && intents.push(Configuration::Gains(Box::new(new.gains))).is_some() {
         old.gains = new.gains;
     }
     if old.limits != new.limits && intents.push(Configuration::Limits(new.limits)).is_some() {

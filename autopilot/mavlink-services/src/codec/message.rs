@@ -296,9 +296,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
             let command = CommandMessage { id: f.u16(28), params, frame, xy };
             (f.target(30), Message::Command(command))
         }
-        wire::FILE_TRANSFER_PROTOCOL_DATA::ID => {
-            (f.target(1), Message::Ftp(Box::new(f.bytes(3))))
-        }
+        wire::FILE_TRANSFER_PROTOCOL_DATA::ID => (f.target(1), Message::Ftp(Box::new(f.bytes(3)))),
         wire::REQUEST_DATA_STREAM_DATA::ID => {
             let (rate_hz, stream, start) = (f.u16(0), f.u8(4), f.u8(5) != 0);
             (f.target(2), Message::RequestDataStream(StreamRequest { rate_hz, stream, start }))

@@ -690,8 +690,6 @@ fn place(command: &CommandMessage) -> Result<Option<Place>, CommandError> {
     }
 }
 
-
-
 fn check_frame(frame: u8) -> Result<(), CommandError> {
     if convert::FRAMES_WITH_ALTITUDE.contains(&frame) {
         return Ok(());
@@ -707,7 +705,6 @@ fn above_ellipsoid(altitude_m: f64, frame: u8, shared: &Shared) -> Result<f64, C
     check_frame(frame)?;
     within(Reference::Altitude(altitude_m), shared).map(|()| altitude_m)
 }
-
 
 /// A speed over the ground, m/s, which is flown as true airspeed, within the limits.
 fn ground_speed(speed_m_s: f64, shared: &Shared) -> Result<f64, CommandError> {
