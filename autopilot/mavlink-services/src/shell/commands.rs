@@ -272,7 +272,11 @@ fn scripts_text(scripts: &Scripts) -> String {
     let mark = |name: &str| if running == Some(name) { '*' } else { ' ' };
     let mut text = String::new();
     for ((name, size), number) in scripts.files().zip(1..) {
-        let latest = if scripts.latest() == Some(name) { ", uploaded last" } else { "" };
+        let latest = if scripts.latest().is_some_and(|latest| latest == name) {
+            ", uploaded last"
+        } else {
+            ""
+        };
         let _ = writeln!(text, "{} {number:>2} {name} ({size} bytes{latest})", mark(name));
     }
     if let Some(script) = scripts.of_scenario() {
