@@ -14,10 +14,10 @@ use crate::fault_list::FaultListRequest;
 use crate::ftp::FtpService;
 use crate::heartbeat::{Heartbeat, Ping};
 use crate::logs::{LogDone, LogJob, LogService};
-use crate::manual::{Manual, Pilots};
+use crate::manual::Manual;
 use crate::mission::{MissionService, SavedPlan};
-use crate::modes::{ModeSwitch, Streams};
-use crate::offboard::{Offboard, SetpointStreams};
+use crate::modes::ModeSwitch;
+use crate::offboard::Offboard;
 use crate::param::{ParamService, ParameterStore, Save, Saved};
 use crate::peers::{Address, Connection, Crowding, From, Peer, Peers};
 use crate::queues::Intents;
@@ -25,6 +25,7 @@ use crate::scripts::Scripts;
 use crate::shell::ShellService;
 use crate::signing::{Admission, KeyChange, LogLine, Signing};
 use crate::statustext::{LogText, StatusTexts};
+use crate::streams::{Latest, Streams};
 use crate::telemetry::{Host, PeerRates, Telemetry};
 use crate::traffic::Traffic;
 use crate::wall_time::WallTime;
@@ -104,8 +105,8 @@ impl Ground {
             plan_items: 0,
             scripts: Scripts::new(&model.effectors.list),
             control: Control::default(),
-            setpoints: SetpointStreams::default(),
-            pilots: Pilots::default(),
+            setpoints: Latest::default(),
+            pilots: Latest::default(),
             streams: Streams::default(),
             derived: None,
             rates: PeerRates::new(parameters.streams),
