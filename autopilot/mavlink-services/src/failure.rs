@@ -455,9 +455,6 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
 pub struct Unit(i32);
 
 impl Unit {
-    pub const MOTOR: Self = Self(Target::MOTOR.0 as i32);
-    /// The actuators that deflect: surfaces and nozzle.
-    pub const SERVO: Self = Self(Target::SERVO.0 as i32);
     /// Every effector, sensor and part of the airframe, only to clear faults and only in MAV_CMD_USER_1, so that a button of a ground station needs one command.
     pub const EVERYTHING: Self = Self(-1);
 

@@ -659,7 +659,7 @@ fn with_integers(item: &MissionItem<f32>) -> MissionItem<i32> {
         } else if convert::GLOBAL_FRAMES.contains(&item.words.frame) {
             convert::degrees_e7(convert::radians(convert::decimal(value)))
         } else {
-            convert::whole(f64::from(value))
+            convert::to_i32(f64::from(value))
         }
     };
     let MissionItem { params, x, y, z, words } = *item;

@@ -29,7 +29,6 @@ pub struct StatusTexts {
     replies: u32,
     refilled: WallTime,
     suppressed: u64,
-    dropped: u64,
     /// Dropped texts that no report has counted yet.
     unreported: u64,
     next_id: u16,
@@ -46,7 +45,6 @@ impl Default for StatusTexts {
             replies: REPLIES_BURST,
             refilled: WallTime::ZERO,
             suppressed: 0,
-            dropped: 0,
             unreported: 0,
             next_id: 1,
             for_log: VecDeque::new(),
@@ -83,7 +81,6 @@ impl StatusTexts {
             // The larger the number, the less important; the oldest of them.
             let victim = severities.min_by_key(|(_, severity)| Reverse(*severity));
             self.queue.remove(victim.map_or(0, |(place, _)| place));
-            self.dropped += 1;
             self.unreported += 1;
         }
     }
@@ -137,8 +134,15 @@ impl StatusTexts {
             && let Some((severity, text)) =
                 self.queue.pop_front().or_else(|| self.take_unreported())
         {
-            for message in self.chunks(severity, &text) {
-                peers.announce(&message);
+            let chunks = chunks_of(&text);
+            let id = if chunks.len() == 1 { 0 } else { self.next_id };
+            if id != 0 {
+                self.next_id = self.next_id.checked_add(1).unwrap_or(1);
+            }
+            for (text, chunk_seq) in chunks.into_iter().zip(0..) {
+                let text = text.into();
+                let message = STATUSTEXT_DATA { severity, text, id, chunk_seq };
+                peers.announce(&Encoded::new(&message));
             }
         }
     }
@@ -147,31 +151,6 @@ impl StatusTexts {
         let count = core::mem::take(&mut self.unreported);
         let text = format!("{count} texts were not shown");
         (count > 0).then_some((MavSeverity::MAV_SEVERITY_WARNING, text))
-    }
-
-    /// Whether a text waits.
-    pub fn is_due(&self) -> bool {
-        !self.queue.is_empty()
-    }
-
-    /// Texts dropped so far.
-    pub fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    fn chunks(&mut self, severity: MavSeverity, text: &str) -> Vec<Encoded> {
-        let chunks = chunks_of(text);
-        let id = if chunks.len() == 1 { 0 } else { self.take_id() };
-        let message = |(text, chunk_seq): ([u8; CHUNK], u8)| {
-            Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
-        };
-        chunks.into_iter().zip(0..).map(message).collect()
-    }
-
-    fn take_id(&mut self) -> u16 {
-        let id = self.next_id;
-        self.next_id = self.next_id.checked_add(1).unwrap_or(1);
-        id
     }
 }
 
@@ -213,13 +192,12 @@ fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
     if bytes.is_empty() {
         return vec![[0; CHUNK]];
     }
+    let filled = |part: &[u8]| {
+        let mut chunk = [0; CHUNK];
+        chunk[..part.len()].copy_from_slice(part);
+        chunk
+    };
     bytes.chunks(CHUNK).map(filled).collect()
-}
-
-fn filled(part: &[u8]) -> [u8; CHUNK] {
-    let mut chunk = [0; CHUNK];
-    chunk[..part.len()].copy_from_slice(part);
-    chunk
 }
 
 #[cfg(test)]

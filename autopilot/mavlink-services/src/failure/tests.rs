@@ -6,6 +6,12 @@ use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::tvc_jet;
 use icd::{FaultRequest, SimTime};
 
+impl Unit {
+    const MOTOR: Self = Self(Target::MOTOR.0 as i32);
+    /// The actuators that deflect: surfaces and nozzle.
+    const SERVO: Self = Self(Target::SERVO.0 as i32);
+}
+
 mod command;
 mod units;
 
