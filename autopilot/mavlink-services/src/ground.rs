@@ -47,48 +47,40 @@ pub struct Ground {
     skipped: Skipped,
 }
 
-/// One instance of each service.
-#[derive(Debug, Default)]
-pub(crate) struct Services {
+macro_rules! services {
+    ($($name:ident: $service:ty,)*) => {
+        /// One instance of each service.
+        #[derive(Debug, Default)]
+        pub(crate) struct Services {
+            $(pub(crate) $name: $service,)*
+        }
+
+        impl Services {
+            /// All services, in the order in which they send during one turn.
+            fn in_order(&mut self) -> [&mut dyn Service; [$(stringify!($name)),*].len()] {
+                [$(&mut self.$name),*]
+            }
+        }
+    };
+}
+
+// The heartbeat shows a new mode after the acknowledgement of the command that requested it, and before the telemetry.
+services! {
     signing: Signing,
     ping: Ping,
     shell: ShellService,
     fault_list: FaultListRequest,
     command: CommandService,
     param: ParamService,
-    pub(crate) offboard: Offboard,
-    pub(crate) manual: Manual,
+    offboard: Offboard,
+    manual: Manual,
     mode_switch: ModeSwitch,
     mission: MissionService,
     ftp: FtpService,
     logs: LogService,
-    pub(crate) link_loss: LinkLoss,
+    link_loss: LinkLoss,
     heartbeat: Heartbeat,
     telemetry: Telemetry,
-}
-
-impl Services {
-    /// All services, in the order in which they send during one turn: the heartbeat shows a new mode after the acknowledgement
-    /// of the command that requested it, and before the telemetry.
-    fn in_order(&mut self) -> [&mut dyn Service; 15] {
-        [
-            &mut self.signing,
-            &mut self.ping,
-            &mut self.shell,
-            &mut self.fault_list,
-            &mut self.command,
-            &mut self.param,
-            &mut self.offboard,
-            &mut self.manual,
-            &mut self.mode_switch,
-            &mut self.mission,
-            &mut self.ftp,
-            &mut self.logs,
-            &mut self.link_loss,
-            &mut self.heartbeat,
-            &mut self.telemetry,
-        ]
-    }
 }
 
 impl Ground {
@@ -255,12 +247,8 @@ impl Ground {
             EventKind::Script { script, event } => scripts.handle_event(script, event, texts),
             EventKind::Fault(_) if is_news => self.services.telemetry.hurry_faults(now),
             EventKind::Vehicle(VehicleEvent::Mode(mode)) => {
-                let mut requesters = self
-                    .services
-                    .in_order()
-                    .into_iter()
-                    .filter_map(|service| service.requester_of(mode));
-                if let Some(station) = requesters.next() {
+                let services = self.services.in_order().into_iter();
+                if let Some(station) = services.filter_map(|one| one.requester_of(mode)).next() {
                     control.take(station);
                 }
             }

@@ -18,6 +18,7 @@ use icd::{Attitude, Effector, EffectorKind, EulerAngles, PerEffector};
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::Encoded;
+use crate::fault_list::float_array;
 use crate::telemetry::View;
 use crate::telemetry::motion::{calibrated_m_s, known};
 use crate::{convert, heartbeat};
@@ -179,12 +180,7 @@ pub fn why(state: &Snapshot) -> Encoded {
         .chain(log.authority.negative_pct)
         .chain(log.authority.positive_pct)
         .chain([isolated(log), log.isolation.verdict.map_or(0.0, |verdict| verdict.confidence)]);
-    let mut data = [0.0; 58];
-    for (place, value) in data.iter_mut().zip(effectors.chain(compensator)) {
-        *place = convert::float(value);
-    }
-    let (time_usec, name) = (state.time.as_micros(), "WHY".into());
-    Encoded::new(&wire::DEBUG_FLOAT_ARRAY_DATA { time_usec, array_id: WHY_ID, name, data })
+    float_array(state, WHY_ID, "WHY", effectors.chain(compensator))
 }
 
 /// A signal: roll, pitch, yaw.
