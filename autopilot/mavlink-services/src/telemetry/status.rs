@@ -165,17 +165,13 @@ pub fn why(state: &Snapshot) -> Encoded {
     let first = |values: &PerEffector<f64>| values.first(WHY_EFFECTORS).to_vec();
     let limited = PerEffector::from_fn(|effector| flag(log.limited.contains(effector)));
     let effectors = [log.commands, log.modelled, limited].into_iter().flat_map(|all| first(&all));
-    let compensations = [log.compensation, log.applied_compensation];
-    let compensator = [log.z2, log.levels]
+    let compensator = [log.z2.into(), log.levels.into()]
         .into_iter()
-        .flat_map(|axes| [axes.x, axes.y, axes.z])
+        .flat_map(|axes: [f64; 3]| axes)
         .chain([log.level, flag(log.compensator_active), log.fade])
-        .chain(compensations.into_iter().flat_map(
-            |Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad }| {
-                [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]
-            },
-        ))
-        .chain([log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct])
+        .chain(angles(&log.compensation))
+        .chain(angles(&log.applied_compensation))
+        .chain(authority(log))
         .chain(first(&log.increments))
         .chain(log.authority.negative_pct)
         .chain(log.authority.positive_pct)
@@ -183,47 +179,38 @@ pub fn why(state: &Snapshot) -> Encoded {
     float_array(state, WHY_ID, "WHY", effectors.chain(compensator))
 }
 
-/// A signal: roll, pitch, yaw.
-struct Signal {
-    /// Component id, of those that MAVLink leaves to the user (MAV_COMP_ID_USER1 is 25).
-    component: u8,
-    /// Name, at most nine characters: QGroundControl shows no more.
-    name: &'static str,
-    of: fn(&StepLog) -> [f64; 3],
+/// Aileron, nozzle pitch and nozzle yaw, rad.
+fn angles(compensation: &Compensation) -> [f64; 3] {
+    let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *compensation;
+    [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]
 }
+
+/// Remaining authority of roll, pitch and yaw, percent.
+fn authority(log: &StepLog) -> [f64; 3] {
+    [log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct]
+}
+
+/// A signal: component id, of those that MAVLink leaves to the user (MAV_COMP_ID_USER1 is 25); name, at most nine
+/// characters, since QGroundControl shows no more; roll, pitch, yaw.
+type Signal = (u8, &'static str, fn(&StepLog) -> [f64; 3]);
 
 /// Estimate, rad/s^2; level, in units of its threshold; authority, percent; compensation after limits, rad;
 /// its effect by the design model, rad/s^2.
 const SIGNALS: [Signal; 5] = [
-    Signal { component: 25, name: "estimate", of: |log| [log.z2.x, log.z2.y, log.z2.z] },
-    Signal { component: 26, name: "level", of: |log| [log.levels.x, log.levels.y, log.levels.z] },
-    Signal {
-        component: 27,
-        name: "authority",
-        of: |log| [log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct],
-    },
-    Signal {
-        component: 28,
-        name: "applied",
-        of: |log| {
-            let applied = &log.applied_compensation;
-            [applied.aileron_rad, applied.nozzle_pitch_rad, applied.nozzle_yaw_rad]
-        },
-    },
-    Signal {
-        component: 29,
-        name: "attained",
-        of: |log| [log.attained.x, log.attained.y, log.attained.z],
-    },
+    (25, "estimate", |log| log.z2.into()),
+    (26, "level", |log| log.levels.into()),
+    (27, "authority", authority),
+    (28, "applied", |log| angles(&log.applied_compensation)),
+    (29, "attained", |log| log.attained.into()),
 ];
 
 /// DEBUG_VECT of each signal; x is roll, y pitch, z yaw.
 pub fn vectors(state: &Snapshot) -> Vec<Encoded> {
-    let vector = |signal: &Signal| {
-        let [x, y, z] = (signal.of)(&state.log).map(convert::float);
-        let time_usec = state.time.as_micros();
-        let message = wire::DEBUG_VECT_DATA { time_usec, x, y, z, name: signal.name.into() };
-        Encoded::new(&message).from_component(signal.component)
+    let vector = |(component, name, of): &Signal| {
+        let [x, y, z] = of(&state.log).map(convert::float);
+        let (time_usec, name) = (state.time.as_micros(), (*name).into());
+        let message = wire::DEBUG_VECT_DATA { time_usec, x, y, z, name };
+        Encoded::new(&message).from_component(*component)
     };
     SIGNALS.iter().map(vector).collect()
 }
