@@ -18,7 +18,7 @@ use crate::peers::From;
 use crate::queues::OpenCommand;
 use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared, failure, modes};
+use crate::{Caller, Service, Shared, failure, modes};
 use flight_management::command::{Command, Outcome, ScriptCommand, VehicleCommand};
 use flight_management::vehicle::Mode;
 
@@ -34,13 +34,6 @@ const COPIES_MAX: u32 = 32;
 const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Interval of progress reports for a command in execution: MAVSDK repeats it after 0.5 s.
 const PROGRESS: Duration = Duration::from_millis(400);
-
-/// Sender of a command, and what its rule may read and use.
-struct Caller<'a> {
-    from: From,
-    now: WallTime,
-    shared: &'a mut Shared,
-}
 
 /// Decision of a rule about a command; by default it is accepted, with nothing more to do.
 #[derive(Debug, Default)]

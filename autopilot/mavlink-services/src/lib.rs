@@ -38,7 +38,7 @@ use flight_control::AircraftModel;
 use icd::EffectorList;
 
 use crate::aircraft::Aircraft;
-use crate::codec::{Identity, Message};
+use crate::codec::{Encoded, Identity, Message};
 use crate::component_metadata::Metadata;
 use crate::control::Control;
 use crate::manual::Pilot;
@@ -140,6 +140,19 @@ impl Shared {
             setpoints: setpoints.of(system).is_some_and(|one| one.is_fresh(now, parameters)),
             sticks: pilots.of(system).is_some_and(|pilot| pilot.is_fresh(now, parameters)),
         };
+    }
+}
+
+/// Sender of a message, and what its handler may read and use.
+pub(crate) struct Caller<'a> {
+    pub from: From,
+    pub now: WallTime,
+    pub shared: &'a mut Shared,
+}
+
+impl Caller<'_> {
+    pub fn answer(&mut self, message: Encoded) {
+        self.shared.peers.answer(self.from.peer, message);
     }
 }
 

@@ -28,7 +28,7 @@ use crate::mission::saved::Restoring;
 use crate::param::SaveQueue;
 use crate::peers::From;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared, convert, telemetry};
+use crate::{Caller, Service, Shared, convert, telemetry};
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::event::EventKind;
 use flight_management::vehicle::plan::{Plan, Progress};
@@ -72,18 +72,7 @@ pub struct MissionService {
     saves: Option<SaveQueue>,
 }
 
-/// The route to the ground station that has sent a message.
-struct Reply<'a> {
-    from: From,
-    now: WallTime,
-    shared: &'a mut Shared,
-}
-
-impl Reply<'_> {
-    fn answer(&mut self, message: Encoded) {
-        self.shared.peers.answer(self.from.peer, message);
-    }
-
+impl Caller<'_> {
     fn refuse(&mut self, list: ListKind, result: R, reason: impl Display) {
         self.shared.texts.warn(self.now, format!("Mission refused: {reason}"));
         self.answer(ack(list, result, 0, self.from.sender));
@@ -92,22 +81,22 @@ impl Reply<'_> {
 
 impl Service for MissionService {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
-        let mut reply = Reply { from, now, shared };
+        let mut caller = Caller { from, now, shared };
         match *message {
-            Message::MissionCount(list, count) => self.begin(list, count, &mut reply),
-            Message::MissionItemInt(ref item) => self.take_item(item, &mut reply),
-            Message::MissionItem(ref item) => self.take_item(&with_integers(item), &mut reply),
-            Message::MissionClear(list) => self.clear(list, &mut reply),
-            Message::MissionRequestList(list) => self.count(list, &mut reply),
+            Message::MissionCount(list, count) => self.begin(list, count, &mut caller),
+            Message::MissionItemInt(ref item) => self.take_item(item, &mut caller),
+            Message::MissionItem(ref item) => self.take_item(&with_integers(item), &mut caller),
+            Message::MissionClear(list) => self.clear(list, &mut caller),
+            Message::MissionRequestList(list) => self.count(list, &mut caller),
             // By its definition the older request is answered with MISSION_ITEM_INT too.
-            Message::MissionRequest(list, seq) => self.give_item(list, seq, &mut reply),
-            Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
+            Message::MissionRequest(list, seq) => self.give_item(list, seq, &mut caller),
+            Message::MissionAck(list, result) => self.take_ack(list, result, &mut caller),
             Message::MissionSetCurrent(seq) => {
-                self.request(VehicleCommand::PlanItem(seq), None, What::Current(seq), &mut reply);
+                self.request(VehicleCommand::PlanItem(seq), None, What::Current(seq), &mut caller);
             }
             Message::MissionPartial(list) => {
                 let reason = "a plan is only read and written as a whole";
-                reply.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
+                caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
             }
             _ => {}
         }
@@ -199,62 +188,62 @@ impl MissionService {
         shared.plan_items = stored.count();
     }
 
-    fn count(&mut self, list: ListKind, reply: &mut Reply) {
+    fn count(&mut self, list: ListKind, caller: &mut Caller) {
         let (items, id) = match list {
             ListKind::MISSION => {
-                self.downloads.begin(reply.from, &self.stored, reply.now);
+                self.downloads.begin(caller.from, &self.stored, caller.now);
                 (self.stored.count(), self.stored.id)
             }
             list if EMPTY_LISTS.contains(&list) => (0, 0),
             _ => {
                 let reason = "only one list at a time can be read";
-                return reply.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
+                return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
             }
         };
         let mut payload = items.to_le_bytes().to_vec();
-        let Identity { system, component } = reply.from.sender;
+        let Identity { system, component } = caller.from.sender;
         payload.extend_from_slice(&[system, component, list.0]);
         payload.extend_from_slice(&id.to_le_bytes());
-        reply.answer(Encoded::by_hand::<wire::MISSION_COUNT_DATA>(payload));
+        caller.answer(Encoded::by_hand::<wire::MISSION_COUNT_DATA>(payload));
     }
 
-    fn give_item(&mut self, list: ListKind, seq: u16, reply: &mut Reply) {
-        let plan = self.downloads.plan(reply.from, reply.now);
+    fn give_item(&mut self, list: ListKind, seq: u16, caller: &mut Caller) {
+        let plan = self.downloads.plan(caller.from, caller.now);
         let plan = plan.unwrap_or_else(|| Arc::clone(&self.stored));
         match plan.items.get(usize::from(seq)) {
             Some(item) if list == ListKind::MISSION => {
-                let state = reply.shared.aircraft.snapshot().map(|state| state.navigation);
+                let state = caller.shared.aircraft.snapshot().map(|state| state.navigation);
                 let flown = state.filter(|navigation| navigation.plan_id == plan.id);
                 let current = flown.map_or(0, |navigation| navigation.item);
                 let mut payload = body(item, u8::from(seq == current));
-                payload[32] = reply.from.sender.system;
-                payload[33] = reply.from.sender.component;
-                reply.answer(Encoded::by_hand::<wire::MISSION_ITEM_INT_DATA>(payload));
+                payload[32] = caller.from.sender.system;
+                payload[33] = caller.from.sender.component;
+                caller.answer(Encoded::by_hand::<wire::MISSION_ITEM_INT_DATA>(payload));
             }
             _ => {
                 let reason = format!("there is no item {seq}, the list has {}", plan.count());
-                reply.refuse(list, R::MAV_MISSION_INVALID_SEQUENCE, reason);
+                caller.refuse(list, R::MAV_MISSION_INVALID_SEQUENCE, reason);
             }
         }
     }
 
     /// MISSION_ACK: a download is complete, or an upload is cancelled or cannot continue.
-    fn take_ack(&mut self, list: ListKind, result: u8, reply: &mut Reply) {
+    fn take_ack(&mut self, list: ListKind, result: u8, caller: &mut Caller) {
         if list != ListKind::MISSION {
             return;
         }
-        self.downloads.end(reply.from);
-        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == reply.from) else {
+        self.downloads.end(caller.from);
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
             return;
         };
         if result == R::MAV_MISSION_UNSUPPORTED as u8 && !upload.is_hopeless() {
             // The ground station does not know the request: use the other one of the two.
             upload.as_int = !upload.as_int;
-            reply.answer(upload.request(reply.now));
+            caller.answer(upload.request(caller.now));
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
             let text = "Mission upload cancelled, the plan is unchanged";
-            reply.shared.texts.inform(reply.now, text);
+            caller.shared.texts.inform(caller.now, text);
         }
     }
 
@@ -273,37 +262,37 @@ impl MissionService {
     }
 
     /// MISSION_COUNT: begins or restarts an upload.
-    fn begin(&mut self, list: ListKind, count: u16, reply: &mut Reply) {
+    fn begin(&mut self, list: ListKind, count: u16, caller: &mut Caller) {
         if count == 0 {
-            return self.clear(list, reply);
+            return self.clear(list, caller);
         }
         if list != ListKind::MISSION {
-            return reply.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
         }
         match &mut self.upload {
-            Some(upload) if upload.from != reply.from => {
+            Some(upload) if upload.from != caller.from => {
                 let other = upload.from.sender.system;
                 let reason = format!("ground station {other} is uploading");
-                return reply.refuse(list, R::MAV_MISSION_DENIED, reason);
+                return caller.refuse(list, R::MAV_MISSION_DENIED, reason);
             }
             Some(upload) if upload.draft.next() == 0 && upload.draft.count == count => {
                 // The request for the first item was lost.
-                return upload.request_again(reply);
+                return upload.request_again(caller);
             }
             _ => {}
         }
-        self.abandon(reply.from);
-        let state = reply.shared.aircraft.snapshot();
+        self.abandon(caller.from);
+        let state = caller.shared.aircraft.snapshot();
         let place = state.map(|state| Place::of(state.motion()));
         let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
         match Draft::new(count, place, airspeed) {
             Ok(draft) => {
-                let from = reply.from;
+                let from = caller.from;
                 let upload =
-                    Upload { from, draft, requested_at: reply.now, tries: 0, as_int: true };
-                reply.answer(self.upload.insert(upload).request(reply.now));
+                    Upload { from, draft, requested_at: caller.now, tries: 0, as_int: true };
+                caller.answer(self.upload.insert(upload).request(caller.now));
             }
-            Err(Rejected { result, reason }) => reply.refuse(list, result, reason),
+            Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
         }
     }
 
@@ -316,68 +305,68 @@ impl MissionService {
         }
     }
 
-    fn take_item(&mut self, item: &MissionItem<i32>, reply: &mut Reply) {
+    fn take_item(&mut self, item: &MissionItem<i32>, caller: &mut Caller) {
         let list = item.words.list;
         if list != ListKind::MISSION {
-            return reply.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
         }
         if draft::is_guided(item) {
-            return match draft::guided_command(item, &reply.shared.parameters.limits) {
-                Ok(command) => self.request(command, Some(list), What::Guided, reply),
-                Err(Rejected { result, reason }) => reply.refuse(list, result, reason),
+            return match draft::guided_command(item, &caller.shared.parameters.limits) {
+                Ok(command) => self.request(command, Some(list), What::Guided, caller),
+                Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
             };
         }
-        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == reply.from) else {
-            return self.take_late_item(item.words.seq, reply);
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
+            return self.take_late_item(item.words.seq, caller);
         };
         if item.words.seq != upload.draft.next() {
-            return upload.request_again(reply);
+            return upload.request_again(caller);
         }
-        let parameters = &reply.shared.parameters;
+        let parameters = &caller.shared.parameters;
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         if let Err(Rejected { result, reason }) = upload.draft.take(item, &rules) {
             self.upload = None;
-            self.ended = Some(Ended { from: reply.from, seq: item.words.seq, result, id: 0 });
-            return reply.refuse(list, result, reason);
+            self.ended = Some(Ended { from: caller.from, seq: item.words.seq, result, id: 0 });
+            return caller.refuse(list, result, reason);
         }
         if !upload.draft.is_complete() {
             upload.tries = 0;
-            return reply.answer(upload.request(reply.now));
+            return caller.answer(upload.request(caller.now));
         }
         if let Some(upload) = self.upload.take() {
             let Finished { stored, plan, notes } = upload.draft.finish();
-            self.replace(stored, plan, notes, list, reply);
+            self.replace(stored, plan, notes, list, caller);
         }
     }
 
     /// An item outside any upload: its sender missed the acknowledgement, or it is a late copy.
-    fn take_late_item(&mut self, seq: u16, reply: &mut Reply) {
-        if self.waiting.plan_of(reply.from).is_some() {
+    fn take_late_item(&mut self, seq: u16, caller: &mut Caller) {
+        if self.waiting.plan_of(caller.from).is_some() {
             // The acknowledgement follows later.
             return;
         }
-        match self.ended.filter(|ended| ended.from == reply.from) {
+        match self.ended.filter(|ended| ended.from == caller.from) {
             Some(Ended { seq: last, result, id, .. }) if last == seq => {
-                reply.answer(ack(ListKind::MISSION, result, id, reply.from.sender));
+                caller.answer(ack(ListKind::MISSION, result, id, caller.from.sender));
             }
             Some(ended) if seq < ended.seq => {}
             _ => {
                 let reason = "an item came and no upload is under way";
-                reply.refuse(ListKind::MISSION, R::MAV_MISSION_ERROR, reason);
+                caller.refuse(ListKind::MISSION, R::MAV_MISSION_ERROR, reason);
             }
         }
     }
 
     /// MISSION_CLEAR_ALL, or an upload of no items.
-    fn clear(&mut self, list: ListKind, reply: &mut Reply) {
+    fn clear(&mut self, list: ListKind, caller: &mut Caller) {
         if EMPTY_LISTS.contains(&list) {
-            return reply.answer(ack(list, R::MAV_MISSION_ACCEPTED, 0, reply.from.sender));
+            return caller.answer(ack(list, R::MAV_MISSION_ACCEPTED, 0, caller.from.sender));
         }
         if ![ListKind::MISSION, ListKind::ALL].contains(&list) {
-            return reply.refuse(list, R::MAV_MISSION_UNSUPPORTED, "there is no such list");
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, "there is no such list");
         }
-        self.abandon(reply.from);
-        self.replace(Stored::default(), Plan::default(), Notes::default(), list, reply);
+        self.abandon(caller.from);
+        self.replace(Stored::default(), Plan::default(), Notes::default(), list, caller);
     }
 
     /// Requests the control side to take a plan.
@@ -387,10 +376,10 @@ impl MissionService {
         plan: Plan,
         notes: Notes,
         list: ListKind,
-        reply: &mut Reply,
+        caller: &mut Caller,
     ) {
         let what = What::Plan(Arc::new(stored), notes);
-        self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, reply);
+        self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, caller);
     }
 
     /// Sends a command to the control side; its outcome becomes the acknowledgement for `list`.
@@ -399,16 +388,16 @@ impl MissionService {
         command: VehicleCommand,
         list: Option<ListKind>,
         what: What,
-        reply: &mut Reply,
+        caller: &mut Caller,
     ) {
         let number =
-            if self.waiting.has_room() { reply.shared.intents.push(command) } else { None };
+            if self.waiting.has_room() { caller.shared.intents.push(command) } else { None };
         let reason = "too many requests are waiting";
         match (number, list) {
-            (Some(number), _) => self.waiting.keep(number, list, what, reply),
-            (None, Some(list)) => reply.refuse(list, R::MAV_MISSION_ERROR, reason),
+            (Some(number), _) => self.waiting.keep(number, list, what, caller),
+            (None, Some(list)) => caller.refuse(list, R::MAV_MISSION_ERROR, reason),
             (None, None) => {
-                reply.shared.texts.warn(reply.now, format!("Mission refused: {reason}"));
+                caller.shared.texts.warn(caller.now, format!("Mission refused: {reason}"));
             }
         }
     }
@@ -476,10 +465,10 @@ impl Upload {
     }
 
     /// Sends the request once more after another item has arrived, unless it has just been sent.
-    fn request_again(&mut self, reply: &mut Reply) {
-        if reply.now.since(self.requested_at) >= AGAIN {
-            self.requested_at = reply.now;
-            reply.answer(self.requested());
+    fn request_again(&mut self, caller: &mut Caller) {
+        if caller.now.since(self.requested_at) >= AGAIN {
+            self.requested_at = caller.now;
+            caller.answer(self.requested());
         }
     }
 
@@ -589,13 +578,13 @@ impl WaitingList {
     }
 
     /// Adds a command. One that never had an outcome makes room.
-    fn keep(&mut self, number: u32, list: Option<ListKind>, what: What, reply: &Reply) {
+    fn keep(&mut self, number: u32, list: Option<ListKind>, what: What, caller: &Caller) {
         if self.0.len() >= WAITING_MAX
             && let Some(oldest) = self.0.iter().position(|waiting| waiting.overdue)
         {
             self.0.remove(oldest);
         }
-        let Reply { from, now: since, .. } = *reply;
+        let Caller { from, now: since, .. } = *caller;
         self.0.push(Waiting { number, from, list, what, since, overdue: false });
     }
 

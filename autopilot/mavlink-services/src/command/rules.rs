@@ -7,8 +7,8 @@ use icd::pace::Pace;
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::{CommandError, CommandMessage};
-use crate::command::{Caller, Decision, check_not_over};
-use crate::{Shared, convert, failure, modes, telemetry};
+use crate::command::{Decision, check_not_over};
+use crate::{Caller, Shared, convert, failure, modes, telemetry};
 use flight_management::command::{ScriptCommand, VehicleCommand};
 use flight_management::vehicle::{Airspeed, Mode, Place, Reference, Reposition, VehicleRefusal};
 

@@ -120,6 +120,7 @@ pub(super) fn run(line: &str, now: WallTime, shared: &mut Shared) -> Answer {
     let words: Vec<&str> = line.split_whitespace().collect();
     let Some((name, arguments)) = words.split_first() else { return Ok(Output::default()) };
     match find(name) {
+        // A command with this one form has no arguments.
         Some(command) if command.forms == [""] && !arguments.is_empty() => Err(usage(name)),
         Some(command) => (command.run)(arguments, now, shared),
         None => Err(format!("there is no command \"{name}\", help lists the commands")),
