@@ -171,7 +171,7 @@ impl Client {
             OPEN_FILE_READ_ONLY => self.open(request, shared),
             READ_FILE => self.read(request),
             CALCULATE_CRC_32 => {
-                find(request, shared).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
+                find(request, shared).map(|file| request.ack(&crc32(&file).to_le_bytes()))
             }
             BURST_READ_FILE => match self.begin_burst(request) {
                 Ok(()) => return None,
@@ -209,7 +209,7 @@ impl Client {
 
     fn open(&mut self, request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
         let content = find(request, shared)?;
-        let size = u32::try_from(content.bytes().len()).unwrap_or(u32::MAX);
+        let size = u32::try_from(content.len()).unwrap_or(u32::MAX);
         let number = self.begin(request, File::Read(content))?;
         Ok(request.ack(&size.to_le_bytes()).of_session(number))
     }
@@ -346,7 +346,7 @@ fn list(request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
 
 /// Up to `size` bytes from `offset` on; at least one.
 fn part(content: &Content, offset: u32, size: usize) -> Result<&[u8], Problem> {
-    let rest = content.bytes().get(offset as usize..).filter(|rest| !rest.is_empty());
+    let rest = content.get(offset as usize..).filter(|rest| !rest.is_empty());
     let rest = rest.ok_or(Problem::MAV_FTP_ERR_EOF)?;
     Ok(&rest[..rest.len().min(size)])
 }
@@ -364,23 +364,8 @@ fn send(peers: &mut Peers, from: From, reply: Reply) {
 /// Name of the folder of the scripts.
 const SCRIPTS: &str = "scripts";
 
-/// Content of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Content {
-    /// Fixed for the life of the process.
-    Fixed(Arc<str>),
-    /// As it was when opened.
-    Kept(Arc<[u8]>),
-}
-
-impl Content {
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Fixed(text) => text.as_bytes(),
-            Self::Kept(bytes) => bytes,
-        }
-    }
-}
+/// Content of a file, as it was when opened.
+type Content = Arc<[u8]>;
 
 /// The name of a script, if the path has the form of one.
 fn script_name(path: &str) -> Option<&str> {
@@ -396,10 +381,10 @@ fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
 /// The file at `path`, which has no slash around it.
 fn content_at(path: &str, shared: &Shared) -> Option<Content> {
     if let Some(name) = script_name(path) {
-        return shared.scripts.content(name).map(|content| Content::Kept(content.into()));
+        return shared.scripts.content(name).map(Content::from);
     }
     let mut files = shared.metadata.files().iter();
-    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(Arc::clone(text)))
+    files.find(|(name, _)| *name == path).map(|(_, text)| Arc::clone(text).into())
 }
 
 /// The entries of a folder, each as it is sent; `None` if there is no such folder.

@@ -23,34 +23,21 @@ const REPLIES_BURST: u32 = 20;
 /// After a burst, one such text in this time: a flood of bad requests must not hide important texts.
 const REPLY_INTERVAL: Duration = Duration::from_millis(200);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct StatusTexts {
     queue: VecDeque<(MavSeverity, String)>,
+    /// Texts in reply to requests, of the present burst.
     replies: u32,
     refilled: WallTime,
     suppressed: u64,
     /// Dropped texts that no report has counted yet.
     unreported: u64,
-    next_id: u16,
+    last_id: u16,
     for_log: VecDeque<LogText>,
 }
 
 /// A text for the flight log: severity (number of syslog), text.
 pub type LogText = (u8, String);
-
-impl Default for StatusTexts {
-    fn default() -> Self {
-        Self {
-            queue: VecDeque::with_capacity(TEXTS_MAX + 1),
-            replies: REPLIES_BURST,
-            refilled: WallTime::ZERO,
-            suppressed: 0,
-            unreported: 0,
-            next_id: 1,
-            for_log: VecDeque::new(),
-        }
-    }
-}
 
 impl StatusTexts {
     /// Queues a text of the ground-station side, for the peers and for the flight log.
@@ -100,14 +87,14 @@ impl StatusTexts {
         let refill = now.since(self.refilled).as_micros() / REPLY_INTERVAL.as_micros();
         if refill > 0 {
             let refill = u32::try_from(refill).unwrap_or(u32::MAX);
-            self.replies = self.replies.saturating_add(refill).min(REPLIES_BURST);
+            self.replies = self.replies.saturating_sub(refill);
             self.refilled = now;
         }
-        if self.replies == 0 {
+        if self.replies >= REPLIES_BURST {
             self.suppressed += 1;
             return;
         }
-        self.replies -= 1;
+        self.replies += 1;
         let mut text = text.into();
         if self.suppressed > 0 {
             text = format!("{text} ({} more were not shown)", self.suppressed);
@@ -135,10 +122,12 @@ impl StatusTexts {
                 self.queue.pop_front().or_else(|| self.take_unreported())
         {
             let chunks = chunks_of(&text);
-            let id = if chunks.len() == 1 { 0 } else { self.next_id };
-            if id != 0 {
-                self.next_id = self.next_id.checked_add(1).unwrap_or(1);
-            }
+            let id = if chunks.len() == 1 {
+                0
+            } else {
+                self.last_id = self.last_id.checked_add(1).unwrap_or(1);
+                self.last_id
+            };
             for (text, chunk_seq) in chunks.into_iter().zip(0..) {
                 let text = text.into();
                 let message = STATUSTEXT_DATA { severity, text, id, chunk_seq };

@@ -39,13 +39,13 @@ const RULES: [(u16, &str, Rule); 34] = [
     (300, "MISSION_START", start_mission),
     (400, "COMPONENT_ARM_DISARM", arm_or_disarm),
     (401, "RUN_PREARM_CHECKS", prearm_checks),
-    (410, "GET_HOME_POSITION", home_position),
+    (410, "GET_HOME_POSITION", |_, caller| show(caller, 242.0, 0.0)),
     (failure::INJECT_FAILURE, "INJECT_FAILURE", fault),
     (510, "GET_MESSAGE_INTERVAL", interval),
     (511, "SET_MESSAGE_INTERVAL", set_interval),
     (512, "REQUEST_MESSAGE", request),
-    (519, "REQUEST_PROTOCOL_VERSION", protocol_version),
-    (520, "REQUEST_AUTOPILOT_CAPABILITIES", capabilities),
+    (519, "REQUEST_PROTOCOL_VERSION", |command, caller| show_if_1(command, caller, 300.0)),
+    (520, "REQUEST_AUTOPILOT_CAPABILITIES", |command, caller| show_if_1(command, caller, 148.0)),
     (failure::USER_1, "USER_1", fault),
     (USER_2, "USER_2", pace),
     (USER_3, "USER_3", script),
@@ -467,20 +467,7 @@ fn request(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     show(caller, command.params[0], command.params[1])
 }
 
-fn home_position(_: &CommandMessage, caller: &mut Caller) -> Ruling {
-    show(caller, 242.0, 0.0)
-}
-
-/// REQUEST_AUTOPILOT_CAPABILITIES: p1 must be 1.
-fn capabilities(command: &CommandMessage, caller: &mut Caller) -> Ruling {
-    show_if_1(command, caller, 148.0)
-}
-
-/// REQUEST_PROTOCOL_VERSION: p1 must be 1.
-fn protocol_version(command: &CommandMessage, caller: &mut Caller) -> Ruling {
-    show_if_1(command, caller, 300.0)
-}
-
+/// REQUEST_AUTOPILOT_CAPABILITIES and REQUEST_PROTOCOL_VERSION: p1 must be 1.
 fn show_if_1(command: &CommandMessage, caller: &Caller, id: f32) -> Ruling {
     if command.params[0] == 1.0 {
         return show(caller, id, 0.0);
