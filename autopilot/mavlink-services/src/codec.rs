@@ -252,11 +252,11 @@ impl Layout {
 /// A message ready to be sent, except for the sequence number of its link.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Encoded {
-    id: u32,
+    pub(super) id: u32,
     extra_crc: u8,
     payload: Vec<u8>,
     /// The sending component, if it is not the autopilot.
-    component: Option<u8>,
+    pub component: Option<u8>,
     copies: Copies,
 }
 
@@ -289,13 +289,11 @@ impl Encoded {
 
     /// COMMAND_ACK, also for a command that the definitions do not have.
     pub fn command_ack(command: u16, result: MavResult, to: Identity) -> Self {
-        let mut payload = Vec::with_capacity(COMMAND_ACK_DATA::ENCODED_LEN);
-        payload.extend_from_slice(&command.to_le_bytes());
+        let mut payload = command.to_le_bytes().to_vec();
         // The progress of a command in execution is not known, and there is no second result.
-        let progress =
-            if result == MavResult::MAV_RESULT_IN_PROGRESS { PROGRESS_UNKNOWN } else { 0 };
-        let end = [result as u8, progress, 0, 0, 0, 0, to.system, to.component];
-        payload.extend_from_slice(&end);
+        let is_open = result == MavResult::MAV_RESULT_IN_PROGRESS;
+        let progress = if is_open { PROGRESS_UNKNOWN } else { 0 };
+        payload.extend([result as u8, progress, 0, 0, 0, 0, to.system, to.component]);
         Self::by_hand::<COMMAND_ACK_DATA>(payload)
     }
 
@@ -325,15 +323,6 @@ impl Encoded {
         self
     }
 
-    pub(super) fn id(&self) -> u32 {
-        self.id
-    }
-
-    /// The sending component, if it is not the autopilot.
-    pub fn component(&self) -> Option<u8> {
-        self.component
-    }
-
     /// The frame of this sender with this sequence number: MAVLink 2, not signed.
     pub fn frame(&self, sender: Identity, sequence: u8) -> Vec<u8> {
         self.frame_with(0, sender, sequence)
@@ -347,8 +336,7 @@ impl Encoded {
         sign: impl FnOnce(&[u8]) -> [u8; SIGNATURE],
     ) -> Vec<u8> {
         let mut frame = self.frame_with(SIGNED, sender, sequence);
-        let signature = sign(&frame);
-        frame.extend_from_slice(&signature);
+        frame.extend(sign(&frame));
         frame
     }
 

@@ -3,34 +3,39 @@
 //! The service answers a command at once or, where the aircraft decides, when its outcome arrives. SET_MODE is handled in the
 //! same way without an acknowledgement: the next heartbeat shows the mode, and a text gives the reason of a refusal.
 
+use core::time::Duration;
+
 use ::mavlink::dialects::common::MavResult;
+use arrayvec::ArrayVec;
+use icd::fault::{FaultReply, NO_ANSWER, Refusal, Target};
+use icd::{EffectorList, FaultRequest};
 
 use crate::aircraft::Phase;
 use crate::codec::{CommandError, CommandMessage, Encoded, Identity, Message, SetMode};
-use crate::command::pending::{OnAcceptance, Pending};
+use crate::failure::Reasons;
 use crate::param::PREFLIGHT_STORAGE;
 use crate::peers::From;
+use crate::queues::OpenCommand;
+use crate::statustext::StatusTexts;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared, failure, modes};
+use crate::{Caller, Service, Shared, failure, modes};
 use flight_management::command::{Command, Outcome, ScriptCommand, VehicleCommand};
 use flight_management::vehicle::Mode;
 
-mod fields;
-mod messages;
-mod navigation;
-mod pending;
-mod references;
-mod simulation;
-mod state;
+mod rules;
 
-/// Sender of a command, and what its rule may read and use.
-struct Caller<'a> {
-    from: From,
-    now: WallTime,
-    shared: &'a mut Shared,
-}
+pub use crate::command::rules::known;
 
-/// Decision of a rule about a command.
+/// Commands that may be open at the same time.
+const OPEN_MAX: usize = 32;
+/// Copies of one command that may wait for its outcome.
+const COPIES_MAX: u32 = 32;
+/// A command without an outcome fails after this time. Ground stations give up after two or three seconds.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+/// Interval of progress reports for a command in execution: MAVSDK repeats it after 0.5 s.
+const PROGRESS: Duration = Duration::from_millis(400);
+
+/// Decision of a rule about a command; by default it is accepted, with nothing more to do.
 #[derive(Debug, Default)]
 struct Decision {
     /// Accepted, with these messages as the answer.
@@ -42,11 +47,6 @@ struct Decision {
 }
 
 impl Decision {
-    /// Accepted, with nothing more to do.
-    fn accept() -> Self {
-        Self::default()
-    }
-
     /// Accepted, with these messages as the answer.
     fn answer(answers: Vec<Encoded>) -> Self {
         Self { answers, ..Self::default() }
@@ -61,9 +61,47 @@ impl Decision {
     }
 }
 
+/// A command whose outcome is still open.
+#[derive(Debug)]
+struct Open {
+    from: From,
+    /// `None` for a SET_MODE, which has no acknowledgement.
+    command: Option<CommandMessage>,
+    copies: u32,
+    since: WallTime,
+    /// Time of the last progress report, or of the command.
+    reported: WallTime,
+    /// Note to the operator once it is accepted.
+    note: Option<String>,
+    /// The command steers the aircraft: its sender gets control once it is accepted.
+    steers: bool,
+    /// The mode that it requests.
+    mode: Option<Mode>,
+    parts: ArrayVec<OpenCommand, { Target::MAX }>,
+    verdict: Verdict,
+}
+
+/// Outcome of a command, from the parts answered so far.
+#[derive(Debug, Default)]
+struct Verdict {
+    /// Accepted (the default) until a part is not; once denied, the command stays denied.
+    result: MavResult,
+    reasons: Reasons,
+    /// A part was refused, not merely left without an answer.
+    refused: bool,
+    /// The targets for which the plant did what was requested.
+    done: Vec<Target>,
+    /// Faults that were cleared while scheduled or pausing: no event reports their end.
+    cleared_without_event: Vec<Target>,
+    /// Effectors that had no fault to clear.
+    healthy: Vec<Target>,
+    /// A fault was cleared, and an event reports it.
+    cleared_active: bool,
+}
+
 #[derive(Debug, Default)]
 pub struct CommandService {
-    pending: Pending,
+    open: Vec<Open>,
     /// The latest numbered simulation step that was accepted.
     numbered_step: Option<(From, CommandMessage)>,
 }
@@ -72,20 +110,19 @@ impl Service for CommandService {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
         match message {
             Message::Command(command) if command.id != PREFLIGHT_STORAGE => {
-                self.handle_command(from, command, now, shared);
+                let result = match self.handle_command(from, command, now, shared) {
+                    Ok(None) => return,
+                    Ok(Some(result)) => result,
+                    Err(error) => report(error, now, shared),
+                };
+                let ack = Encoded::command_ack(command.id, result, from.sender);
+                shared.peers.answer(from.peer, ack);
             }
             Message::SetMode(SetMode { is_custom, main, sub }) => {
-                let mode = check_not_over(shared)
-                    .and_then(|()| modes::requested(*is_custom, *main, *sub, shared.streams));
-                let begun = mode.and_then(|mode| {
-                    self.begin(
-                        from,
-                        None,
-                        Decision::pass_on(VehicleCommand::Mode(mode)),
-                        now,
-                        shared,
-                    )
-                });
+                let begun = check_not_over(shared)
+                    .and_then(|()| modes::requested(*is_custom, *main, *sub, shared.streams))
+                    .map(|mode| Decision::pass_on(VehicleCommand::Mode(mode)))
+                    .and_then(|decision| self.begin(from, None, decision, now, shared));
                 if let Err(error) = begun {
                     report(error, now, shared);
                 }
@@ -94,6 +131,7 @@ impl Service for CommandService {
         }
     }
 
+    /// Records the outcome of one intent; acknowledges the command after the last one.
     fn handle_outcome(
         &mut self,
         number: u32,
@@ -101,55 +139,85 @@ impl Service for CommandService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        let accepted = self.pending.resolve(number, outcome, now, shared);
-        if let Some((from, command)) = accepted
-            && simulation::is_numbered_step(&command)
+        let part_of = |open: &Open| open.parts.iter().position(|part| part.number == number);
+        // Outcomes of intents without a waiting command are expected.
+        let Some(index) = self.open.iter().position(|open| part_of(open).is_some()) else { return };
+        let open = &mut self.open[index];
+        if let Some(part) = part_of(open).map(|part| open.parts.remove(part)) {
+            open.verdict.take(part, outcome, now, shared);
+        }
+        if !open.parts.is_empty() {
+            return;
+        }
+        let open = self.open.swap_remove(index);
+        if let Some(command) = open.command
+            && open.verdict.result == MavResult::MAV_RESULT_ACCEPTED
+            && rules::is_numbered_step(&command)
         {
-            self.numbered_step = Some((from, command));
+            self.numbered_step = Some((open.from, command));
+        }
+        close(open, now, shared);
+    }
+
+    /// The first station that has requested this mode and waits for it.
+    fn requester_of(&self, mode: Mode) -> Option<Identity> {
+        let requests = self.open.iter().filter(|open| open.mode == Some(mode));
+        requests.min_by_key(|open| open.since).map(|open| open.from.sender)
+    }
+
+    /// Reports progress to the senders of open commands, and gives up those that have been open for too long.
+    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
+        for open in self.open.extract_if(.., is_over) {
+            close(open, now, shared);
+        }
+        for open in &mut self.open {
+            if let Some(command) = open.command.filter(|_| now.since(open.reported) >= PROGRESS) {
+                open.reported = now;
+                let result = MavResult::MAV_RESULT_IN_PROGRESS;
+                let ack = Encoded::command_ack(command.id, result, open.from.sender);
+                shared.peers.answer(open.from.peer, ack);
+            }
         }
     }
 
-    fn requester_of(&self, mode: Mode) -> Option<Identity> {
-        self.pending.requester_of(mode)
-    }
-
-    /// Reports progress to waiting ground stations, and answers the commands without an outcome in time.
-    fn poll(&mut self, now: WallTime, shared: &mut Shared) {
-        self.pending.poll(now, shared);
-    }
-
+    /// When the next command needs a progress report or times out.
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        self.pending.next_deadline()
+        let due = |open: &Open| {
+            let over = open.since + ANSWER_TIMEOUT;
+            if open.command.is_some() { over.min(open.reported + PROGRESS) } else { over }
+        };
+        self.open.iter().map(due).min()
     }
 }
 
 impl CommandService {
-    /// Handles one copy of a command.
+    /// Handles one copy of a command. `None`: the acknowledgement comes later.
     fn handle_command(
         &mut self,
         from: From,
         command: &CommandMessage,
         now: WallTime,
         shared: &mut Shared,
-    ) {
-        let result = match self.pending.join(from, command) {
-            Some(joined) => joined.map(|()| None),
-            // The one command that has an additional effect with each copy.
-            None if self.numbered_step == Some((from, *command)) => {
-                Ok(Some(MavResult::MAV_RESULT_ACCEPTED))
+    ) -> Result<Option<MavResult>, CommandError> {
+        let is_copy = |open: &&mut Open| open.from == from && open.command == Some(*command);
+        if let Some(open) = self.open.iter_mut().find(is_copy) {
+            // It gets its own answer together with the first.
+            if open.copies >= COPIES_MAX {
+                return Ok(Some(MavResult::MAV_RESULT_TEMPORARILY_REJECTED));
             }
-            None => decide(command, &mut Caller { from, now, shared })
-                .and_then(|decision| self.begin(from, Some(command), decision, now, shared)),
-        };
-        let result = match result {
-            Ok(None) => return,
-            Ok(Some(result)) => result,
-            Err(error) => report(error, now, shared),
-        };
-        shared.peers.answer(from.peer, Encoded::command_ack(command.id, result, from.sender));
+            open.copies += 1;
+            return Ok(None);
+        }
+        // The one command that has an additional effect with each copy.
+        if self.numbered_step == Some((from, *command)) {
+            return Ok(Some(MavResult::MAV_RESULT_ACCEPTED));
+        }
+        let decision = rules::decide(command, &mut Caller { from, now, shared })?;
+        self.begin(from, Some(command), decision, now, shared)
     }
 
-    /// `None`: the acknowledgement comes later.
+    /// Executes a decision about a command, or about a SET_MODE without one. `None`: the acknowledgement comes later.
     fn begin(
         &mut self,
         from: From,
@@ -166,9 +234,8 @@ impl CommandService {
         if intents.iter().any(needs_flight) {
             check_not_over(shared)?;
         }
-        if !intents.is_empty()
-            && (!self.pending.has_room() || shared.intents.room() < intents.len())
-        {
+        let has_room = self.open.len() < OPEN_MAX && shared.intents.room() >= intents.len();
+        if !intents.is_empty() && !has_room {
             return Err(CommandError::temporary("Too many commands are waiting"));
         }
         for message in answers {
@@ -183,8 +250,18 @@ impl CommandService {
         let steers = intents.iter().any(|command| steers(command, shared.aircraft.mode()));
         let mode = intents.iter().find_map(mode_of);
         let parts = intents.into_iter().filter_map(|command| shared.intents.open(command));
-        let on_acceptance = OnAcceptance { note, steers, mode };
-        self.pending.open(from, command, parts.collect(), on_acceptance, now);
+        self.open.push(Open {
+            from,
+            command: command.copied(),
+            copies: 1,
+            since: now,
+            reported: now,
+            note,
+            steers,
+            mode,
+            parts: parts.collect(),
+            verdict: Verdict::default(),
+        });
         Ok(None)
     }
 }
@@ -232,55 +309,127 @@ pub(super) fn steers(command: &Command, mode: Mode) -> bool {
     }
 }
 
-type Rule = fn(&CommandMessage, &mut Caller) -> Result<Decision, CommandError>;
-
-/// Number of each command (MAV_CMD), its name and its rule.
-const RULES: [(u16, &str, Rule); 34] = [
-    (17, "NAV_LOITER_UNLIM", navigation::loiter),
-    (20, "NAV_RETURN_TO_LAUNCH", state::return_home),
-    (21, "NAV_LAND", state::land),
-    (22, "NAV_TAKEOFF", state::take_off),
-    (31, "NAV_LOITER_TO_ALT", navigation::loiter_to_altitude),
-    (34, "DO_ORBIT", navigation::orbit),
-    (176, "DO_SET_MODE", state::set_mode),
-    (178, "DO_CHANGE_SPEED", references::change_speed),
-    (179, "DO_SET_HOME", navigation::set_home),
-    (185, "DO_FLIGHTTERMINATION", state::terminate),
-    (186, "DO_CHANGE_ALTITUDE", references::change_altitude),
-    (189, "DO_LAND_START", state::land),
-    (192, "DO_REPOSITION", navigation::reposition),
-    (193, "DO_PAUSE_CONTINUE", navigation::pause_or_continue),
-    (224, "DO_SET_MISSION_CURRENT", navigation::set_mission_item),
-    (241, "PREFLIGHT_CALIBRATION", state::calibrate),
-    (246, "PREFLIGHT_REBOOT_SHUTDOWN", simulation::restart),
-    (262, "DO_SET_STANDARD_MODE", state::set_standard_mode),
-    (300, "MISSION_START", navigation::start_mission),
-    (400, "COMPONENT_ARM_DISARM", state::arm_or_disarm),
-    (401, "RUN_PREARM_CHECKS", state::prearm_checks),
-    (410, "GET_HOME_POSITION", messages::home_position),
-    (failure::INJECT_FAILURE, "INJECT_FAILURE", simulation::fault),
-    (510, "GET_MESSAGE_INTERVAL", messages::interval),
-    (511, "SET_MESSAGE_INTERVAL", messages::set_interval),
-    (512, "REQUEST_MESSAGE", messages::request),
-    (519, "REQUEST_PROTOCOL_VERSION", messages::protocol_version),
-    (520, "REQUEST_AUTOPILOT_CAPABILITIES", messages::capabilities),
-    (failure::USER_1, "USER_1", simulation::fault),
-    (simulation::USER_2, "USER_2", simulation::pace),
-    (simulation::USER_3, "USER_3", simulation::script),
-    (43_000, "GUIDED_CHANGE_SPEED", references::guided_speed),
-    (43_001, "GUIDED_CHANGE_ALTITUDE", references::guided_altitude),
-    (43_002, "GUIDED_CHANGE_HEADING", references::guided_heading),
-];
-
-/// Outcome of a command.
-fn decide(command: &CommandMessage, caller: &mut Caller) -> Result<Decision, CommandError> {
-    match RULES.iter().find(|(id, ..)| *id == command.id) {
-        Some((.., rule)) => rule(command, caller),
-        None => Err(CommandError::without_text(MavResult::MAV_RESULT_UNSUPPORTED)),
+/// Reports in one text what was not done, and acknowledges each copy. Parts still open count as unanswered.
+fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
+    for part in &open.parts {
+        open.verdict.not_now(part.target(), NO_ANSWER);
+    }
+    open.verdict.report(now, &mut shared.texts, &shared.model.effectors.list);
+    let result = open.verdict.result;
+    if result == MavResult::MAV_RESULT_ACCEPTED {
+        if open.steers {
+            shared.control.take(open.from.sender);
+        }
+        if let Some(note) = open.note {
+            shared.texts.inform(now, note);
+        }
+    }
+    let Some(command) = open.command else { return };
+    let ack = Encoded::command_ack(command.id, result, open.from.sender);
+    for _ in 0..open.copies {
+        shared.peers.answer(open.from.peer, ack.clone());
     }
 }
 
-/// Number and name of each command that is understood.
-pub fn known() -> impl Iterator<Item = (u16, &'static str)> {
-    RULES.iter().map(|(id, name, _)| (*id, *name))
+impl Verdict {
+    /// Records the outcome of one part.
+    fn take(&mut self, part: OpenCommand, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
+        let target = part.target();
+        match outcome {
+            Outcome::Done => {}
+            Outcome::Plant(reply) => self.take_reply(part, reply, now, shared),
+            Outcome::Refused(refusal) => {
+                self.refused = true;
+                if refusal.is_temporary() {
+                    self.not_now(target, refusal);
+                } else {
+                    self.never(target, refusal);
+                }
+            }
+            Outcome::NoAnswer => self.not_now(target, NO_ANSWER),
+        }
+    }
+
+    /// Records the reply of the plant; sends a text at once for what neither an event nor a refusal reports.
+    fn take_reply(
+        &mut self,
+        part: OpenCommand,
+        reply: &FaultReply,
+        now: WallTime,
+        shared: &mut Shared,
+    ) {
+        let target = part.target();
+        match reply {
+            FaultReply::Refused(refusal) => {
+                self.refused = true;
+                match refusal {
+                    Refusal::FlightOver | Refusal::ScheduleFull { .. } => {
+                        self.not_now(target, failure::refused(refusal, target, shared.effectors()));
+                    }
+                    _ => self.never(target, failure::refused(refusal, target, shared.effectors())),
+                }
+                return;
+            }
+            FaultReply::Scheduled { at } => {
+                if let Some(FaultRequest::Inject { target, kind, timing }) = part.fault {
+                    let effectors = shared.effectors();
+                    let kind = kind.described(target.class(effectors));
+                    let target = target.name(effectors);
+                    let at_s = at.as_seconds();
+                    let text = format!("Scheduled: {target} {kind}, at {at_s} s{timing}");
+                    shared.texts.inform(now, text);
+                }
+            }
+            FaultReply::Cleared { .. } => {
+                // The end of an active fault is an event, which follows this answer.
+                let faults = shared.aircraft.faults();
+                match target {
+                    Some(target) if faults.acting(target).is_some() => self.cleared_active = true,
+                    Some(target) if faults.names(target) => self.cleared_without_event.push(target),
+                    target => self.healthy.extend(target),
+                }
+            }
+            FaultReply::Applied { .. } | FaultReply::Unchanged { .. } => {}
+        }
+        self.done.extend(target);
+    }
+
+    fn not_now(&mut self, target: Option<Target>, reason: impl ToString) {
+        if self.result != MavResult::MAV_RESULT_DENIED {
+            self.result = MavResult::MAV_RESULT_TEMPORARILY_REJECTED;
+        }
+        self.reasons.add(reason.to_string(), target);
+    }
+
+    fn never(&mut self, target: Option<Target>, reason: impl ToString) {
+        self.result = MavResult::MAV_RESULT_DENIED;
+        self.reasons.add(reason.to_string(), target);
+    }
+
+    fn report(&self, now: WallTime, texts: &mut StatusTexts, effectors: &EffectorList) {
+        if !self.cleared_without_event.is_empty() {
+            let text = format!(
+                "Nothing scheduled: {}",
+                failure::names(&self.cleared_without_event, effectors)
+            );
+            texts.inform(now, text);
+        } else if !self.healthy.is_empty() && !self.cleared_active {
+            // Besides an active fault that was cleared, it needs no text.
+            let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
+            texts.inform(now, text);
+        }
+        if self.reasons.is_empty() {
+            return;
+        }
+        let head = match (self.refused, self.reasons.names_targets()) {
+            (true, true) => "Fault refused",
+            (true, false) => "Refused",
+            (false, _) => "Not confirmed",
+        };
+        let mut text = format!("{head}: {}", self.reasons.text(effectors));
+        if !self.done.is_empty() {
+            text = format!("Done: {}. {text}", failure::names(&self.done, effectors));
+        }
+        texts.warn(now, text);
+    }
 }

@@ -12,8 +12,8 @@ use serde_json::{Map, Value, json};
 
 use crate::codec::Encoded;
 use flight_management::parameters::{
-    COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, FAULT_CHOICES, FaultParameter,
-    Kind, Parameter, Parameters, fault_parameters, table,
+    COMPATIBILITY, COMPATIBILITY_GROUP, Choice, CompatibilityParameter, FAULT_CHOICES,
+    FaultParameter, Kind, Parameter, Parameters, fault_parameters, table,
 };
 
 /// The file that a ground station reads first.
@@ -111,29 +111,31 @@ fn parameter_file(effectors: &EffectorList, defaults: &Parameters) -> Value {
 }
 
 fn tunable(row: &Parameter, default: f64) -> Value {
-    let mut entry = Map::new();
-    let mut put = |key: &str, value: Value| drop(entry.insert(key.to_owned(), value));
-    put("name", row.name.into());
-    put("type", type_name(row.kind).into());
-    put("group", row.group.into());
-    put("category", "Standard".into());
-    put("shortDesc", row.meaning.into());
-    put("longDesc", long_text(row).into());
-    put("min", row.min.into());
-    put("max", row.max.into());
-    put("default", default.into());
-    put("decimalPlaces", decimal_places(row, default).into());
-    put("rebootRequired", row.at_restart.into());
+    let mut entry = json!({
+        "name": row.name,
+        "type": type_name(row.kind),
+        "group": row.group,
+        "category": "Standard",
+        "shortDesc": row.meaning,
+        "longDesc": long_text(row),
+        "min": row.min,
+        "max": row.max,
+        "default": default,
+        "decimalPlaces": decimal_places(row, default),
+        "rebootRequired": row.at_restart,
+    });
     if row.unit != "-" {
-        put("units", row.unit.into());
+        entry["units"] = row.unit.into();
     }
     if !row.choices.is_empty() {
-        let values = row.choices.iter();
-        let values =
-            values.map(|choice| json!({"value": choice.value, "description": choice.label}));
-        put("values", values.collect());
+        entry["values"] = choices(row.choices);
     }
-    Value::Object(entry)
+    entry
+}
+
+fn choices(choices: &[Choice]) -> Value {
+    let value = |choice: &Choice| json!({"value": choice.value, "description": choice.label});
+    choices.iter().map(value).collect()
 }
 
 fn long_text(row: &Parameter) -> String {
@@ -172,20 +174,14 @@ fn compatibility(row: &CompatibilityParameter, defaults: &Parameters) -> Value {
         "decimalPlaces": if row.kind == Kind::Int { 0 } else { 2 },
         "readOnly": true,
     });
-    if !row.label.is_empty()
-        && let Some(entry) = entry.as_object_mut()
-    {
-        let only = json!([{ "value": row.value, "description": row.label }]);
-        entry.insert("values".to_owned(), only);
+    if !row.label.is_empty() {
+        entry["values"] = json!([{ "value": row.value, "description": row.label }]);
     }
     entry
 }
 
 fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
     let what = row.target.name(effectors);
-    let values = FAULT_CHOICES.iter();
-    let values: Vec<Value> =
-        values.map(|choice| json!({"value": choice.value, "description": choice.label})).collect();
     json!({
         "name": row.name.as_str(),
         "type": type_name(Kind::Int),
@@ -201,7 +197,7 @@ fn fault(row: &FaultParameter, effectors: &EffectorList) -> Value {
         "default": 0,
         "decimalPlaces": 0,
         "rebootRequired": false,
-        "values": values,
+        "values": choices(&FAULT_CHOICES),
     })
 }
 
@@ -219,7 +215,6 @@ fn decimal_places(row: &Parameter, default: f64) -> i32 {
     }
     let sizes = [default, row.min].map(f64::abs);
     let smallest = sizes.into_iter().filter(|size| *size > 0.0).fold(row.max.abs(), f64::min);
-    #[expect(clippy::cast_possible_truncation, reason = "the exponent of a finite number is small")]
     let exponent = libm::floor(libm::log10(smallest)) as i32;
     (FIGURES - 1 - exponent).clamp(1, PLACES_MAX)
 }
@@ -246,22 +241,24 @@ fn actuator_file(effectors: &EffectorList) -> Value {
             (place.to_string(), function)
         })
         .collect();
-    let mut types = Map::new();
-    types.insert("DEFAULT".into(), json!({ "values": { "min": -1, "max": 1, "default": 0 } }));
+    let mut types = json!({ "DEFAULT": { "values": { "min": -1, "max": 1, "default": 0 } } });
     for (name, is_angle, min) in [("servo", true, -1), ("motor", false, 0)] {
         let of_unit: Vec<usize> = places()
             .filter(|(_, effector)| effectors.is_angle(*effector) == is_angle)
             .map(|(place, _)| place)
             .collect();
         if let (Some(first), Some(last)) = (of_unit.first(), of_unit.last()) {
-            let entry = json!({
+            types[name] = json!({
                 "values": { "min": min, "max": 1, "default": 0 },
                 "function-min": first,
                 "function-max": last,
             });
-            types.insert(name.into(), entry);
         }
     }
+    let is_jet = effectors.only(EffectorKind::NozzlePitch).is_some();
+    let aircraft = if is_jet { "Jet with thrust vectoring" } else { "Aircraft with surfaces" };
+    let groups: Vec<Value> =
+        GROUPS.iter().filter_map(|group| self::group(effectors, group)).collect();
     json!({
         "version": 2,
         "show-ui-if": "false",
@@ -273,20 +270,11 @@ fn actuator_file(effectors: &EffectorList) -> Value {
         "mixer_v1": {
             "actuator-types": types,
             "config": [{
-                "title": title_of_aircraft(effectors),
-                "actuators": GROUPS.iter().filter_map(|group| self::group(effectors, group)).collect::<Vec<_>>(),
+                "title": aircraft,
+                "actuators": groups,
             }],
         },
     })
-}
-
-/// Type of the aircraft, from its effectors.
-fn title_of_aircraft(effectors: &EffectorList) -> &'static str {
-    if effectors.only(EffectorKind::NozzlePitch).is_some() {
-        "Jet with thrust vectoring"
-    } else {
-        "Aircraft with surfaces"
-    }
 }
 
 fn group(effectors: &EffectorList, (label, kind, is_in): &Group) -> Option<Value> {

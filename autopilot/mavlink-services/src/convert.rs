@@ -4,26 +4,25 @@
 //! A value outside the range of its field saturates and never wraps; NaN becomes zero in an integer field,
 //! which has no other way to mark it.
 
+use flight_management::vehicle::Place;
 use icd::{EulerAngles, SimTime};
 
-macro_rules! saturating {
-    ($($name:ident -> $type:ty;)*) => {$(
-        #[expect(clippy::cast_possible_truncation, reason = "`as` saturates from float to integer")]
-        #[allow(clippy::cast_sign_loss, reason = "negative values saturate at zero in unsigned fields")]
-        fn $name(value: f64) -> $type {
-            libm::round(value) as $type
-        }
-    )*};
+// `as` saturates from float to integer, and negative values at zero in unsigned fields.
+
+fn to_i16(value: f64) -> i16 {
+    libm::round(value) as i16
 }
 
-saturating! {
-    to_i16 -> i16;
-    to_u16 -> u16;
-    to_i32 -> i32;
+fn to_u16(value: f64) -> u16 {
+    libm::round(value) as u16
+}
+
+/// The nearest whole number.
+pub fn to_i32(value: f64) -> i32 {
+    libm::round(value) as i32
 }
 
 /// 32-bit float field. A number too large for it becomes the largest; infinity and NaN stay unchanged.
-#[expect(clippy::cast_possible_truncation, reason = "MAVLink floats have 32 bits")]
 pub fn float(value: f64) -> f32 {
     let max = f64::from(f32::MAX);
     if value.is_finite() { value.clamp(-max, max) as f32 } else { value as f32 }
@@ -42,17 +41,32 @@ pub fn boot_ms(time: SimTime) -> u32 {
 }
 
 /// Microseconds of simulation time in a 32-bit field; wraps after 71 minutes, as the field's users expect.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "SERVO_OUTPUT_RAW.time_usec is the low 32 bits"
-)]
 pub fn boot_us_low(time: SimTime) -> u32 {
-    (time.as_micros() & u64::from(u32::MAX)) as u32
+    time.as_micros() as u32
 }
 
-/// Whole number.
-pub fn whole(value: f64) -> i32 {
-    to_i32(value)
+/// The whole number that a float encodes, if the type has it.
+pub fn whole_number<T: TryFrom<i64>>(value: f64) -> Option<T> {
+    // `as` saturates; the types have no number that large.
+    let whole = value as i64;
+    (whole as f64 == value).then(|| T::try_from(whole).ok()).flatten()
+}
+
+/// MAV_FRAME of altitudes above mean sea level (the ellipsoid here).
+pub const FRAMES_SEA_LEVEL: [u8; 2] = [0, 5];
+/// MAV_FRAME of altitudes above mean sea level and above home. Home is on the ground, and the ground is at altitude zero,
+/// so the two are the same.
+pub const FRAMES_WITH_ALTITUDE: [u8; 4] = [FRAMES_SEA_LEVEL[0], FRAMES_SEA_LEVEL[1], 3, 6];
+
+/// MAV_FRAME of places in degrees: with the altitude above sea level, above home and above the ground.
+pub const GLOBAL_FRAMES: [u8; 6] = [0, 3, 5, 6, 10, 11];
+
+/// A place by degrees; `None` if it is none on the Earth.
+pub fn place(latitude_deg: f64, longitude_deg: f64) -> Option<Place> {
+    let is_there =
+        (-90.0..=90.0).contains(&latitude_deg) && (-180.0..=180.0).contains(&longitude_deg);
+    let (latitude_rad, longitude_rad) = (radians(latitude_deg), radians(longitude_deg));
+    is_there.then_some(Place { latitude_rad, longitude_rad })
 }
 
 /// Latitude or longitude, 1e-7 deg.
@@ -144,11 +158,6 @@ pub fn percent(fraction: f64) -> u16 {
 /// Percent to a fraction.
 pub fn fraction(percent: f64) -> f64 {
     percent / 100.0
-}
-
-/// Milliseconds to seconds.
-pub fn seconds(milliseconds: f64) -> f64 {
-    milliseconds / 1.0e3
 }
 
 /// Degrees to radians.

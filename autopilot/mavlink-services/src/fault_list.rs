@@ -109,14 +109,15 @@ impl FaultStream {
 pub fn messages(shared: &Shared) -> Vec<Encoded> {
     let Some(state) = shared.aircraft.snapshot() else { return Vec::new() };
     let entries = shared.aircraft.faults().entries();
+    let array = |numbers| float_array(state, ARRAY_ID.into(), "FAULTS", numbers);
     if entries.is_empty() {
-        return vec![message(state, &[])];
+        return vec![array(Vec::new())];
     }
-    let count = number(entries.len());
+    let count = u32::try_from(entries.len()).map_or(f64::NAN, f64::from);
     let messages = (1..).zip(entries).map(|(index, entry)| {
         let mut numbers = vec![count, f64::from(index)];
         numbers.extend(numbers_of(entry, shared.effectors()));
-        message(state, &numbers)
+        array(numbers)
     });
     messages.collect()
 }
@@ -142,21 +143,19 @@ fn numbers_of(entry: &FaultEntry, effectors: &EffectorList) -> [f64; 13] {
     ]
 }
 
-fn number(count: usize) -> f64 {
-    u32::try_from(count).map_or(f64::NAN, f64::from)
-}
-
-fn message(state: &Snapshot, numbers: &[f64]) -> Encoded {
+/// DEBUG_FLOAT_ARRAY; numbers beyond its length are left out.
+pub fn float_array(
+    state: &Snapshot,
+    array_id: u16,
+    name: &str,
+    numbers: impl IntoIterator<Item = f64>,
+) -> Encoded {
     let mut data = [0.0; 58];
     for (place, value) in data.iter_mut().zip(numbers) {
-        *place = convert::float(*value);
+        *place = convert::float(value);
     }
-    Encoded::new(&DEBUG_FLOAT_ARRAY_DATA {
-        time_usec: state.time.as_micros(),
-        array_id: u16::from(ARRAY_ID),
-        name: "FAULTS".into(),
-        data,
-    })
+    let (time_usec, name) = (state.time.as_micros(), name.into());
+    Encoded::new(&DEBUG_FLOAT_ARRAY_DATA { time_usec, array_id, name, data })
 }
 
 #[cfg(test)]

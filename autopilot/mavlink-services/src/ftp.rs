@@ -10,18 +10,17 @@
 use core::time::Duration;
 use std::sync::Arc;
 
-use ::mavlink::dialects::common::FILE_TRANSFER_PROTOCOL_DATA;
+use ::mavlink::dialects::common::{
+    FILE_TRANSFER_PROTOCOL_DATA, MavFtpErr as Problem, MavFtpOpcode as Opcode,
+};
 use arrayvec::ArrayVec;
 
 use crate::codec::{Encoded, Message};
 use crate::component_metadata::crc32;
-use crate::ftp::payload::{DATA_MAX, LENGTH, Operation, Problem, Reply, Request};
 use crate::peers::{From, Peers};
-use crate::scripts::{FileProblem, Upload};
+use crate::scripts::Upload;
 use crate::wall_time::WallTime;
 use crate::{Service, Shared};
-
-mod payload;
 
 /// Open files of one client.
 const SESSIONS_MAX: usize = 4;
@@ -95,10 +94,7 @@ impl Service for FtpService {
         }
         match client.answer(&request, shared) {
             Some(reply) => {
-                let is_question = matches!(
-                    request.operation(),
-                    Operation::ListDirectory | Operation::CalculateCrc32
-                );
+                let is_question = [LIST_DIRECTORY, CALCULATE_CRC_32].contains(&request.opcode);
                 client.latest = (!is_question).then(|| (**bytes, reply.clone(), now));
                 send(&mut shared.peers, from, reply);
             }
@@ -161,58 +157,59 @@ impl Client {
 
     /// `None`: a burst begins.
     fn answer(&mut self, request: &Request<'_>, shared: &mut Shared) -> Option<Reply> {
-        let answer = match request.operation() {
-            Operation::Nothing => Ok(request.ack(&[])),
-            Operation::TerminateSession => self.terminate(request, shared),
-            Operation::ResetSessions => {
+        let answer = match request.opcode {
+            NOTHING => Ok(request.ack(&[])),
+            TERMINATE_SESSION => self.terminate(request, shared),
+            RESET_SESSIONS => {
                 for session in core::mem::take(&mut self.sessions) {
                     session.end(shared);
                 }
                 self.burst = None;
                 Ok(request.ack(&[]))
             }
-            Operation::ListDirectory => list(request, shared),
-            Operation::OpenFileReadOnly => self.open(request, shared),
-            Operation::ReadFile => self.read(request),
-            Operation::CalculateCrc32 => {
-                find(request, shared).map(|file| request.ack(&crc32(file.bytes()).to_le_bytes()))
+            LIST_DIRECTORY => list(request, shared),
+            OPEN_FILE_READ_ONLY => self.open(request, shared),
+            READ_FILE => self.read(request),
+            CALCULATE_CRC_32 => {
+                find(request, shared).map(|file| request.ack(&crc32(&file).to_le_bytes()))
             }
-            Operation::BurstReadFile => match self.begin_burst(request) {
+            BURST_READ_FILE => match self.begin_burst(request) {
                 Ok(()) => return None,
                 Err(problem) => Err(problem),
             },
-            Operation::CreateFile => self.create(request, true, shared),
-            Operation::OpenFileWriteOnly => self.create(request, false, shared),
-            Operation::WriteFile => self.write(request, shared),
-            Operation::TruncateFile => writable(request).and_then(|name| {
-                let done = shared.scripts.truncate(name, request.offset);
-                done.map(|()| request.ack(&[])).map_err(problem_of)
+            CREATE_FILE => self.create(request, true, shared),
+            OPEN_FILE_WRITE_ONLY => self.create(request, false, shared),
+            WRITE_FILE => self.write(request, shared),
+            TRUNCATE_FILE => writable(request).and_then(|name| {
+                shared.scripts.truncate(name, request.offset).map(|()| request.ack(&[]))
             }),
-            Operation::RemoveFile => writable(request).and_then(|name| {
-                let done = shared.scripts.remove(name);
-                done.map(|()| request.ack(&[])).map_err(problem_of)
-            }),
-            Operation::Change => Err(Problem::FileProtected),
-            Operation::Unknown => Err(Problem::UnknownCommand),
+            REMOVE_FILE => writable(request)
+                .and_then(|name| shared.scripts.remove(name).map(|()| request.ack(&[]))),
+            // Folder and rename operations.
+            9 | 10 | 13 => Err(Problem::MAV_FTP_ERR_FILEPROTECTED),
+            _ => Err(Problem::MAV_FTP_ERR_UNKNOWNCOMMAND),
         };
         Some(answer.unwrap_or_else(|problem| request.nak(problem)))
     }
 
     fn session(&self, number: u8) -> Result<&Session, Problem> {
-        self.sessions.iter().find(|session| session.number == number).ok_or(Problem::InvalidSession)
+        self.sessions
+            .iter()
+            .find(|session| session.number == number)
+            .ok_or(Problem::MAV_FTP_ERR_INVALIDSESSION)
     }
 
     /// The file that a session reads.
     fn content(&self, number: u8) -> Result<&Content, Problem> {
         match &self.session(number)?.file {
             File::Read(content) => Ok(content),
-            File::Write(_) => Err(Problem::InvalidSession),
+            File::Write(_) => Err(Problem::MAV_FTP_ERR_INVALIDSESSION),
         }
     }
 
     fn open(&mut self, request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
         let content = find(request, shared)?;
-        let size = u32::try_from(content.bytes().len()).unwrap_or(u32::MAX);
+        let size = u32::try_from(content.len()).unwrap_or(u32::MAX);
         let number = self.begin(request, File::Read(content))?;
         Ok(request.ack(&size.to_le_bytes()).of_session(number))
     }
@@ -226,13 +223,12 @@ impl Client {
     ) -> Result<Reply, Problem> {
         let name = writable(request)?;
         // An earlier upload by this client ends.
-        self.sessions.retain(
-            |session| !matches!(&session.file, File::Write(upload) if upload.name() == name),
-        );
+        let is_it = |file: &File| matches!(file, File::Write(upload) if upload.name == name);
+        self.sessions.retain(|session| !is_it(&session.file));
         if self.sessions.is_full() {
-            return Err(Problem::NoSessionsAvailable);
+            return Err(Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE);
         }
-        let upload = shared.scripts.open(name, truncate).map_err(problem_of)?;
+        let upload = shared.scripts.open(name, truncate)?;
         let number = self.begin(request, File::Write(upload))?;
         Ok(request.ack(&[]).of_session(number))
     }
@@ -240,26 +236,26 @@ impl Client {
     fn begin(&mut self, request: &Request<'_>, file: File) -> Result<u8, Problem> {
         let is_free = |number: &u8| self.session(*number).is_err();
         let mut numbers = core::iter::once(request.session).chain(0..=u8::MAX);
-        let number = numbers.find(is_free).ok_or(Problem::NoSessionsAvailable)?;
+        let number = numbers.find(is_free).ok_or(Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
         let opened = self.sessions.try_push(Session { number, file });
-        opened.map_err(|_| Problem::NoSessionsAvailable)?;
+        opened.map_err(|_| Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
         Ok(number)
     }
 
     fn write(&self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
         let File::Write(upload) = &self.session(request.session)?.file else {
-            return Err(Problem::InvalidSession);
+            return Err(Problem::MAV_FTP_ERR_INVALIDSESSION);
         };
         if request.size == 0 {
-            return Err(Problem::InvalidDataSize);
+            return Err(Problem::MAV_FTP_ERR_INVALIDDATASIZE);
         }
-        let done = shared.scripts.write(upload, request.offset, request.data);
-        done.map(|()| request.ack(&[])).map_err(problem_of)
+        shared.scripts.write(upload, request.offset, request.data).map(|()| request.ack(&[]))
     }
 
     fn terminate(&mut self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
         let is_it = |session: &Session| session.number == request.session;
-        let place = self.sessions.iter().position(is_it).ok_or(Problem::InvalidSession)?;
+        let place =
+            self.sessions.iter().position(is_it).ok_or(Problem::MAV_FTP_ERR_INVALIDSESSION)?;
         self.sessions.remove(place).end(shared);
         self.burst.take_if(|burst| burst.session == request.session);
         Ok(request.ack(&[]))
@@ -268,7 +264,7 @@ impl Client {
     fn read(&self, request: &Request<'_>) -> Result<Reply, Problem> {
         let content = self.content(request.session)?;
         if request.size == 0 {
-            return Err(Problem::InvalidDataSize);
+            return Err(Problem::MAV_FTP_ERR_INVALIDDATASIZE);
         }
         part(content, request.offset, request.size).map(|data| request.ack(data))
     }
@@ -303,9 +299,10 @@ impl Client {
                 burst.left -= 1;
                 burst.sequence = burst.sequence.wrapping_add(1);
                 burst.offset += u32::try_from(data.len()).unwrap_or_default();
-                let ends = burst.left == 0;
-                let reply = request.ack(data).ending_burst(ends);
-                if ends {
+                let mut reply = request.ack(data);
+                if burst.left == 0 {
+                    // The last message of a burst that continues when the client requests more.
+                    reply.0[6] = 1;
                     self.burst = None;
                 }
                 Some(reply)
@@ -329,22 +326,28 @@ impl Session {
 
 fn find(request: &Request<'_>, shared: &Shared) -> Result<Content, Problem> {
     let found = request.path().and_then(|path| content_at(path, shared));
-    found.ok_or(Problem::FileNotFound)
+    found.ok_or(Problem::MAV_FTP_ERR_FILENOTFOUND)
 }
 
-/// Entries from number `offset` on.
+/// Entries of a folder from number `offset` on, as many as fit.
 fn list(request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
-    let first = usize::try_from(request.offset).unwrap_or(usize::MAX);
-    let entries = request.path().and_then(|path| entries(path, first, DATA_MAX, shared));
-    let entries = entries.ok_or(Problem::FileNotFound)?;
-    if entries.is_empty() { Err(Problem::EndOfFile) } else { Ok(request.ack(&entries)) }
+    let listed = request.path().and_then(|path| listed(path, shared));
+    let mut text = Vec::new();
+    for entry in
+        listed.ok_or(Problem::MAV_FTP_ERR_FILENOTFOUND)?.into_iter().skip(request.offset as usize)
+    {
+        if text.len() + entry.len() > DATA_MAX {
+            break;
+        }
+        text.extend_from_slice(entry.as_bytes());
+    }
+    if text.is_empty() { Err(Problem::MAV_FTP_ERR_EOF) } else { Ok(request.ack(&text)) }
 }
 
 /// Up to `size` bytes from `offset` on; at least one.
 fn part(content: &Content, offset: u32, size: usize) -> Result<&[u8], Problem> {
-    let offset = usize::try_from(offset).unwrap_or(usize::MAX);
-    let rest = content.bytes().get(offset..).filter(|rest| !rest.is_empty());
-    let rest = rest.ok_or(Problem::EndOfFile)?;
+    let rest = content.get(offset as usize..).filter(|rest| !rest.is_empty());
+    let rest = rest.ok_or(Problem::MAV_FTP_ERR_EOF)?;
     Ok(&rest[..rest.len().min(size)])
 }
 
@@ -353,7 +356,7 @@ fn send(peers: &mut Peers, from: From, reply: Reply) {
         target_network: 0,
         target_system: from.sender.system,
         target_component: from.sender.component,
-        payload: reply.bytes(),
+        payload: reply.0,
     };
     peers.answer(from.peer, Encoded::new(&message));
 }
@@ -361,23 +364,8 @@ fn send(peers: &mut Peers, from: From, reply: Reply) {
 /// Name of the folder of the scripts.
 const SCRIPTS: &str = "scripts";
 
-/// Content of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-enum Content {
-    /// Fixed for the life of the process.
-    Fixed(Arc<str>),
-    /// As it was when opened.
-    Kept(Arc<[u8]>),
-}
-
-impl Content {
-    fn bytes(&self) -> &[u8] {
-        match self {
-            Self::Fixed(text) => text.as_bytes(),
-            Self::Kept(bytes) => bytes,
-        }
-    }
-}
+/// Content of a file, as it was when opened.
+type Content = Arc<[u8]>;
 
 /// The name of a script, if the path has the form of one.
 fn script_name(path: &str) -> Option<&str> {
@@ -387,16 +375,16 @@ fn script_name(path: &str) -> Option<&str> {
 
 /// The name of the script that a request changes.
 fn writable<'a>(request: &Request<'a>) -> Result<&'a str, Problem> {
-    request.path().and_then(script_name).ok_or(Problem::FileProtected)
+    request.path().and_then(script_name).ok_or(Problem::MAV_FTP_ERR_FILEPROTECTED)
 }
 
 /// The file at `path`, which has no slash around it.
 fn content_at(path: &str, shared: &Shared) -> Option<Content> {
     if let Some(name) = script_name(path) {
-        return shared.scripts.content(name).map(|content| Content::Kept(content.into()));
+        return shared.scripts.content(name).map(Content::from);
     }
     let mut files = shared.metadata.files().iter();
-    files.find(|(name, _)| *name == path).map(|(_, text)| Content::Fixed(Arc::clone(text)))
+    files.find(|(name, _)| *name == path).map(|(_, text)| Arc::clone(text).into())
 }
 
 /// The entries of a folder, each as it is sent; `None` if there is no such folder.
@@ -413,24 +401,106 @@ fn listed(path: &str, shared: &Shared) -> Option<Vec<String>> {
     }
 }
 
-/// Entries of a folder from number `first` on, as many as fit into `room` bytes.
-fn entries(path: &str, first: usize, room: usize, shared: &Shared) -> Option<Vec<u8>> {
-    let mut text = Vec::new();
-    for entry in listed(path, shared)?.into_iter().skip(first) {
-        if text.len() + entry.len() > room {
-            break;
-        }
-        text.extend_from_slice(entry.as_bytes());
-    }
-    Some(text)
+/// Bytes of a message.
+const LENGTH: usize = 251;
+const HEADER: usize = 12;
+/// Most data in one message.
+const DATA_MAX: usize = LENGTH - HEADER;
+
+const ACK: u8 = Opcode::MAV_FTP_OPCODE_ACK as u8;
+const NAK: u8 = Opcode::MAV_FTP_OPCODE_NAK as u8;
+/// "No space left" as Linux numbers it; ground stations show it.
+const ENOSPC: u8 = 28;
+
+// Operations that a client can request.
+const NOTHING: u8 = Opcode::MAV_FTP_OPCODE_NONE as u8;
+const TERMINATE_SESSION: u8 = Opcode::MAV_FTP_OPCODE_TERMINATESESSION as u8;
+const RESET_SESSIONS: u8 = Opcode::MAV_FTP_OPCODE_RESETSESSION as u8;
+const LIST_DIRECTORY: u8 = Opcode::MAV_FTP_OPCODE_LISTDIRECTORY as u8;
+const OPEN_FILE_READ_ONLY: u8 = Opcode::MAV_FTP_OPCODE_OPENFILERO as u8;
+const READ_FILE: u8 = Opcode::MAV_FTP_OPCODE_READFILE as u8;
+const CREATE_FILE: u8 = Opcode::MAV_FTP_OPCODE_CREATEFILE as u8;
+const WRITE_FILE: u8 = Opcode::MAV_FTP_OPCODE_WRITEFILE as u8;
+const REMOVE_FILE: u8 = Opcode::MAV_FTP_OPCODE_REMOVEFILE as u8;
+const OPEN_FILE_WRITE_ONLY: u8 = Opcode::MAV_FTP_OPCODE_OPENFILEWO as u8;
+const TRUNCATE_FILE: u8 = Opcode::MAV_FTP_OPCODE_TRUNCATEFILE as u8;
+const CALCULATE_CRC_32: u8 = Opcode::MAV_FTP_OPCODE_CALCFILECRC as u8;
+const BURST_READ_FILE: u8 = Opcode::MAV_FTP_OPCODE_BURSTREADFILE as u8;
+
+/// A request whose sizes are within the limits of a message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Request<'a> {
+    sequence: u16,
+    session: u8,
+    opcode: u8,
+    /// Bytes of data, or requested bytes of a read.
+    size: usize,
+    offset: u32,
+    data: &'a [u8],
 }
 
-/// The error of the protocol.
-fn problem_of(problem: FileProblem) -> Problem {
-    match problem {
-        FileProblem::NotFound => Problem::FileNotFound,
-        FileProblem::Name => Problem::FileProtected,
-        FileProblem::NoSpace => Problem::NoSpace,
-        FileProblem::Superseded => Problem::InvalidSession,
+impl<'a> Request<'a> {
+    /// `None` for an answer: the service never requests anything, and answering an answer would never end.
+    fn parse(bytes: &'a [u8; LENGTH]) -> Option<Self> {
+        let [s0, s1, session, opcode, size, _, _, _, o0, o1, o2, o3, ..] = *bytes;
+        if opcode >= ACK {
+            return None;
+        }
+        let size = usize::from(size).min(DATA_MAX);
+        Some(Self {
+            sequence: u16::from_le_bytes([s0, s1]),
+            session,
+            opcode,
+            size,
+            offset: u32::from_le_bytes([o0, o1, o2, o3]),
+            data: &bytes[HEADER..HEADER + size],
+        })
+    }
+
+    /// The path in the data, up to a NUL, without surrounding slashes; `None` if it is not text.
+    fn path(&self) -> Option<&'a str> {
+        let text = self.data.split(|byte| *byte == 0).next()?;
+        Some(core::str::from_utf8(text).ok()?.trim_matches('/'))
+    }
+
+    fn ack(&self, data: &[u8]) -> Reply {
+        Reply::new(self, ACK).with_data(data)
+    }
+
+    fn nak(&self, problem: Problem) -> Reply {
+        let reply = Reply::new(self, NAK);
+        match problem {
+            // With an error number of the system: no space left.
+            Problem::MAV_FTP_ERR_FAILERRNO => reply.with_data(&[problem as u8, ENOSPC]),
+            _ => reply.with_data(&[problem as u8]),
+        }
+    }
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Reply([u8; LENGTH]);
+
+impl Reply {
+    fn new(request: &Request<'_>, opcode: u8) -> Self {
+        let mut bytes = [0; LENGTH];
+        bytes[..2].copy_from_slice(&request.sequence.wrapping_add(1).to_le_bytes());
+        bytes[2] = request.session;
+        bytes[3] = opcode;
+        bytes[5] = request.opcode;
+        bytes[8..HEADER].copy_from_slice(&request.offset.to_le_bytes());
+        Self(bytes)
+    }
+
+    fn with_data(mut self, data: &[u8]) -> Self {
+        let data = &data[..data.len().min(DATA_MAX)];
+        self.0[HEADER..HEADER + data.len()].copy_from_slice(data);
+        self.0[4] = u8::try_from(data.len()).expect("DATA_MAX fits a byte");
+        self
+    }
+
+    /// For a session other than that of the request.
+    fn of_session(mut self, session: u8) -> Self {
+        self.0[2] = session;
+        self
     }
 }

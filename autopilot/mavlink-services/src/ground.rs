@@ -14,10 +14,10 @@ use crate::fault_list::FaultListRequest;
 use crate::ftp::FtpService;
 use crate::heartbeat::{Heartbeat, Ping};
 use crate::logs::{LogDone, LogJob, LogService};
-use crate::manual::{Manual, Pilots};
+use crate::manual::Manual;
 use crate::mission::{MissionService, SavedPlan};
-use crate::modes::{ModeSwitch, Streams};
-use crate::offboard::{Offboard, SetpointStreams};
+use crate::modes::ModeSwitch;
+use crate::offboard::Offboard;
 use crate::param::{ParamService, ParameterStore, Save, Saved};
 use crate::peers::{Address, Connection, Crowding, From, Peer, Peers};
 use crate::queues::Intents;
@@ -25,6 +25,7 @@ use crate::scripts::Scripts;
 use crate::shell::ShellService;
 use crate::signing::{Admission, KeyChange, LogLine, Signing};
 use crate::statustext::{LogText, StatusTexts};
+use crate::streams::{Latest, Streams};
 use crate::telemetry::{Host, PeerRates, Telemetry};
 use crate::traffic::Traffic;
 use crate::wall_time::WallTime;
@@ -46,48 +47,40 @@ pub struct Ground {
     skipped: Skipped,
 }
 
-/// One instance of each service.
-#[derive(Debug, Default)]
-pub(crate) struct Services {
+macro_rules! services {
+    ($($name:ident: $service:ty,)*) => {
+        /// One instance of each service.
+        #[derive(Debug, Default)]
+        pub(crate) struct Services {
+            $(pub(crate) $name: $service,)*
+        }
+
+        impl Services {
+            /// All services, in the order in which they send during one turn.
+            fn in_order(&mut self) -> [&mut dyn Service; [$(stringify!($name)),*].len()] {
+                [$(&mut self.$name),*]
+            }
+        }
+    };
+}
+
+// The heartbeat shows a new mode after the acknowledgement of the command that requested it, and before the telemetry.
+services! {
     signing: Signing,
     ping: Ping,
     shell: ShellService,
     fault_list: FaultListRequest,
     command: CommandService,
     param: ParamService,
-    pub(crate) offboard: Offboard,
-    pub(crate) manual: Manual,
+    offboard: Offboard,
+    manual: Manual,
     mode_switch: ModeSwitch,
     mission: MissionService,
     ftp: FtpService,
     logs: LogService,
-    pub(crate) link_loss: LinkLoss,
+    link_loss: LinkLoss,
     heartbeat: Heartbeat,
     telemetry: Telemetry,
-}
-
-impl Services {
-    /// All services, in the order in which they send during one turn: the heartbeat shows a new mode after the acknowledgement
-    /// of the command that requested it, and before the telemetry.
-    fn in_order(&mut self) -> [&mut dyn Service; 15] {
-        [
-            &mut self.signing,
-            &mut self.ping,
-            &mut self.shell,
-            &mut self.fault_list,
-            &mut self.command,
-            &mut self.param,
-            &mut self.offboard,
-            &mut self.manual,
-            &mut self.mode_switch,
-            &mut self.mission,
-            &mut self.ftp,
-            &mut self.logs,
-            &mut self.link_loss,
-            &mut self.heartbeat,
-            &mut self.telemetry,
-        ]
-    }
 }
 
 impl Ground {
@@ -98,14 +91,14 @@ impl Ground {
         let shared = Shared {
             parameters: *parameters,
             defaults,
-            store: ParameterStore::default(),
+            store: ParameterStore::new(*parameters),
             model: *model,
             aircraft: Aircraft::default(),
             plan_items: 0,
             scripts: Scripts::new(&model.effectors.list),
             control: Control::default(),
-            setpoints: SetpointStreams::default(),
-            pilots: Pilots::default(),
+            setpoints: Latest::default(),
+            pilots: Latest::default(),
             streams: Streams::default(),
             derived: None,
             rates: PeerRates::new(parameters.streams),
@@ -254,12 +247,8 @@ impl Ground {
             EventKind::Script { script, event } => scripts.handle_event(script, event, texts),
             EventKind::Fault(_) if is_news => self.services.telemetry.hurry_faults(now),
             EventKind::Vehicle(VehicleEvent::Mode(mode)) => {
-                let mut requesters = self
-                    .services
-                    .in_order()
-                    .into_iter()
-                    .filter_map(|service| service.requester_of(mode));
-                if let Some(station) = requesters.next() {
+                let services = self.services.in_order().into_iter();
+                if let Some(station) = services.filter_map(|one| one.requester_of(mode)).next() {
                     control.take(station);
                 }
             }
@@ -377,12 +366,12 @@ impl Ground {
 
     /// Saves changes of parameters from now on; `kept` is the saved set.
     pub fn keep_parameters(&mut self, kept: Parameters) {
-        self.shared.store.keep(kept);
+        self.shared.store.kept = Some(kept);
     }
 
     /// Next text of the parameter file.
     pub fn pop_save(&mut self) -> Option<Save> {
-        self.shared.store.pop_save()
+        self.shared.store.saves.pop()
     }
 
     /// Handles the result of a save of the parameters.

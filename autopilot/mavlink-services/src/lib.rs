@@ -38,17 +38,17 @@ use flight_control::AircraftModel;
 use icd::EffectorList;
 
 use crate::aircraft::Aircraft;
-use crate::codec::{Identity, Message};
+use crate::codec::{Encoded, Identity, Message};
 use crate::component_metadata::Metadata;
 use crate::control::Control;
-use crate::manual::Pilots;
-use crate::modes::Streams;
-use crate::offboard::SetpointStreams;
+use crate::manual::Pilot;
+use crate::offboard::Setpoints;
 use crate::param::ParameterStore;
 use crate::peers::{From, Peers};
 use crate::queues::Intents;
 use crate::scripts::Scripts;
 use crate::statustext::StatusTexts;
+use crate::streams::{Latest, Streams};
 use crate::telemetry::{Host, PeerRates};
 use crate::wall_time::WallTime;
 use flight_management::command::Outcome;
@@ -81,6 +81,7 @@ pub mod scripts;
 pub mod shell;
 pub mod signing;
 pub mod statustext;
+pub mod streams;
 pub mod telemetry;
 pub mod traffic;
 pub mod wall_time;
@@ -104,9 +105,9 @@ pub struct Shared {
     /// Which ground station has control.
     pub control: Control,
     /// Offboard setpoints of each system.
-    pub setpoints: SetpointStreams,
+    pub setpoints: Latest<Setpoints>,
     /// Stick positions of each system.
-    pub pilots: Pilots,
+    pub pilots: Latest<Pilot>,
     /// Which streams the sender of the present message has sent recently.
     pub streams: Streams,
     /// A message that a service has derived from the present one; dispatched next.
@@ -133,11 +134,25 @@ impl Shared {
 
     /// Records which streams a system has sent recently, before its next message is handled.
     pub fn note_streams(&mut self, from: From, now: WallTime) {
-        let system = from.sender.system;
+        let Self { parameters, setpoints, pilots, .. } = self;
+        let system = Some(from.sender.system);
         self.streams = Streams {
-            setpoints: self.setpoints.is_fresh(system, now, &self.parameters),
-            sticks: self.pilots.is_fresh(system, now, &self.parameters),
+            setpoints: setpoints.of(system).is_some_and(|one| one.is_fresh(now, parameters)),
+            sticks: pilots.of(system).is_some_and(|pilot| pilot.is_fresh(now, parameters)),
         };
+    }
+}
+
+/// Sender of a message, and what its handler may read and use.
+pub(crate) struct Caller<'a> {
+    pub from: From,
+    pub now: WallTime,
+    pub shared: &'a mut Shared,
+}
+
+impl Caller<'_> {
+    pub fn answer(&mut self, message: Encoded) {
+        self.shared.peers.answer(self.from.peer, message);
     }
 }
 

@@ -18,8 +18,8 @@ use ::mavlink::dialects::common::MavSeverity;
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::{ManualControl, Message};
-use crate::modes::Fallback;
 use crate::peers::From;
+use crate::streams::{Fallback, Forwarding};
 use crate::wall_time::WallTime;
 use crate::{Service, Shared};
 use flight_management::command::VehicleCommand;
@@ -27,10 +27,6 @@ use flight_management::event::EventKind;
 use flight_management::parameters::{Parameters, SticksLossAction};
 use flight_management::vehicle::{Mode, Sticks, VehicleEvent};
 
-/// Least interval between two positions that the vehicle receives, whatever the rate of the messages.
-const INTERVAL: Duration = Duration::from_millis(10);
-/// Systems whose sticks are followed; the one silent for the longest makes room.
-const PILOTS_MAX: usize = 4;
 /// Target system that means every vehicle.
 const ALL: u8 = 0;
 /// Full deflection in MANUAL_CONTROL.
@@ -45,9 +41,9 @@ const RELEASE: u16 = 0;
 /// Channels 1 to 3: roll, pitch, throttle.
 const CHANNELS: usize = 3;
 
+/// The latest stick positions of one system.
 #[derive(Debug, Clone, Copy)]
-struct Pilot {
-    system: u8,
+pub struct Pilot {
     received: WallTime,
     sticks: Sticks,
     /// Overridden channels, us.
@@ -55,35 +51,9 @@ struct Pilot {
 }
 
 impl Pilot {
-    fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
+    /// They arrived a moment ago.
+    pub fn is_fresh(&self, now: WallTime, parameters: &Parameters) -> bool {
         now.since(self.received) <= stick_timeout(parameters)
-    }
-}
-
-/// The latest stick positions of each system, those of the latest sender last.
-#[derive(Debug, Default)]
-pub struct Pilots(Vec<Pilot>);
-
-impl Pilots {
-    /// Stick positions of this system arrived a moment ago.
-    pub fn is_fresh(&self, system: u8, now: WallTime, parameters: &Parameters) -> bool {
-        self.of(Some(system)).is_some_and(|pilot| pilot.is_fresh(now, parameters))
-    }
-
-    fn of(&self, system: Option<u8>) -> Option<&Pilot> {
-        self.0.iter().find(|pilot| Some(pilot.system) == system)
-    }
-
-    fn remove(&mut self, system: u8) {
-        self.0.retain(|pilot| pilot.system != system);
-    }
-
-    fn replace(&mut self, pilot: Pilot) {
-        self.remove(pilot.system);
-        if self.0.len() >= PILOTS_MAX {
-            self.0.remove(0);
-        }
-        self.0.push(pilot);
     }
 }
 
@@ -92,7 +62,7 @@ impl Pilots {
 pub struct Manual {
     /// The latest position has not been forwarded yet.
     is_new: bool,
-    passed_on: Option<WallTime>,
+    forwarding: Forwarding,
     fallback: Fallback,
     /// The vehicle follows sticks in Position and has not received centred ones since.
     steers: bool,
@@ -116,13 +86,14 @@ impl Service for Manual {
                 let channels = core::array::from_fn(|i| channel(given[i], before[i]));
                 if channels == [None; CHANNELS] {
                     // All channels released: these are no sticks any more.
-                    return shared.pilots.remove(system);
+                    shared.pilots.remove(system);
+                    return;
                 }
                 (of_channels(channels), channels)
             }
             _ => return,
         };
-        shared.pilots.replace(Pilot { system, received: now, sticks, channels });
+        shared.pilots.replace(system, Pilot { received: now, sticks, channels });
         let flies_by_sticks = flies_by_sticks(&shared.aircraft);
         if shared.control.holder().is_none() && flies_by_sticks {
             shared.control.take(from.sender);
@@ -189,16 +160,14 @@ impl Service for Manual {
         }
         let pilot = shared.pilots.of(shared.control.holder());
         let Some(pilot) = pilot else { return Some(WallTime::ZERO) };
-        let early = self.passed_on.filter(|_| self.is_new).map(|at| at + INTERVAL);
-        // One microsecond beyond the last instant at which the sticks count.
-        let stale = pilot.received + stick_timeout(&shared.parameters) + Duration::from_micros(1);
-        Some(early.map_or(stale, |early| early.min(stale)))
+        let timeout = stick_timeout(&shared.parameters);
+        Some(self.forwarding.deadline(pilot.received, timeout, self.is_new))
     }
 }
 
 impl Manual {
     fn pass_on(&mut self, now: WallTime, shared: &mut Shared) {
-        let is_early = self.passed_on.is_some_and(|at| now.since(at) < INTERVAL);
+        let is_early = self.forwarding.is_early(now);
         if !flies_by_sticks(&shared.aircraft) || !self.is_new || is_early {
             return;
         }
@@ -208,7 +177,7 @@ impl Manual {
         };
         if shared.intents.push(VehicleCommand::Sticks(pilot.sticks)).is_some() {
             self.is_new = false;
-            self.passed_on = Some(now);
+            self.forwarding.passed_on = Some(now);
             self.steers = true;
         }
     }

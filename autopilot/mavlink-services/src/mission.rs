@@ -13,35 +13,40 @@
 //! meanwhile. The plan in force is saved for the next start of the program. Fence and rally points are not supported:
 //! their lists are empty and accept nothing.
 
+#![expect(deprecated, reason = "ground stations without integer items get MISSION_REQUEST")]
+
+use core::fmt::Display;
+use core::time::Duration;
 use std::sync::Arc;
 
+use ::mavlink::dialects::common as wire;
 use ::mavlink::dialects::common::MavMissionResult as R;
 
-use crate::codec::{ListKind, Message};
-use crate::mission::saved::{PlanKeeper, Restoring};
-use crate::mission::wire::Stored;
+use crate::codec::{Encoded, Identity, ListKind, Message, MissionItem};
+use crate::mission::draft::{Draft, Finished, Notes, Rejected};
+use crate::mission::saved::Restoring;
+use crate::param::SaveQueue;
 use crate::peers::From;
 use crate::wall_time::WallTime;
-use crate::{Service, Shared};
-use fields::Rejected;
+use crate::{Caller, Service, Shared, convert, telemetry};
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::event::EventKind;
-use flight_management::vehicle::plan::Progress;
-use flight_management::vehicle::{Navigation, VehicleEvent};
-use transfers::{Downloads, Upload, WaitingList, What};
+use flight_management::vehicle::plan::{Plan, Progress};
+use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Airspeed, Mode, Navigation, Place, VehicleEvent};
 
 pub use crate::mission::saved::{SavedPlan, SavedPlanError};
 
-mod action;
 mod draft;
-mod fields;
-mod requests;
 mod saved;
-mod transfers;
-mod wire;
 
 /// Lists without items here: fence and rally points.
 const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
+
+/// Reason for refusing an upload to one of the lists that are always empty.
+const NOT_THERE: &str = "there are no fence and no rally points";
+/// Reason of a command without an outcome.
+const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
 
 /// Result of an upload, for a ground station that did not receive it.
 #[derive(Debug, Clone, Copy)]
@@ -63,52 +68,35 @@ pub struct MissionService {
     waiting: WaitingList,
     ended: Option<Ended>,
     restoring: Restoring,
-    keeper: PlanKeeper,
+    /// Plans to be saved; `None` where none is.
+    saves: Option<SaveQueue>,
 }
 
-/// The route to the ground station that has sent a message.
-struct Reply<'a> {
-    from: From,
-    now: WallTime,
-    shared: &'a mut Shared,
-}
-
-impl Reply<'_> {
-    fn ack(&mut self, list: ListKind, result: R) {
-        let ack = wire::ack(list, result, 0, self.from.sender);
-        self.shared.peers.answer(self.from.peer, ack);
-    }
-
-    fn refuse(&mut self, list: ListKind, rejected: &Rejected) {
-        self.shared.texts.warn(self.now, format!("Mission refused: {}", rejected.reason));
-        self.ack(list, rejected.result);
-    }
-
-    fn refuse_for(&mut self, list: ListKind, result: R, reason: &str) {
-        self.refuse(list, &Rejected { result, reason: reason.into() });
+impl Caller<'_> {
+    fn refuse(&mut self, list: ListKind, result: R, reason: impl Display) {
+        self.shared.texts.warn(self.now, format!("Mission refused: {reason}"));
+        self.answer(ack(list, result, 0, self.from.sender));
     }
 }
 
 impl Service for MissionService {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
-        let mut reply = Reply { from, now, shared };
+        let mut caller = Caller { from, now, shared };
         match *message {
-            Message::MissionCount(list, count) => self.begin(list, count, &mut reply),
-            Message::MissionItemInt(ref item) => self.take_item(item, &mut reply),
-            Message::MissionItem(ref item) => {
-                self.take_item(&wire::with_integers(item), &mut reply);
-            }
-            Message::MissionClear(list) => self.clear(list, &mut reply),
-            Message::MissionRequestList(list) => self.count(list, &mut reply),
+            Message::MissionCount(list, count) => self.begin(list, count, &mut caller),
+            Message::MissionItemInt(ref item) => self.take_item(item, &mut caller),
+            Message::MissionItem(ref item) => self.take_item(&with_integers(item), &mut caller),
+            Message::MissionClear(list) => self.clear(list, &mut caller),
+            Message::MissionRequestList(list) => self.count(list, &mut caller),
             // By its definition the older request is answered with MISSION_ITEM_INT too.
-            Message::MissionRequest(list, seq, _) => self.give_item(list, seq, &mut reply),
-            Message::MissionAck(list, result) => self.take_ack(list, result, &mut reply),
+            Message::MissionRequest(list, seq) => self.give_item(list, seq, &mut caller),
+            Message::MissionAck(list, result) => self.take_ack(list, result, &mut caller),
             Message::MissionSetCurrent(seq) => {
-                self.request(VehicleCommand::PlanItem(seq), None, What::Current(seq), &mut reply);
+                self.request(VehicleCommand::PlanItem(seq), None, What::Current(seq), &mut caller);
             }
             Message::MissionPartial(list) => {
                 let reason = "a plan is only read and written as a whole";
-                reply.refuse_for(list, R::MAV_MISSION_UNSUPPORTED, reason);
+                caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
             }
             _ => {}
         }
@@ -121,22 +109,70 @@ impl Service for MissionService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        self.resolve(number, outcome, now, shared);
+        // Other services have open intents too.
+        let Some(waiting) = self.waiting.take(number) else {
+            return self.take_restored(number, outcome, now, shared);
+        };
+        let result = match outcome {
+            Outcome::Done => R::MAV_MISSION_ACCEPTED,
+            Outcome::Refused(refusal) => {
+                shared.texts.warn(now, format!("Mission refused: {refusal}"));
+                if refusal.is_temporary() { R::MAV_MISSION_ERROR } else { R::MAV_MISSION_INVALID }
+            }
+            Outcome::NoAnswer | Outcome::Plant(_) => {
+                shared.texts.warn(now, NO_ANSWER);
+                R::MAV_MISSION_ERROR
+            }
+        };
+        // A plan steers only the mode that flies it: an upload does not take control from a running stream.
+        let steers =
+            matches!(waiting.what, What::Guided) || shared.aircraft.mode() == Mode::Mission;
+        if result == R::MAV_MISSION_ACCEPTED && steers {
+            shared.control.take(waiting.from.sender);
+        }
+        let id = self.settle(&waiting, result, now, shared);
+        if let Some(list) = waiting.list {
+            shared.peers.answer(waiting.from.peer, ack(list, result, id, waiting.from.sender));
+        }
     }
 
     fn handle_event(&mut self, event: &EventKind, _: WallTime, shared: &mut Shared) {
         match *event {
             EventKind::Vehicle(VehicleEvent::ItemReached(item)) => {
-                shared.peers.announce(&wire::reached(item));
+                let reached = wire::MISSION_ITEM_REACHED_DATA { seq: item };
+                shared.peers.announce(&Encoded::new(&reached));
             }
             EventKind::Vehicle(VehicleEvent::PlanItem(item)) => self.publish_current(item, shared),
             _ => {}
         }
     }
 
+    /// Requests the saved plan; answers commands without an outcome, and an upload whose next item is missing.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.restore(now, shared);
-        self.give_up_overdue(now, shared);
+        while let Some((from, list)) = self.waiting.next_overdue(now) {
+            shared.texts.warn(now, NO_ANSWER);
+            if let Some(list) = list {
+                let ack = ack(list, R::MAV_MISSION_ERROR, 0, from.sender);
+                shared.peers.answer(from.peer, ack);
+            }
+        }
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.deadline() <= now) else {
+            return;
+        };
+        let from = upload.from;
+        if upload.is_hopeless() {
+            let text = format!(
+                "Mission upload given up, the plan is unchanged: item {} did not come",
+                upload.draft.next()
+            );
+            shared.texts.warn(now, text);
+            self.upload = None;
+            let result = R::MAV_MISSION_OPERATION_CANCELLED;
+            shared.peers.answer(from.peer, ack(ListKind::MISSION, result, 0, from.sender));
+        } else {
+            shared.peers.answer(from.peer, upload.request(now));
+        }
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
@@ -152,55 +188,62 @@ impl MissionService {
         shared.plan_items = stored.count();
     }
 
-    fn count(&mut self, list: ListKind, reply: &mut Reply) {
+    fn count(&mut self, list: ListKind, caller: &mut Caller) {
         let (items, id) = match list {
             ListKind::MISSION => {
-                self.downloads.begin(reply.from, &self.stored, reply.now);
+                self.downloads.begin(caller.from, &self.stored, caller.now);
                 (self.stored.count(), self.stored.id)
             }
             list if EMPTY_LISTS.contains(&list) => (0, 0),
             _ => {
                 let reason = "only one list at a time can be read";
-                return reply.refuse_for(list, R::MAV_MISSION_UNSUPPORTED, reason);
+                return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
             }
         };
-        reply.shared.peers.answer(reply.from.peer, wire::count(list, items, id, reply.from.sender));
+        let mut payload = items.to_le_bytes().to_vec();
+        let Identity { system, component } = caller.from.sender;
+        payload.extend_from_slice(&[system, component, list.0]);
+        payload.extend_from_slice(&id.to_le_bytes());
+        caller.answer(Encoded::by_hand::<wire::MISSION_COUNT_DATA>(payload));
     }
 
-    fn give_item(&mut self, list: ListKind, seq: u16, reply: &mut Reply) {
-        let plan = self.downloads.plan(reply.from, reply.now);
+    fn give_item(&mut self, list: ListKind, seq: u16, caller: &mut Caller) {
+        let plan = self.downloads.plan(caller.from, caller.now);
         let plan = plan.unwrap_or_else(|| Arc::clone(&self.stored));
         match plan.items.get(usize::from(seq)) {
             Some(item) if list == ListKind::MISSION => {
-                let state = reply.shared.aircraft.snapshot().map(|state| state.navigation);
+                let state = caller.shared.aircraft.snapshot().map(|state| state.navigation);
                 let flown = state.filter(|navigation| navigation.plan_id == plan.id);
                 let current = flown.map_or(0, |navigation| navigation.item);
-                let message = wire::item(item, seq == current, reply.from.sender);
-                reply.shared.peers.answer(reply.from.peer, message);
+                let mut payload = body(item, u8::from(seq == current));
+                payload[32] = caller.from.sender.system;
+                payload[33] = caller.from.sender.component;
+                caller.answer(Encoded::by_hand::<wire::MISSION_ITEM_INT_DATA>(payload));
             }
             _ => {
                 let reason = format!("there is no item {seq}, the list has {}", plan.count());
-                reply.refuse_for(list, R::MAV_MISSION_INVALID_SEQUENCE, &reason);
+                caller.refuse(list, R::MAV_MISSION_INVALID_SEQUENCE, reason);
             }
         }
     }
 
     /// MISSION_ACK: a download is complete, or an upload is cancelled or cannot continue.
-    fn take_ack(&mut self, list: ListKind, result: u8, reply: &mut Reply) {
+    fn take_ack(&mut self, list: ListKind, result: u8, caller: &mut Caller) {
         if list != ListKind::MISSION {
             return;
         }
-        self.downloads.end(reply.from);
-        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == reply.from) else {
+        self.downloads.end(caller.from);
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
             return;
         };
         if result == R::MAV_MISSION_UNSUPPORTED as u8 && !upload.is_hopeless() {
-            let request = upload.request_otherwise(reply.now);
-            reply.shared.peers.answer(reply.from.peer, request);
+            // The ground station does not know the request: use the other one of the two.
+            upload.as_int = !upload.as_int;
+            caller.answer(upload.request(caller.now));
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
             let text = "Mission upload cancelled, the plan is unchanged";
-            reply.shared.texts.inform(reply.now, text);
+            caller.shared.texts.inform(caller.now, text);
         }
     }
 
@@ -215,6 +258,423 @@ impl MissionService {
         };
         let (plan_id, items) = (self.stored.id, self.stored.count());
         state.navigation = Navigation { plan_id, items, item, progress, ..before };
-        shared.peers.announce(&super::telemetry::mission_current(&state));
+        shared.peers.announce(&telemetry::mission_current(&state));
     }
+
+    /// MISSION_COUNT: begins or restarts an upload.
+    fn begin(&mut self, list: ListKind, count: u16, caller: &mut Caller) {
+        if count == 0 {
+            return self.clear(list, caller);
+        }
+        if list != ListKind::MISSION {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
+        }
+        match &mut self.upload {
+            Some(upload) if upload.from != caller.from => {
+                let other = upload.from.sender.system;
+                let reason = format!("ground station {other} is uploading");
+                return caller.refuse(list, R::MAV_MISSION_DENIED, reason);
+            }
+            Some(upload) if upload.draft.next() == 0 && upload.draft.count == count => {
+                // The request for the first item was lost.
+                return upload.request_again(caller);
+            }
+            _ => {}
+        }
+        self.abandon(caller.from);
+        let state = caller.shared.aircraft.snapshot();
+        let place = state.map(|state| Place::of(state.motion()));
+        let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
+        match Draft::new(count, place, airspeed) {
+            Ok(draft) => {
+                let from = caller.from;
+                let upload =
+                    Upload { from, draft, requested_at: caller.now, tries: 0, as_int: true };
+                caller.answer(self.upload.insert(upload).request(caller.now));
+            }
+            Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
+        }
+    }
+
+    /// Forgets what this ground station has begun; it no longer waits for an acknowledgement.
+    fn abandon(&mut self, from: From) {
+        self.upload.take_if(|upload| upload.from == from);
+        self.ended.take_if(|ended| ended.from == from);
+        while let Some(waiting) = self.waiting.plan_of(from) {
+            waiting.list = None;
+        }
+    }
+
+    fn take_item(&mut self, item: &MissionItem<i32>, caller: &mut Caller) {
+        let list = item.words.list;
+        if list != ListKind::MISSION {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
+        }
+        if draft::is_guided(item) {
+            return match draft::guided_command(item, &caller.shared.parameters.limits) {
+                Ok(command) => self.request(command, Some(list), What::Guided, caller),
+                Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
+            };
+        }
+        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
+            return self.take_late_item(item.words.seq, caller);
+        };
+        if item.words.seq != upload.draft.next() {
+            return upload.request_again(caller);
+        }
+        let parameters = &caller.shared.parameters;
+        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+        if let Err(Rejected { result, reason }) = upload.draft.take(item, &rules) {
+            self.upload = None;
+            self.ended = Some(Ended { from: caller.from, seq: item.words.seq, result, id: 0 });
+            return caller.refuse(list, result, reason);
+        }
+        if !upload.draft.is_complete() {
+            upload.tries = 0;
+            return caller.answer(upload.request(caller.now));
+        }
+        if let Some(upload) = self.upload.take() {
+            let Finished { stored, plan, notes } = upload.draft.finish();
+            self.replace(stored, plan, notes, list, caller);
+        }
+    }
+
+    /// An item outside any upload: its sender missed the acknowledgement, or it is a late copy.
+    fn take_late_item(&mut self, seq: u16, caller: &mut Caller) {
+        if self.waiting.plan_of(caller.from).is_some() {
+            // The acknowledgement follows later.
+            return;
+        }
+        match self.ended.filter(|ended| ended.from == caller.from) {
+            Some(Ended { seq: last, result, id, .. }) if last == seq => {
+                caller.answer(ack(ListKind::MISSION, result, id, caller.from.sender));
+            }
+            Some(ended) if seq < ended.seq => {}
+            _ => {
+                let reason = "an item came and no upload is under way";
+                caller.refuse(ListKind::MISSION, R::MAV_MISSION_ERROR, reason);
+            }
+        }
+    }
+
+    /// MISSION_CLEAR_ALL, or an upload of no items.
+    fn clear(&mut self, list: ListKind, caller: &mut Caller) {
+        if EMPTY_LISTS.contains(&list) {
+            return caller.answer(ack(list, R::MAV_MISSION_ACCEPTED, 0, caller.from.sender));
+        }
+        if ![ListKind::MISSION, ListKind::ALL].contains(&list) {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, "there is no such list");
+        }
+        self.abandon(caller.from);
+        self.replace(Stored::default(), Plan::default(), Notes::default(), list, caller);
+    }
+
+    /// Requests the control side to take a plan.
+    fn replace(
+        &mut self,
+        stored: Stored,
+        plan: Plan,
+        notes: Notes,
+        list: ListKind,
+        caller: &mut Caller,
+    ) {
+        let what = What::Plan(Arc::new(stored), notes);
+        self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, caller);
+    }
+
+    /// Sends a command to the control side; its outcome becomes the acknowledgement for `list`.
+    fn request(
+        &mut self,
+        command: VehicleCommand,
+        list: Option<ListKind>,
+        what: What,
+        caller: &mut Caller,
+    ) {
+        let number =
+            if self.waiting.has_room() { caller.shared.intents.push(command) } else { None };
+        let reason = "too many requests are waiting";
+        match (number, list) {
+            (Some(number), _) => self.waiting.keep(number, list, what, caller),
+            (None, Some(list)) => caller.refuse(list, R::MAV_MISSION_ERROR, reason),
+            (None, None) => {
+                caller.shared.texts.warn(caller.now, format!("Mission refused: {reason}"));
+            }
+        }
+    }
+
+    /// Completes a command. Returns the id of the plan that it put into force.
+    fn settle(&mut self, waiting: &Waiting, result: R, now: WallTime, shared: &mut Shared) -> u32 {
+        let accepted = result == R::MAV_MISSION_ACCEPTED;
+        match &waiting.what {
+            What::Plan(stored, notes) => {
+                let id = if accepted { stored.id } else { 0 };
+                if let (Some(_), Some(seq)) = (waiting.list, stored.count().checked_sub(1)) {
+                    self.ended = Some(Ended { from: waiting.from, seq, result, id });
+                }
+                if accepted {
+                    self.store(stored, shared);
+                    if let Some(saves) = &mut self.saves {
+                        saves.push(saved::to_text(stored), true);
+                    }
+                    let text = match stored.count() {
+                        0 => "Mission cleared".into(),
+                        1 => "Mission loaded: 1 item".into(),
+                        items => format!("Mission loaded: {items} items"),
+                    };
+                    for text in core::iter::once(text).chain(notes.texts()) {
+                        shared.texts.inform(now, text);
+                    }
+                }
+                id
+            }
+            What::Current(item) => {
+                if accepted {
+                    self.publish_current(*item, shared);
+                }
+                0
+            }
+            What::Guided => 0,
+        }
+    }
+}
+
+/// A missing item is requested again after this time. Ground stations wait half a second to one and
+/// a half, and then repeat the previous item.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
+/// Requests for one item, including the first, before the upload is given up.
+const TRIES_MAX: u32 = 5;
+/// An item out of order leads to a new request, but not more often than this: otherwise every copy of an
+/// item would lead to a copy of all that follow.
+const AGAIN: Duration = Duration::from_millis(200);
+
+#[derive(Debug)]
+struct Upload {
+    from: From,
+    draft: Draft,
+    requested_at: WallTime,
+    tries: u32,
+    as_int: bool,
+}
+
+impl Upload {
+    /// The request for the next item.
+    fn request(&mut self, now: WallTime) -> Encoded {
+        self.requested_at = now;
+        self.tries += 1;
+        self.requested()
+    }
+
+    /// Sends the request once more after another item has arrived, unless it has just been sent.
+    fn request_again(&mut self, caller: &mut Caller) {
+        if caller.now.since(self.requested_at) >= AGAIN {
+            self.requested_at = caller.now;
+            caller.answer(self.requested());
+        }
+    }
+
+    /// MISSION_REQUEST_INT, or MISSION_REQUEST.
+    fn requested(&self) -> Encoded {
+        let [low, high] = self.draft.next().to_le_bytes();
+        let Identity { system, component } = self.from.sender;
+        let payload = vec![low, high, system, component, ListKind::MISSION.0];
+        if self.as_int {
+            Encoded::by_hand::<wire::MISSION_REQUEST_INT_DATA>(payload)
+        } else {
+            Encoded::by_hand::<wire::MISSION_REQUEST_DATA>(payload)
+        }
+    }
+
+    /// When to repeat the request, or to give up the upload.
+    fn deadline(&self) -> WallTime {
+        self.requested_at + REQUEST_TIMEOUT
+    }
+
+    /// The next item was requested as often as allowed.
+    fn is_hopeless(&self) -> bool {
+        self.tries >= TRIES_MAX
+    }
+}
+
+/// Downloads at the same time; the one with the oldest request makes room.
+const DOWNLOADS_MAX: usize = 16;
+/// A download is over after this long without a request.
+const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
+
+#[derive(Debug)]
+struct Download {
+    from: From,
+    plan: Arc<Stored>,
+    requested_at: WallTime,
+}
+
+/// The downloads under way.
+#[derive(Debug, Default)]
+struct Downloads(Vec<Download>);
+
+impl Downloads {
+    /// Records that a station requests the list.
+    fn begin(&mut self, from: From, plan: &Arc<Stored>, now: WallTime) {
+        self.end(from);
+        if self.0.len() >= DOWNLOADS_MAX {
+            let oldest =
+                self.0.iter().enumerate().min_by_key(|(_, download)| download.requested_at);
+            if let Some((place, _)) = oldest {
+                self.0.swap_remove(place);
+            }
+        }
+        self.0.push(Download { from, plan: Arc::clone(plan), requested_at: now });
+    }
+
+    /// The plan that a station downloads; `None` if it has no download.
+    fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
+        self.0.retain(|download| now.since(download.requested_at) < DOWNLOAD_TIMEOUT);
+        let download = self.0.iter_mut().find(|download| download.from == from)?;
+        download.requested_at = now;
+        Some(Arc::clone(&download.plan))
+    }
+
+    /// The station has the whole list, or has cancelled.
+    fn end(&mut self, from: From) {
+        self.0.retain(|download| download.from != from);
+    }
+}
+
+/// Commands that may be open at the same time.
+const WAITING_MAX: usize = 32;
+/// After this time the service answers that there was no outcome. It still handles an outcome that arrives later.
+const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
+
+/// Request of an open command.
+#[derive(Debug)]
+enum What {
+    /// The plan as uploaded, and what to report when it takes effect.
+    Plan(Arc<Stored>, Notes),
+    Current(u16),
+    /// Another place or altitude, by an item.
+    Guided,
+}
+
+#[derive(Debug)]
+struct Waiting {
+    /// Number of the intent.
+    number: u32,
+    /// Station that requested it.
+    from: From,
+    /// List to acknowledge; `None`: no station waits for an acknowledgement.
+    list: Option<ListKind>,
+    what: What,
+    since: WallTime,
+    overdue: bool,
+}
+
+/// The open commands, oldest first.
+#[derive(Debug, Default)]
+struct WaitingList(Vec<Waiting>);
+
+impl WaitingList {
+    /// There is room for another command.
+    fn has_room(&self) -> bool {
+        self.0.iter().filter(|waiting| !waiting.overdue).count() < WAITING_MAX
+    }
+
+    /// Adds a command. One that never had an outcome makes room.
+    fn keep(&mut self, number: u32, list: Option<ListKind>, what: What, caller: &Caller) {
+        if self.0.len() >= WAITING_MAX
+            && let Some(oldest) = self.0.iter().position(|waiting| waiting.overdue)
+        {
+            self.0.remove(oldest);
+        }
+        let Caller { from, now: since, .. } = *caller;
+        self.0.push(Waiting { number, from, list, what, since, overdue: false });
+    }
+
+    /// The command with this number.
+    fn take(&mut self, number: u32) -> Option<Waiting> {
+        let place = self.0.iter().position(|waiting| waiting.number == number)?;
+        Some(self.0.remove(place))
+    }
+
+    /// A station that waits for a plan to take effect.
+    fn plan_of(&mut self, from: From) -> Option<&mut Waiting> {
+        let mut plans = self.0.iter_mut().filter(|waiting| matches!(waiting.what, What::Plan(..)));
+        plans.find(|waiting| waiting.from == from && waiting.list.is_some())
+    }
+
+    /// The next overdue command: the waiting station, and the list to acknowledge.
+    fn next_overdue(&mut self, now: WallTime) -> Option<(From, Option<ListKind>)> {
+        let waiting = self
+            .0
+            .iter_mut()
+            .find(|waiting| !waiting.overdue && now.since(waiting.since) >= ANSWER_TIMEOUT)?;
+        waiting.overdue = true;
+        Some((waiting.from, waiting.list.take()))
+    }
+
+    /// When the next command becomes overdue.
+    fn next_deadline(&self) -> Option<WallTime> {
+        let open = self.0.iter().filter(|waiting| !waiting.overdue);
+        open.map(|waiting| waiting.since + ANSWER_TIMEOUT).min()
+    }
+}
+
+/// A list of items as a ground station sent them, for downloads.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Stored {
+    /// Changes with every item; 0 only for an empty list.
+    id: u32,
+    /// The items in their order.
+    items: Vec<MissionItem<i32>>,
+}
+
+impl Stored {
+    /// Stores items; the same items have the same id, also after a restart of the autopilot.
+    fn new(items: Vec<MissionItem<i32>>) -> Self {
+        let mut hasher = crc32fast::Hasher::new();
+        items.iter().for_each(|item| hasher.update(&body(item, 0)));
+        let id = if items.is_empty() { 0 } else { hasher.finalize().max(1) };
+        Self { id, items }
+    }
+
+    fn count(&self) -> u16 {
+        u16::try_from(self.items.len()).unwrap_or(u16::MAX)
+    }
+}
+
+/// The older form with floats as the newer form with integers.
+fn with_integers(item: &MissionItem<f32>) -> MissionItem<i32> {
+    let whole = |value: f32| {
+        if value.is_nan() {
+            i32::MAX
+        } else if convert::GLOBAL_FRAMES.contains(&item.words.frame) {
+            convert::degrees_e7(convert::radians(convert::decimal(value)))
+        } else {
+            convert::to_i32(f64::from(value))
+        }
+    };
+    let MissionItem { params, x, y, z, words } = *item;
+    MissionItem { params, x: whole(x), y: whole(y), z, words }
+}
+
+/// MISSION_ACK; `id` identifies the new plan.
+fn ack(list: ListKind, result: R, id: u32, to: Identity) -> Encoded {
+    let mut payload = vec![to.system, to.component, result as u8, list.0];
+    payload.extend_from_slice(&id.to_le_bytes());
+    Encoded::by_hand::<wire::MISSION_ACK_DATA>(payload)
+}
+
+/// Payload of MISSION_ITEM_INT, without a target.
+fn body(item: &MissionItem<i32>, current: u8) -> Vec<u8> {
+    let mut payload = Vec::with_capacity(wire::MISSION_ITEM_INT_DATA::ENCODED_LEN);
+    for param in item.params {
+        payload.extend_from_slice(&param.to_le_bytes());
+    }
+    payload.extend_from_slice(&item.x.to_le_bytes());
+    payload.extend_from_slice(&item.y.to_le_bytes());
+    payload.extend_from_slice(&item.z.to_le_bytes());
+    let words = &item.words;
+    payload.extend_from_slice(&words.seq.to_le_bytes());
+    payload.extend_from_slice(&words.command.to_le_bytes());
+    let autocontinue = u8::from(words.autocontinue);
+    payload.extend_from_slice(&[0, 0, words.frame, current, autocontinue, words.list.0]);
+    payload
 }

@@ -1,33 +1,30 @@
 //! Flight modes in PX4's encoding, main mode in the third byte, sub mode in the fourth, and the messages that list
-//! them for ground stations; the transmitter switch that selects modes; the change to
-//! another mode when a stream stops.
-
-use core::time::Duration;
+//! them for ground stations; the transmitter switch that selects modes.
 
 use ::mavlink::dialects::common::{
     AVAILABLE_MODES_DATA, AVAILABLE_MODES_MONITOR_DATA, CURRENT_MODE_DATA, MavModeProperty,
-    MavSeverity, MavStandardMode,
+    MavStandardMode,
 };
 
 use crate::aircraft::Aircraft;
 use crate::codec::{CommandError, Encoded, Message, SetMode};
 use crate::peers::From;
+use crate::streams::{Latest, Streams};
 use crate::wall_time::WallTime;
 use crate::{Service, Shared};
-use flight_management::command::VehicleCommand;
 use flight_management::parameters::{MODE_SLOTS, SwitchChannel, SwitchMode};
 use flight_management::vehicle::Mode;
 
-pub(super) const MAIN_MANUAL: u8 = 1;
-pub(super) const MAIN_ALTCTL: u8 = 2;
-pub(super) const MAIN_POSCTL: u8 = 3;
-pub(super) const MAIN_AUTO: u8 = 4;
-pub(super) const MAIN_ACRO: u8 = 5;
-pub(super) const MAIN_OFFBOARD: u8 = 6;
-pub(super) const MAIN_STABILIZED: u8 = 7;
-pub(super) const SUB_LOITER: u8 = 3;
-pub(super) const SUB_MISSION: u8 = 4;
-pub(super) const SUB_RTL: u8 = 5;
+const MAIN_MANUAL: u8 = 1;
+const MAIN_ALTCTL: u8 = 2;
+const MAIN_POSCTL: u8 = 3;
+const MAIN_AUTO: u8 = 4;
+const MAIN_ACRO: u8 = 5;
+const MAIN_OFFBOARD: u8 = 6;
+const MAIN_STABILIZED: u8 = 7;
+const SUB_LOITER: u8 = 3;
+const SUB_MISSION: u8 = 4;
+const SUB_RTL: u8 = 5;
 
 /// Main and sub mode.
 const fn main_and_sub(mode: Mode) -> (u8, u8) {
@@ -92,13 +89,6 @@ fn not_flown(main: u8, sub: u8) -> CommandError {
         }
     };
     CommandError::denied(reason)
-}
-
-/// Streams that a ground station is sending.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Streams {
-    pub setpoints: bool,
-    pub sticks: bool,
 }
 
 /// The requested mode, if the ground-station side allows entering it now.
@@ -179,7 +169,6 @@ fn properties(mode: Mode) -> MavModeProperty {
 }
 
 /// Modes in the list that AVAILABLE_MODES enumerates.
-#[expect(clippy::cast_possible_truncation, reason = "a handful of modes")]
 pub const COUNT: u8 = Mode::ALL.len() as u8;
 
 /// AVAILABLE_MODES of the mode with this index, from 1; `None` if there is no such mode.
@@ -210,12 +199,10 @@ pub fn current_mode(aircraft: &Aircraft) -> Encoded {
 }
 
 /// AVAILABLE_MODES_MONITOR: the set of modes never changes.
-pub fn monitor() -> Encoded {
+pub fn monitor(_: &Aircraft) -> Encoded {
     Encoded::new(&AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
 
-/// Systems whose switches are followed; the one silent for the longest makes room.
-const SYSTEMS_MAX: usize = 4;
 /// Lower end of the lowest slot, us.
 const LOWEST_US: u16 = 1000;
 /// Width of all slots, us.
@@ -223,57 +210,38 @@ const TRAVEL_US: u16 = 1000;
 /// Channels with these values carry no position.
 const NOT_GIVEN: [u16; 2] = [0, u16::MAX];
 
-/// The latest switch position of a system.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Position {
-    system: u8,
-    channel: usize,
-    slot: usize,
-}
-
 /// Follows the switches that select flight modes: RC_MAP_FLTMODE names the channel of RC_CHANNELS_OVERRIDE,
 /// COM_FLTMODE1 to COM_FLTMODE6 the modes of its six slots, each a sixth of 1000 us to 2000 us.
 ///
 /// A change of the slot requests the mode as a SET_MODE of the same station does, so a refusal has the same texts
 /// and success gives control. The first position received requests nothing: connecting changes no mode.
 #[derive(Debug, Default)]
-pub struct ModeSwitch(Vec<Position>);
+pub struct ModeSwitch {
+    /// Channel and slot of each system.
+    positions: Latest<(usize, usize)>,
+}
 
 impl Service for ModeSwitch {
     /// Derives the SET_MODE of a slot that has changed.
     fn handle(&mut self, from: From, message: &Message, _: WallTime, shared: &mut Shared) {
         let Message::RcOverride(channels) = message else { return };
         let parameters = &shared.parameters.mode_switch;
-        let Some(channel) = channel_index(parameters.channel) else { return };
+        let channel = match parameters.channel {
+            SwitchChannel::None => return,
+            SwitchChannel::Five => 4,
+            SwitchChannel::Six => 5,
+            SwitchChannel::Seven => 6,
+            SwitchChannel::Eight => 7,
+        };
         let pulse_us = channels[channel];
         if NOT_GIVEN.contains(&pulse_us) {
             return;
         }
-        let system = from.sender.system;
-        let now = Position { system, channel, slot: slot(pulse_us) };
-        let before = self.0.iter().position(|position| position.system == system);
-        let before = before.map(|place| self.0.remove(place));
-        if self.0.len() >= SYSTEMS_MAX {
-            self.0.remove(0);
+        let slot = slot(pulse_us);
+        let before = self.positions.replace(from.sender.system, (channel, slot));
+        if before.is_some_and(|(old, before)| old == channel && before != slot) {
+            shared.derived = slot_mode(parameters.slots[slot]).map(Message::SetMode);
         }
-        self.0.push(now);
-        let is_same_channel = |before: &Position| before.channel == channel;
-        if before.filter(is_same_channel).is_some_and(|before| before.slot != now.slot) {
-            let mode = slot_mode(parameters.slots[now.slot]);
-            shared.derived =
-                mode.map(|(main, sub)| Message::SetMode(SetMode { is_custom: true, main, sub }));
-        }
-    }
-}
-
-/// Index among the channels, from 0.
-fn channel_index(channel: SwitchChannel) -> Option<usize> {
-    match channel {
-        SwitchChannel::None => None,
-        SwitchChannel::Five => Some(4),
-        SwitchChannel::Six => Some(5),
-        SwitchChannel::Seven => Some(6),
-        SwitchChannel::Eight => Some(7),
     }
 }
 
@@ -283,8 +251,8 @@ fn slot(pulse_us: u16) -> usize {
 }
 
 /// PX4's main and sub mode of a slot; the handler of SET_MODE decides whether the vehicle has it.
-fn slot_mode(mode: SwitchMode) -> Option<(u8, u8)> {
-    Some(match mode {
+fn slot_mode(mode: SwitchMode) -> Option<SetMode> {
+    let (main, sub) = match mode {
         SwitchMode::Unassigned => return None,
         SwitchMode::Manual => (MAIN_MANUAL, 0),
         SwitchMode::Altitude => (MAIN_ALTCTL, 0),
@@ -295,43 +263,8 @@ fn slot_mode(mode: SwitchMode) -> Option<(u8, u8)> {
         SwitchMode::Acro => (MAIN_ACRO, 0),
         SwitchMode::Offboard => (MAIN_OFFBOARD, 0),
         SwitchMode::Stabilized => (MAIN_STABILIZED, 0),
-    })
-}
-
-/// The request for the other mode is repeated after this time if the mode has not changed.
-const REPEAT: Duration = Duration::from_millis(500);
-
-/// The change to another mode when the stream that a mode follows has stopped: reported once, requested until the mode
-/// changes.
-#[derive(Debug, Default)]
-pub struct Fallback {
-    /// Time of the latest request for the other mode.
-    requested: Option<WallTime>,
-}
-
-impl Fallback {
-    /// The mode that follows the stream has begun.
-    pub fn reset(&mut self) {
-        self.requested = None;
-    }
-
-    /// Requests `mode` unless it did so a moment ago; the first time with a text. If the queue of intents is full, it tries again.
-    pub fn request(&mut self, mode: Mode, text: &str, now: WallTime, shared: &mut Shared) {
-        if self.requested.is_some_and(|at| now.since(at) < REPEAT) {
-            return;
-        }
-        if shared.intents.push(VehicleCommand::Mode(mode)).is_some() {
-            if self.requested.is_none() {
-                shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);
-            }
-            self.requested = Some(now);
-        }
-    }
-
-    /// When the request is repeated; `None` if there is none.
-    pub fn next_deadline(&self) -> Option<WallTime> {
-        self.requested.map(|at| at + REPEAT)
-    }
+    };
+    Some(SetMode { is_custom: true, main, sub })
 }
 
 #[cfg(test)]

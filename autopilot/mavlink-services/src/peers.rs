@@ -108,6 +108,11 @@ impl Entry {
         self.last_seen.since(self.since) >= PROBATION
     }
 
+    /// There is room for the answers to one more message.
+    fn has_room(&self) -> bool {
+        self.outbox.room() >= ANSWERS_RESERVED
+    }
+
     /// A new peer may have its place.
     fn is_quiet(&self, now: WallTime) -> bool {
         let allowed = if self.is_settled() { QUIET } else { PROBATION };
@@ -142,13 +147,7 @@ impl Peers {
         peers
     }
 
-    fn add(
-        &mut self,
-        address: Address,
-        is_local: bool,
-        configured: bool,
-        last_seen: WallTime,
-    ) -> Peer {
+    fn add(&mut self, address: Address, is_local: bool, configured: bool, now: WallTime) -> Peer {
         let peer = Peer(self.next);
         self.next = self.next.wrapping_add(1);
         let is_free = |link: &u8| self.entries.iter().all(|entry| entry.link != *link);
@@ -160,9 +159,9 @@ impl Peers {
             link,
             is_local,
             configured,
-            since: last_seen,
+            since: now,
             has_sent: !address.is_connection(),
-            last_seen,
+            last_seen: now,
             inbox: Inbox::default(),
             outbox: Outbox::default(),
         });
@@ -180,9 +179,9 @@ impl Peers {
             return None;
         }
         let is_local = address.is_loopback();
-        let peer = self.admit(address, is_local, VISITORS_MAX, now).or_else(|| {
+        let peer = self.admit(address, is_local, now).or_else(|| {
             self.displace(now)?;
-            self.admit(address, is_local, VISITORS_MAX, now)
+            self.admit(address, is_local, now)
         });
         self.crowding.turned_away += u64::from(peer.is_none());
         peer
@@ -206,10 +205,10 @@ impl Peers {
     /// Takes the place of one visitor: of a quiet one, or else of the newest. `None` if all are sending and the newest has
     /// not had its place for long.
     fn displace(&mut self, now: WallTime) -> Option<()> {
-        let visitors = || self.entries.iter().filter(|entry| entry.can_fall_silent());
         let quiet = self.quietest(Entry::can_fall_silent, now);
-        let newest = || visitors().max_by_key(|entry| entry.since);
-        let stayed = || newest().filter(|entry| now.since(entry.since) >= STAY_MIN);
+        let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
+        let newest = visitors.max_by_key(|entry| entry.since);
+        let stayed = || newest.filter(|entry| now.since(entry.since) >= STAY_MIN);
         let leaves = quiet.or_else(stayed)?.peer;
         self.entries.retain(|entry| entry.peer != leaves);
         self.crowding.displaced += 1;
@@ -218,18 +217,13 @@ impl Peers {
 
     /// Adds an opened connection, from this computer or another one. `None` if there are too many.
     pub fn open(&mut self, connection: Connection, is_local: bool, now: WallTime) -> Option<Peer> {
-        self.admit(Address::Tcp(connection), is_local, CONNECTIONS_MAX, now)
+        self.admit(Address::Tcp(connection), is_local, now)
     }
 
-    /// Adds a peer that was not configured, if fewer than `most` of its kind are known.
-    fn admit(
-        &mut self,
-        address: Address,
-        is_local: bool,
-        most: usize,
-        now: WallTime,
-    ) -> Option<Peer> {
+    /// Adds a peer that was not configured, if there is room for another one of its kind.
+    fn admit(&mut self, address: Address, is_local: bool, now: WallTime) -> Option<Peer> {
         let is_connection = address.is_connection();
+        let most = if is_connection { CONNECTIONS_MAX } else { VISITORS_MAX };
         let alike =
             |entry: &&Entry| !entry.configured && entry.address.is_connection() == is_connection;
         let has_room = self.entries.iter().filter(alike).count() < most;
@@ -286,20 +280,15 @@ impl Peers {
     /// Whether to read from `connection`: earlier input is handled, and there is room for answers.
     pub fn accepts_input(&self, connection: Connection) -> bool {
         let address = Address::Tcp(connection);
-        self.entries.iter().any(|entry| {
-            entry.address == address
-                && !entry.inbox.is_held()
-                && entry.outbox.room() >= ANSWERS_RESERVED
-        })
+        let mut entries = self.entries.iter().filter(|entry| entry.address == address);
+        entries.any(|entry| !entry.inbox.held && entry.has_room())
     }
 
     /// A connection whose input waited for room, and now has it.
     pub fn next_resumable(&self) -> Option<Connection> {
         self.entries.iter().find_map(|entry| match entry.address {
-            Address::Tcp(connection)
-                if entry.inbox.is_held() && entry.outbox.room() >= ANSWERS_RESERVED =>
-            {
-                Some(connection)
+            Address::Tcp(connection) => {
+                (entry.inbox.held && entry.has_room()).then_some(connection)
             }
             _ => None,
         })
@@ -410,14 +399,13 @@ impl Peers {
 
     /// Messages to the present peers dropped so far: telemetry, announcements, answers.
     pub fn dropped(&self) -> [u64; 3] {
-        self.entries.iter().fold([0; 3], |[telemetry, announcements, answers], entry| {
-            let outbox = &entry.outbox;
-            [
-                telemetry + outbox.dropped_telemetry(),
-                announcements + outbox.dropped_announcements(),
-                answers + outbox.dropped_answers(),
-            ]
-        })
+        let sum =
+            |count: fn(&Outbox) -> u64| self.entries.iter().map(|entry| count(&entry.outbox)).sum();
+        [
+            sum(|outbox| outbox.dropped_telemetry),
+            sum(|outbox| outbox.dropped_announcements),
+            sum(|outbox| outbox.dropped_answers),
+        ]
     }
 }
 

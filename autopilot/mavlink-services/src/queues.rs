@@ -29,9 +29,11 @@ pub struct Outbox {
     /// It is the turn of bulk data.
     bulk_next: bool,
     sequences: Sequences,
-    dropped_telemetry: u64,
-    dropped_announcements: u64,
-    dropped_answers: u64,
+    /// Telemetry messages dropped so far.
+    pub dropped_telemetry: u64,
+    /// Heartbeats, texts and changed parameters dropped so far.
+    pub dropped_announcements: u64,
+    pub dropped_answers: u64,
 }
 
 impl Outbox {
@@ -106,21 +108,6 @@ impl Outbox {
         };
         first.pop_front().or_else(|| second.pop_front())
     }
-
-    /// Telemetry messages dropped so far.
-    pub fn dropped_telemetry(&self) -> u64 {
-        self.dropped_telemetry
-    }
-
-    /// Heartbeats, texts and changed parameters dropped so far.
-    pub fn dropped_announcements(&self) -> u64 {
-        self.dropped_announcements
-    }
-
-    /// Answers dropped so far.
-    pub fn dropped_answers(&self) -> u64 {
-        self.dropped_answers
-    }
 }
 
 /// The next sequence number of each component that sends, since receivers count losses by component.
@@ -130,7 +117,7 @@ pub struct Sequences(BTreeMap<Option<u8>, u8>);
 impl Sequences {
     /// The number of this message.
     pub fn take(&mut self, message: &Encoded) -> u8 {
-        let next = self.0.entry(message.component()).or_default();
+        let next = self.0.entry(message.component).or_default();
         core::mem::replace(next, next.wrapping_add(1))
     }
 }
@@ -142,7 +129,8 @@ const INBOX_MAX: usize = 4096;
 #[derive(Debug, Default)]
 pub struct Inbox {
     bytes: Vec<u8>,
-    held: bool,
+    /// Frames wait for room.
+    pub held: bool,
 }
 
 impl Inbox {
@@ -163,11 +151,6 @@ impl Inbox {
         bytes.drain(..used.min(bytes.len()));
         self.bytes = bytes;
         self.held = held;
-    }
-
-    /// Frames wait for room.
-    pub fn is_held(&self) -> bool {
-        self.held
     }
 }
 
@@ -252,7 +235,7 @@ mod tests {
         outbox.answer(ack.clone());
         assert_eq!(outbox.pop(), Some((ack, 0)), "the answer goes first");
         assert_eq!(outbox.pop(), Some((value(1000 - 96), 1)));
-        assert_eq!(outbox.dropped_telemetry(), 1000 - 96);
+        assert_eq!(outbox.dropped_telemetry, 1000 - 96);
     }
 
     #[test]
@@ -262,14 +245,11 @@ mod tests {
             outbox.announce(value(ms));
         }
         assert_eq!(outbox.room(), ANSWERS_RESERVED);
-        assert_eq!(
-            outbox.dropped_announcements(),
-            10_000 - (ANSWERS_MAX - ANSWERS_RESERVED) as u64
-        );
+        assert_eq!(outbox.dropped_announcements, 10_000 - (ANSWERS_MAX - ANSWERS_RESERVED) as u64);
         for ms in 0..ANSWERS_RESERVED {
             outbox.answer(value(u32::try_from(ms).unwrap()));
         }
-        assert_eq!((outbox.room(), outbox.dropped_answers()), (0, 0));
+        assert_eq!((outbox.room(), outbox.dropped_answers), (0, 0));
     }
 
     #[test]
@@ -297,6 +277,6 @@ mod tests {
             outbox.stream(value(ms));
         }
         assert_eq!(std::iter::from_fn(|| outbox.pop()).count(), ANSWERS_MAX + TELEMETRY_MAX);
-        assert_eq!(outbox.dropped_answers(), 10_000 - ANSWERS_MAX as u64);
+        assert_eq!(outbox.dropped_answers, 10_000 - ANSWERS_MAX as u64);
     }
 }

@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use ::mavlink::dialects::common::MavSeverity;
+use ::mavlink::dialects::common::{MavFtpErr, MavSeverity};
 use icd::EffectorList;
 
 use crate::codec::CommandError;
@@ -26,17 +26,8 @@ pub const FILE_MAX: usize = TEXT_MAX;
 /// Scripts that were started and may still be reported.
 const STARTED_MAX: usize = 4;
 
-/// Why a file cannot be written or read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FileProblem {
-    NotFound,
-    /// Not a valid file name: letters, digits, `.`, `_`, `-`, the first one not a dot, at most [`NAME_MAX`].
-    Name,
-    /// More than [`FILES_MAX`] files or [`FILE_MAX`] bytes.
-    NoSpace,
-    /// Another upload of the same file has begun since.
-    Superseded,
-}
+/// A script to run; refused if there is none, if it cannot be read, or if it injects faults and fault injection is off.
+type Started = Result<Arc<Script>, CommandError>;
 
 /// Whether a file is complete, as its sender wrote it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,15 +51,9 @@ struct Kept {
 /// The right to write a file, until another client begins to write it.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Upload {
-    name: String,
-    number: u64,
-}
-
-impl Upload {
     /// Name of the file.
-    pub fn name(&self) -> &str {
-        &self.name
-    }
+    pub name: String,
+    number: u64,
 }
 
 #[derive(Debug, Default)]
@@ -140,9 +125,8 @@ impl Scripts {
     }
 
     /// Name of the latest upload among the stored files.
-    pub fn latest(&self) -> Option<&str> {
-        let latest = self.files.iter().max_by_key(|(_, file)| file.upload);
-        latest.map(|(name, _)| name.as_str())
+    pub fn latest(&self) -> Option<&String> {
+        self.files.iter().max_by_key(|(_, file)| file.upload).map(|(name, _)| name)
     }
 
     /// The script that begins with the flight.
@@ -151,14 +135,15 @@ impl Scripts {
     }
 
     /// Begins to write a file: creates it if needed, and empties it if `truncate`.
-    pub fn open(&mut self, name: &str, truncate: bool) -> Result<Upload, FileProblem> {
+    pub fn open(&mut self, name: &str, truncate: bool) -> Result<Upload, MavFtpErr> {
+        // Letters, digits and these, the first one not a dot.
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"._-".contains(&byte);
         let is_good = !name.is_empty() && name.len() <= NAME_MAX && !name.starts_with('.');
         if !is_good || !name.bytes().all(is_part) {
-            return Err(FileProblem::Name);
+            return Err(MavFtpErr::MAV_FTP_ERR_FILEPROTECTED);
         }
         if !self.files.contains_key(name) && self.files.len() >= FILES_MAX {
-            return Err(FileProblem::NoSpace);
+            return Err(MavFtpErr::MAV_FTP_ERR_FAILERRNO);
         }
         self.uploads += 1;
         let upload = self.uploads;
@@ -176,14 +161,14 @@ impl Scripts {
     }
 
     /// Writes a part of a file. Parts may come in any order and more than once.
-    pub fn write(&mut self, upload: &Upload, offset: u32, data: &[u8]) -> Result<(), FileProblem> {
+    pub fn write(&mut self, upload: &Upload, offset: u32, data: &[u8]) -> Result<(), MavFtpErr> {
         let file = self.files.get_mut(&upload.name).filter(|file| file.upload == upload.number);
-        let file = file.ok_or(FileProblem::Superseded)?;
-        let offset = usize::try_from(offset).unwrap_or(usize::MAX);
+        let file = file.ok_or(MavFtpErr::MAV_FTP_ERR_INVALIDSESSION)?;
+        let offset = offset as usize;
         let end = offset.saturating_add(data.len());
         if end > FILE_MAX {
             file.completeness = Completeness::Refused;
-            return Err(FileProblem::NoSpace);
+            return Err(MavFtpErr::MAV_FTP_ERR_FAILERRNO);
         }
         if file.content.len() < end {
             file.content.resize(end, 0);
@@ -193,18 +178,17 @@ impl Scripts {
     }
 
     /// Sets the length of a file.
-    pub fn truncate(&mut self, name: &str, length: u32) -> Result<(), FileProblem> {
-        let file = self.files.get_mut(name).ok_or(FileProblem::NotFound)?;
-        let length = usize::try_from(length).unwrap_or(usize::MAX);
-        if length > FILE_MAX {
-            return Err(FileProblem::NoSpace);
+    pub fn truncate(&mut self, name: &str, length: u32) -> Result<(), MavFtpErr> {
+        let file = self.files.get_mut(name).ok_or(MavFtpErr::MAV_FTP_ERR_FILENOTFOUND)?;
+        if length as usize > FILE_MAX {
+            return Err(MavFtpErr::MAV_FTP_ERR_FAILERRNO);
         }
-        file.content.resize(length, 0);
+        file.content.resize(length as usize, 0);
         Ok(())
     }
 
-    pub fn remove(&mut self, name: &str) -> Result<(), FileProblem> {
-        self.files.remove(name).ok_or(FileProblem::NotFound)?;
+    pub fn remove(&mut self, name: &str) -> Result<(), MavFtpErr> {
+        self.files.remove(name).ok_or(MavFtpErr::MAV_FTP_ERR_FILENOTFOUND)?;
         Ok(())
     }
 
@@ -250,28 +234,18 @@ impl Scripts {
 
     /// The script with this number in the sorted list, to be run with [`flight_management::command::ScriptCommand::Run`]; 0 is
     /// the latest upload, or without one the scenario's.
-    ///
-    /// # Errors
-    /// No such script, it cannot be read, or it injects faults and fault injection is off.
-    pub fn start(
-        &mut self,
-        number: u16,
-        parameters: &Parameters,
-    ) -> Result<Arc<Script>, CommandError> {
+    pub fn start(&mut self, number: u16, parameters: &Parameters) -> Started {
         let name = match usize::from(number).checked_sub(1) {
-            Some(index) => {
-                let name = self.files.keys().nth(index).ok_or_else(|| {
-                    CommandError::denied(format!(
-                        "Script refused: no number {number}, {} are here",
-                        self.files.len()
-                    ))
-                })?;
-                Some(name.clone())
-            }
-            None => self.latest().map(str::to_owned),
+            Some(index) => Some(self.files.keys().nth(index).ok_or_else(|| {
+                let count = self.files.len();
+                CommandError::denied(format!(
+                    "Script refused: no number {number}, {count} are here"
+                ))
+            })?),
+            None => self.latest(),
         };
         if let Some(name) = name {
-            return self.start_by_name(&name, parameters);
+            return self.start_by_name(&name.to_owned(), parameters);
         }
         let script = self.scenario.clone();
         let script = script.ok_or_else(|| CommandError::denied("Script refused: none is here"))?;
@@ -279,25 +253,14 @@ impl Scripts {
     }
 
     /// The script in the file with this name.
-    ///
-    /// # Errors
-    /// No such script, it cannot be read, or it injects faults and fault injection is off.
-    pub fn start_by_name(
-        &mut self,
-        name: &str,
-        parameters: &Parameters,
-    ) -> Result<Arc<Script>, CommandError> {
+    pub fn start_by_name(&mut self, name: &str, parameters: &Parameters) -> Started {
         let script = self.read(name);
         let script =
             script.map_err(|reason| CommandError::denied(format!("Script refused: {reason}")))?;
         self.check(Arc::new(script), parameters)
     }
 
-    fn check(
-        &mut self,
-        script: Arc<Script>,
-        parameters: &Parameters,
-    ) -> Result<Arc<Script>, CommandError> {
+    fn check(&mut self, script: Arc<Script>, parameters: &Parameters) -> Started {
         if script.has_faults() && !parameters.failure.enabled {
             return Err(CommandError::denied(
                 "Script refused: it has faults, and fault injection is off (SYS_FAILURE_EN 0)",

@@ -15,15 +15,11 @@ use crate::wall_time::WallTime;
 use crate::{From, Service, Shared};
 
 mod key;
-mod streams;
 
 pub use key::{KEY, Key, KeyRecord, RecordError, Timestamp, Trailer};
-pub use streams::{Refusal, Refusals, STREAMS_MAX, Stream, Streams};
 
 use key::SAVE_EVERY;
 
-/// SETUP_SIGNING carries the key: every recorder of traffic must leave it out.
-pub const SETUP_SIGNING: u32 = 256;
 /// RADIO_STATUS: radios insert it into the stream and have no key.
 const RADIO_STATUS: u32 = 109;
 /// Largest lead of other clocks over the local time where the computer knows the date. One wrong clock must not
@@ -102,20 +98,6 @@ impl Signing {
             self.is_unsaved = true;
         }
         self
-    }
-
-    pub fn is_on(&self) -> bool {
-        self.key.is_some()
-    }
-
-    /// A key file exists, so the key outlives the process.
-    pub fn has_file(&self) -> bool {
-        self.has_file
-    }
-
-    /// Counts of refused frames so far.
-    pub fn refusals(&self) -> &Refusals {
-        &self.refusals
     }
 
     /// Advances the local time to the calendar.
@@ -198,7 +180,7 @@ impl Signing {
     pub fn pop_change(&mut self) -> Option<KeyChange> {
         let has_come_far = self.local >= self.saved.plus(SAVE_EVERY)
             || self.streams.newest() >= self.saved_accepted.plus(SAVE_EVERY);
-        if !self.has_file || !(self.is_unsaved || self.is_on() && has_come_far) {
+        if !self.has_file || !(self.is_unsaved || self.key.is_some() && has_come_far) {
             return None;
         }
         Some(self.change(false))
@@ -206,7 +188,7 @@ impl Signing {
 
     /// Final content of the key file, when no more frames will be sent or accepted; `None` if the file needs no change.
     pub fn last_change(&mut self) -> Option<KeyChange> {
-        (self.has_file && (self.is_on() || self.is_unsaved)).then(|| self.change(true))
+        (self.has_file && (self.key.is_some() || self.is_unsaved)).then(|| self.change(true))
     }
 
     fn change(&mut self, is_final: bool) -> KeyChange {
@@ -231,25 +213,13 @@ pub enum LogLine {
 }
 
 impl Service for Signing {
-    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
-        if let Message::SetupSigning(setup) = message {
-            self.set_up_by(from, setup, now, shared);
-        }
-    }
-
-    /// Advances the local time to the calendar.
-    fn poll(&mut self, now: WallTime, _: &mut Shared) {
-        self.follow_calendar(now);
-    }
-}
-
-impl Signing {
     /// Handles SETUP_SIGNING of a station on this computer. The key travels in clear, so one received over
     /// a network would be no secret. The autopilot never forwards or answers it.
-    fn set_up_by(&mut self, from: From, setup: &SetupSigning, now: WallTime, shared: &mut Shared) {
+    fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
+        let Message::SetupSigning(setup) = message else { return };
         if !shared.peers.is_local(from.peer) {
-            shared.texts.warn(now, "SETUP_SIGNING refused: it may only come from this computer");
-            return;
+            let text = "SETUP_SIGNING refused: it may only come from this computer";
+            return shared.texts.warn(now, text);
         }
         let outcome = self.set_up(setup, now);
         let text = match outcome {
@@ -259,9 +229,8 @@ impl Signing {
             SetupOutcome::Off => "Signing is off",
             SetupOutcome::StaysOff => "Signing stays off",
             SetupOutcome::TimestampOutside => {
-                return shared
-                    .texts
-                    .warn(now, "SETUP_SIGNING refused: initial_timestamp is after 2103");
+                let why = "SETUP_SIGNING refused: initial_timestamp is after 2103";
+                return shared.texts.warn(now, why);
             }
             SetupOutcome::DayAhead => {
                 let why = "SETUP_SIGNING refused: initial_timestamp is over a day ahead; is a clock wrong?";
@@ -274,6 +243,13 @@ impl Signing {
         }
     }
 
+    /// Advances the local time to the calendar.
+    fn poll(&mut self, now: WallTime, _: &mut Shared) {
+        self.follow_calendar(now);
+    }
+}
+
+impl Signing {
     /// One line for the log: signing was turned on or off, or refuses frames. Refusals go
     /// to the stations as well, at most every ten seconds for each kind.
     pub fn report(&mut self, now: WallTime) -> Option<LogLine> {
@@ -281,6 +257,162 @@ impl Signing {
             return Some(LogLine::Turned(news));
         }
         self.refusals.next_line(now).map(LogLine::Refused)
+    }
+}
+
+/// Streams at the same time: more than twice the links that there can be.
+pub const STREAMS_MAX: usize = 128;
+/// How far a new stream may be behind the local time (the standard).
+const BEHIND_MAX: Duration = Duration::from_secs(60);
+
+/// Identity of a stream: link of the sender, system and component.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Stream {
+    /// Link of the sender.
+    pub link: u8,
+    pub sender: Identity,
+}
+
+/// The streams received so far.
+#[derive(Debug, Default)]
+pub struct Streams {
+    known: Vec<(Stream, Timestamp)>,
+    /// Every timestamp up to here may have been accepted before the start of the process.
+    floor: Timestamp,
+    /// The newest accepted timestamp.
+    newest: Timestamp,
+}
+
+impl Streams {
+    /// No streams yet; refuses every timestamp up to `floor`. `newest` is the newest timestamp known to
+    /// have been accepted before, at most `floor`.
+    pub fn above(floor: Timestamp, newest: Timestamp) -> Self {
+        Self { known: Vec::new(), floor, newest }
+    }
+
+    /// The newest accepted timestamp, including those before the start of the process.
+    pub fn newest(&self) -> Timestamp {
+        self.newest
+    }
+
+    /// The newest timestamp that may have been accepted, including those before the start of the process.
+    pub fn newest_possible(&self) -> Timestamp {
+        self.newest.max(self.floor)
+    }
+
+    /// Accepts the timestamp of a frame with a valid signature, or returns why it is refused. `local` is the local
+    /// time.
+    fn take(&mut self, stream: Stream, at: Timestamp, local: Timestamp) -> Result<(), Refusal> {
+        if at > Timestamp::LATEST {
+            return Err(Refusal::TooFarAhead);
+        }
+        let known = self.known.iter_mut().find(|(known, _)| *known == stream);
+        if let Some((_, latest)) = known {
+            if at <= *latest {
+                return Err(Refusal::NotNewer);
+            }
+            *latest = at;
+            self.newest = self.newest.max(at);
+            return Ok(());
+        }
+        if at <= self.floor {
+            return Err(Refusal::BeforeStart);
+        }
+        if at < local.minus(BEHIND_MAX) {
+            return Err(Refusal::NewStreamTooOld);
+        }
+        if self.known.len() >= STREAMS_MAX {
+            // A frame of such an old stream would be refused as that of a new one, too: forgetting the stream admits
+            // nothing.
+            self.known.retain(|(_, latest)| *latest >= local.minus(BEHIND_MAX));
+        }
+        if self.known.len() >= STREAMS_MAX {
+            return Err(Refusal::TooManyStreams);
+        }
+        self.known.push((stream, at));
+        self.newest = self.newest.max(at);
+        Ok(())
+    }
+}
+
+/// A kind is reported again after this, if there are new refusals.
+const REPORT_INTERVAL: Duration = Duration::from_secs(10);
+
+macro_rules! refusals {
+    ($($(#[$doc:meta])* $kind:ident: $text:literal,)*) => {
+        /// Why a frame is refused while signing is on.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum Refusal {
+            $($(#[$doc])* $kind,)*
+        }
+
+        impl Refusal {
+            /// All kinds, in the order of their numbers.
+            pub const ALL: [Self; [$($text),*].len()] = [$(Self::$kind),*];
+
+            const fn described(self) -> &'static str {
+                match self {
+                    $(Self::$kind => $text,)*
+                }
+            }
+        }
+    };
+}
+
+refusals! {
+    /// MAVLink 2 without a signature.
+    Unsigned: "unsigned messages",
+    /// MAVLink 1, which has no signatures.
+    Version1: "MAVLink 1 messages",
+    /// The signature is not that of this key and this frame.
+    WrongSignature: "messages with a wrong signature (another key?)",
+    /// Not newer than the last of its stream: doubled, reordered or replayed.
+    NotNewer: "messages not newer than the last of their stream",
+    /// First of its stream, and not newer than a timestamp that may have been accepted before the start of the process.
+    BeforeStart: "messages from before the restart",
+    /// First of its stream, and more than a minute behind.
+    NewStreamTooOld: "a stream more than a minute behind",
+    /// First of its stream, and there are too many already.
+    TooManyStreams: "a new stream: there are too many",
+    /// More than a day ahead of the local time, where the computer knows the date.
+    DayAhead: "messages more than a day ahead (a wrong clock?)",
+    /// In the last year of 48 bits.
+    TooFarAhead: "messages from after 2103",
+}
+
+/// One kind: the number of refusals, how many of them were reported, and when.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    refused: u64,
+    reported: u64,
+    reported_at: WallTime,
+}
+
+/// Counts of refusals by kind.
+#[derive(Debug, Default)]
+pub struct Refusals([Count; Refusal::ALL.len()]);
+
+impl Refusals {
+    fn add(&mut self, refusal: Refusal) {
+        self.0[refusal as usize].refused += 1;
+    }
+
+    /// Refusals of this kind since start.
+    pub fn count(&self, refusal: Refusal) -> u64 {
+        self.0[refusal as usize].refused
+    }
+
+    /// One line for a kind with new refusals, at most every ten seconds.
+    fn next_line(&mut self, now: WallTime) -> Option<String> {
+        let is_due = |count: &Count| {
+            count.refused > count.reported
+                && (count.reported == 0 || now.since(count.reported_at) >= REPORT_INTERVAL)
+        };
+        let (kind, count) =
+            Refusal::ALL.into_iter().zip(&mut self.0).find(|(_, count)| is_due(count))?;
+        count.reported = count.refused;
+        count.reported_at = now;
+        Some(format!("Signing refused {} ({} so far)", kind.described(), count.refused))
     }
 }
 

@@ -23,36 +23,21 @@ const REPLIES_BURST: u32 = 20;
 /// After a burst, one such text in this time: a flood of bad requests must not hide important texts.
 const REPLY_INTERVAL: Duration = Duration::from_millis(200);
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct StatusTexts {
     queue: VecDeque<(MavSeverity, String)>,
+    /// Texts in reply to requests, of the present burst.
     replies: u32,
     refilled: WallTime,
     suppressed: u64,
-    dropped: u64,
     /// Dropped texts that no report has counted yet.
     unreported: u64,
-    next_id: u16,
+    last_id: u16,
     for_log: VecDeque<LogText>,
 }
 
 /// A text for the flight log: severity (number of syslog), text.
 pub type LogText = (u8, String);
-
-impl Default for StatusTexts {
-    fn default() -> Self {
-        Self {
-            queue: VecDeque::with_capacity(TEXTS_MAX + 1),
-            replies: REPLIES_BURST,
-            refilled: WallTime::ZERO,
-            suppressed: 0,
-            dropped: 0,
-            unreported: 0,
-            next_id: 1,
-            for_log: VecDeque::new(),
-        }
-    }
-}
 
 impl StatusTexts {
     /// Queues a text of the ground-station side, for the peers and for the flight log.
@@ -83,7 +68,6 @@ impl StatusTexts {
             // The larger the number, the less important; the oldest of them.
             let victim = severities.min_by_key(|(_, severity)| Reverse(*severity));
             self.queue.remove(victim.map_or(0, |(place, _)| place));
-            self.dropped += 1;
             self.unreported += 1;
         }
     }
@@ -103,14 +87,14 @@ impl StatusTexts {
         let refill = now.since(self.refilled).as_micros() / REPLY_INTERVAL.as_micros();
         if refill > 0 {
             let refill = u32::try_from(refill).unwrap_or(u32::MAX);
-            self.replies = self.replies.saturating_add(refill).min(REPLIES_BURST);
+            self.replies = self.replies.saturating_sub(refill);
             self.refilled = now;
         }
-        if self.replies == 0 {
+        if self.replies >= REPLIES_BURST {
             self.suppressed += 1;
             return;
         }
-        self.replies -= 1;
+        self.replies += 1;
         let mut text = text.into();
         if self.suppressed > 0 {
             text = format!("{text} ({} more were not shown)", self.suppressed);
@@ -137,8 +121,17 @@ impl StatusTexts {
             && let Some((severity, text)) =
                 self.queue.pop_front().or_else(|| self.take_unreported())
         {
-            for message in self.chunks(severity, &text) {
-                peers.announce(&message);
+            let chunks = chunks_of(&text);
+            let id = if chunks.len() == 1 {
+                0
+            } else {
+                self.last_id = self.last_id.checked_add(1).unwrap_or(1);
+                self.last_id
+            };
+            for (text, chunk_seq) in chunks.into_iter().zip(0..) {
+                let text = text.into();
+                let message = STATUSTEXT_DATA { severity, text, id, chunk_seq };
+                peers.announce(&Encoded::new(&message));
             }
         }
     }
@@ -147,31 +140,6 @@ impl StatusTexts {
         let count = core::mem::take(&mut self.unreported);
         let text = format!("{count} texts were not shown");
         (count > 0).then_some((MavSeverity::MAV_SEVERITY_WARNING, text))
-    }
-
-    /// Whether a text waits.
-    pub fn is_due(&self) -> bool {
-        !self.queue.is_empty()
-    }
-
-    /// Texts dropped so far.
-    pub fn dropped(&self) -> u64 {
-        self.dropped
-    }
-
-    fn chunks(&mut self, severity: MavSeverity, text: &str) -> Vec<Encoded> {
-        let chunks = chunks_of(text);
-        let id = if chunks.len() == 1 { 0 } else { self.take_id() };
-        let message = |(text, chunk_seq): ([u8; CHUNK], u8)| {
-            Encoded::new(&STATUSTEXT_DATA { severity, text: text.into(), id, chunk_seq })
-        };
-        chunks.into_iter().zip(0..).map(message).collect()
-    }
-
-    fn take_id(&mut self) -> u16 {
-        let id = self.next_id;
-        self.next_id = self.next_id.checked_add(1).unwrap_or(1);
-        id
     }
 }
 
@@ -213,13 +181,12 @@ fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
     if bytes.is_empty() {
         return vec![[0; CHUNK]];
     }
+    let filled = |part: &[u8]| {
+        let mut chunk = [0; CHUNK];
+        chunk[..part.len()].copy_from_slice(part);
+        chunk
+    };
     bytes.chunks(CHUNK).map(filled).collect()
-}
-
-fn filled(part: &[u8]) -> [u8; CHUNK] {
-    let mut chunk = [0; CHUNK];
-    chunk[..part.len()].copy_from_slice(part);
-    chunk
 }
 
 #[cfg(test)]

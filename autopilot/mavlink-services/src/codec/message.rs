@@ -2,39 +2,25 @@
 
 #![expect(deprecated, reason = "ground stations still send PING, SET_MODE and MISSION_ITEM")]
 
-use ::mavlink::dialects::common::{
-    COMMAND_INT_DATA, COMMAND_LONG_DATA, FILE_TRANSFER_PROTOCOL_DATA, HEARTBEAT_DATA,
-    MANUAL_CONTROL_DATA, MISSION_ACK_DATA, MISSION_CLEAR_ALL_DATA, MISSION_COUNT_DATA,
-    MISSION_ITEM_DATA, MISSION_ITEM_INT_DATA, MISSION_REQUEST_DATA, MISSION_REQUEST_INT_DATA,
-    MISSION_REQUEST_LIST_DATA, MISSION_REQUEST_PARTIAL_LIST_DATA, MISSION_SET_CURRENT_DATA,
-    MISSION_WRITE_PARTIAL_LIST_DATA, MavModeFlag, PARAM_REQUEST_LIST_DATA, PARAM_REQUEST_READ_DATA,
-    PARAM_SET_DATA, PING_DATA, RC_CHANNELS_OVERRIDE_DATA, REQUEST_DATA_STREAM_DATA,
-    SERIAL_CONTROL_DATA, SET_ATTITUDE_TARGET_DATA, SET_MODE_DATA,
-    SET_POSITION_TARGET_GLOBAL_INT_DATA, SET_POSITION_TARGET_LOCAL_NED_DATA, SETUP_SIGNING_DATA,
-    TIMESYNC_DATA,
-};
+use ::mavlink::dialects::common as wire;
 use ::mavlink::{MavlinkVersion, MessageData};
 
-use super::{Frame, Identity};
-
-mod logs;
-
+use super::{Frame, Identity, PAYLOAD_MAX};
 use crate::signing::Key;
-pub use logs::LogRequest;
 
 /// A message that the autopilot reacts to.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Message {
     /// HEARTBEAT of a ground station or another vehicle: its MAV_TYPE.
     Heartbeat(u8),
-    Ping(PING_DATA),
-    TimeSync(TIMESYNC_DATA),
+    Ping(wire::PING_DATA),
+    TimeSync(wire::TIMESYNC_DATA),
     SetMode(SetMode),
-    ParamRequestRead(PARAM_REQUEST_READ_DATA),
+    ParamRequestRead(wire::PARAM_REQUEST_READ_DATA),
     ParamRequestList,
     ParamSet(ParamSet),
     Command(CommandMessage),
-    SetAttitudeTarget(SET_ATTITUDE_TARGET_DATA),
+    SetAttitudeTarget(wire::SET_ATTITUDE_TARGET_DATA),
     SetPositionGlobal(PositionTarget<i32>),
     SetPositionLocal(PositionTarget<f32>),
     ManualControl(ManualControl),
@@ -47,8 +33,8 @@ pub enum Message {
     MissionItemInt(MissionItem<i32>),
     /// MISSION_ITEM, the old form with floats.
     MissionItem(MissionItem<f32>),
-    /// MISSION_REQUEST_INT (true) or MISSION_REQUEST (false) for one item.
-    MissionRequest(ListKind, u16, bool),
+    /// MISSION_REQUEST_INT or MISSION_REQUEST for one item.
+    MissionRequest(ListKind, u16),
     MissionClear(ListKind),
     MissionSetCurrent(u16),
     /// MISSION_ACK: its MAV_MISSION_RESULT.
@@ -57,7 +43,7 @@ pub enum Message {
     /// FILE_TRANSFER_PROTOCOL: the 251 bytes.
     Ftp(Box<[u8; 251]>),
     RequestDataStream(StreamRequest),
-    SerialControl(Box<SerialControl>),
+    SerialControl(SerialControl),
     /// LOG_REQUEST_LIST, LOG_REQUEST_DATA, LOG_REQUEST_END or LOG_ERASE.
     Log(LogRequest),
     SetupSigning(SetupSigning),
@@ -151,19 +137,12 @@ pub struct StreamRequest {
 }
 
 /// SERIAL_CONTROL with its device as a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SerialControl {
     pub device: u8,
     pub flags: u8,
-    /// Number of valid bytes in `data`; a number beyond its length means all.
-    pub count: u8,
-    pub data: [u8; 70],
-}
-
-impl SerialControl {
-    pub fn typed(&self) -> &[u8] {
-        &self.data[..usize::from(self.count).min(self.data.len())]
-    }
+    /// The valid bytes: a number of them beyond the field means all.
+    pub typed: Vec<u8>,
 }
 
 /// PARAM_SET with its type as a number.
@@ -196,21 +175,40 @@ impl PartialEq for CommandMessage {
     }
 }
 
-/// Reads a payload, zero-extended; bytes beyond the definition are ignored.
-struct Fields<const N: usize>([u8; N]);
+/// A request of a ground station to the log service.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LogRequest {
+    /// The entries with these numbers.
+    List {
+        first: u16,
+        /// The last; may be beyond the end.
+        last: u16,
+    },
+    /// Part of one log.
+    Data {
+        id: u16,
+        offset: u32,
+        /// Bytes; may be beyond the end.
+        count: u32,
+    },
+    /// End of all requests.
+    End,
+    /// Removal of all logs.
+    Erase,
+}
 
-impl<const N: usize> Fields<N> {
+/// Reads a payload, zero-extended.
+struct Fields([u8; PAYLOAD_MAX]);
+
+impl Fields {
     fn new(payload: &[u8]) -> Self {
-        let mut fields = [0; N];
-        let length = payload.len().min(N);
-        fields[..length].copy_from_slice(&payload[..length]);
+        let mut fields = [0; PAYLOAD_MAX];
+        fields[..payload.len()].copy_from_slice(payload);
         Self(fields)
     }
 
     fn bytes<const K: usize>(&self, at: usize) -> [u8; K] {
-        let mut bytes = [0; K];
-        bytes.copy_from_slice(&self.0[at..at + K]);
-        bytes
+        core::array::from_fn(|i| self.0[at + i])
     }
 
     fn u8(&self, at: usize) -> u8 {
@@ -241,193 +239,161 @@ impl<const N: usize> Fields<N> {
         core::array::from_fn(|i| self.f32(at + 4 * i))
     }
 
-    fn identity(&self, at: usize) -> Identity {
-        Identity { system: self.0[at], component: self.0[at + 1] }
+    fn list(&self, at: usize) -> ListKind {
+        ListKind(self.u8(at))
+    }
+
+    /// Target system and component.
+    fn target(&self, at: usize) -> Identity {
+        Identity { system: self.u8(at), component: self.u8(at + 1) }
+    }
+
+    /// Target system; the message names no component.
+    fn system(&self, at: usize) -> Identity {
+        Identity { system: self.u8(at), component: 0 }
     }
 }
 
 /// The message in a frame and its target; `None` if the autopilot does not handle it.
 pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
-    let payload = frame.payload;
-    let at = |system, component| Identity { system, component };
+    let f = Fields::new(frame.payload);
+    /// A message whose definition contains no enum, so that the library can read every payload.
+    macro_rules! by_library {
+        ($message:ident, $definition:ident) => {{
+            let data = wire::$definition::deser(MavlinkVersion::V2, frame.payload).ok()?;
+            let (system, component) = (data.target_system, data.target_component);
+            (Identity { system, component }, Message::$message(data))
+        }};
+    }
     Some(match frame.id {
-        HEARTBEAT_DATA::ID => (at(0, 0), Message::Heartbeat(Fields::<9>::new(payload).u8(4))),
-        PING_DATA::ID => {
-            let data: PING_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::Ping(data))
+        wire::HEARTBEAT_DATA::ID => {
+            (Identity { system: 0, component: 0 }, Message::Heartbeat(f.u8(4)))
         }
-        TIMESYNC_DATA::ID => {
-            let data: TIMESYNC_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::TimeSync(data))
+        wire::PING_DATA::ID => by_library!(Ping, PING_DATA),
+        wire::TIMESYNC_DATA::ID => by_library!(TimeSync, TIMESYNC_DATA),
+        wire::SET_MODE_DATA::ID => {
+            let custom = wire::MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED.bits();
+            let is_custom = f.u8(5) & custom != 0;
+            (f.system(4), Message::SetMode(SetMode { is_custom, main: f.u8(2), sub: f.u8(3) }))
         }
-        SET_MODE_DATA::ID => {
-            let data: SET_MODE_DATA = read(payload)?;
-            let is_custom = data.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED);
-            let [_, _, main, sub] = data.custom_mode.to_le_bytes();
-            (at(data.target_system, 0), Message::SetMode(SetMode { is_custom, main, sub }))
+        wire::PARAM_REQUEST_READ_DATA::ID => {
+            by_library!(ParamRequestRead, PARAM_REQUEST_READ_DATA)
         }
-        PARAM_REQUEST_READ_DATA::ID => {
-            let data: PARAM_REQUEST_READ_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::ParamRequestRead(data))
+        wire::PARAM_REQUEST_LIST_DATA::ID => (f.target(0), Message::ParamRequestList),
+        wire::PARAM_SET_DATA::ID => {
+            let set = ParamSet { value: f.bytes(0), id: f.bytes(6), kind: f.u8(22) };
+            (f.target(4), Message::ParamSet(set))
         }
-        PARAM_REQUEST_LIST_DATA::ID => {
-            let data: PARAM_REQUEST_LIST_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::ParamRequestList)
-        }
-        PARAM_SET_DATA::ID => {
-            let fields = Fields::<{ PARAM_SET_DATA::ENCODED_LEN }>::new(payload);
-            let set = ParamSet { value: fields.bytes(0), id: fields.bytes(6), kind: fields.u8(22) };
-            (fields.identity(4), Message::ParamSet(set))
-        }
-        COMMAND_LONG_DATA::ID => {
-            let fields = Fields::<{ COMMAND_LONG_DATA::ENCODED_LEN }>::new(payload);
-            let (id, params) = (fields.u16(28), fields.floats(0));
+        wire::COMMAND_LONG_DATA::ID => {
+            let (id, params) = (f.u16(28), f.floats(0));
             let command = CommandMessage { id, params, frame: None, xy: None };
-            (fields.identity(30), Message::Command(command))
+            (f.target(30), Message::Command(command))
         }
-        COMMAND_INT_DATA::ID => {
-            let fields = Fields::<{ COMMAND_INT_DATA::ENCODED_LEN }>::new(payload);
-            let [p1, p2, p3, p4] = fields.floats(0);
-            let params = [p1, p2, p3, p4, f32::NAN, f32::NAN, fields.f32(24)];
-            let (frame, xy) = (Some(fields.u8(32)), Some([fields.i32(16), fields.i32(20)]));
-            let command = CommandMessage { id: fields.u16(28), params, frame, xy };
-            (fields.identity(30), Message::Command(command))
+        wire::COMMAND_INT_DATA::ID => {
+            let [p1, p2, p3, p4] = f.floats(0);
+            let params = [p1, p2, p3, p4, f32::NAN, f32::NAN, f.f32(24)];
+            let (frame, xy) = (Some(f.u8(32)), Some([f.i32(16), f.i32(20)]));
+            let command = CommandMessage { id: f.u16(28), params, frame, xy };
+            (f.target(30), Message::Command(command))
         }
-        FILE_TRANSFER_PROTOCOL_DATA::ID => {
-            let fields = Fields::<254>::new(payload);
-            (fields.identity(1), Message::Ftp(Box::new(fields.bytes(3))))
+        wire::FILE_TRANSFER_PROTOCOL_DATA::ID => (f.target(1), Message::Ftp(Box::new(f.bytes(3)))),
+        wire::REQUEST_DATA_STREAM_DATA::ID => {
+            let (rate_hz, stream, start) = (f.u16(0), f.u8(4), f.u8(5) != 0);
+            (f.target(2), Message::RequestDataStream(StreamRequest { rate_hz, stream, start }))
         }
-        REQUEST_DATA_STREAM_DATA::ID => {
-            let fields = Fields::<6>::new(payload);
-            let request = StreamRequest {
-                rate_hz: fields.u16(0),
-                stream: fields.u8(4),
-                start: fields.u8(5) != 0,
-            };
-            (fields.identity(2), Message::RequestDataStream(request))
+        wire::SERIAL_CONTROL_DATA::ID => {
+            let data: [u8; 70] = f.bytes(9);
+            let typed = data[..usize::from(f.u8(8)).min(data.len())].to_vec();
+            let control = SerialControl { device: f.u8(6), flags: f.u8(7), typed };
+            (f.target(79), Message::SerialControl(control))
         }
-        SERIAL_CONTROL_DATA::ID => {
-            let fields = Fields::<{ SERIAL_CONTROL_DATA::ENCODED_LEN }>::new(payload);
-            let control = SerialControl {
-                device: fields.u8(6),
-                flags: fields.u8(7),
-                count: fields.u8(8),
-                data: fields.bytes(9),
-            };
-            (fields.identity(79), Message::SerialControl(Box::new(control)))
-        }
-        SETUP_SIGNING_DATA::ID => {
-            let f = Fields::<42>::new(payload);
+        wire::SETUP_SIGNING_DATA::ID => {
             let initial_timestamp = u64::from_le_bytes(f.bytes(0));
             let setup = SetupSigning { key: Key::new(f.bytes(10)), initial_timestamp };
-            (f.identity(8), Message::SetupSigning(setup))
+            (f.target(8), Message::SetupSigning(setup))
         }
-        id => {
-            let other = reference(id, payload).or_else(|| mission(id, payload));
-            return other.or_else(|| logs::decode(id, payload));
+        wire::SET_ATTITUDE_TARGET_DATA::ID => {
+            by_library!(SetAttitudeTarget, SET_ATTITUDE_TARGET_DATA)
         }
+        id => return reference(id, &f).or_else(|| mission(id, &f)).or_else(|| log(id, &f)),
     })
 }
 
 /// Setpoints and stick positions.
-fn reference(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
-    let at = |system, component| Identity { system, component };
+fn reference(id: u32, f: &Fields) -> Option<(Identity, Message)> {
     Some(match id {
-        SET_ATTITUDE_TARGET_DATA::ID => {
-            let data: SET_ATTITUDE_TARGET_DATA = read(payload)?;
-            (at(data.target_system, data.target_component), Message::SetAttitudeTarget(data))
+        wire::SET_POSITION_TARGET_GLOBAL_INT_DATA::ID => {
+            (f.target(50), Message::SetPositionGlobal(position_target(f, f.i32(4), f.i32(8))))
         }
-        SET_POSITION_TARGET_GLOBAL_INT_DATA::ID => {
-            let fields = Fields::<53>::new(payload);
-            let target = position_target(&fields, fields.i32(4), fields.i32(8));
-            (fields.identity(50), Message::SetPositionGlobal(target))
+        wire::SET_POSITION_TARGET_LOCAL_NED_DATA::ID => {
+            (f.target(50), Message::SetPositionLocal(position_target(f, f.f32(4), f.f32(8))))
         }
-        SET_POSITION_TARGET_LOCAL_NED_DATA::ID => {
-            let fields = Fields::<53>::new(payload);
-            let target = position_target(&fields, fields.f32(4), fields.f32(8));
-            (fields.identity(50), Message::SetPositionLocal(target))
+        wire::MANUAL_CONTROL_DATA::ID => {
+            let [x, y, z, r] = [0, 2, 4, 6].map(|at| f.i16(at));
+            let control = ManualControl { x, y, z, r, target: f.u8(10) };
+            (f.system(10), Message::ManualControl(control))
         }
-        MANUAL_CONTROL_DATA::ID => {
-            let fields = Fields::<11>::new(payload);
-            let control = ManualControl {
-                x: fields.i16(0),
-                y: fields.i16(2),
-                z: fields.i16(4),
-                r: fields.i16(6),
-                target: fields.u8(10),
-            };
-            (at(control.target, 0), Message::ManualControl(control))
-        }
-        RC_CHANNELS_OVERRIDE_DATA::ID => {
-            let fields = Fields::<18>::new(payload);
-            let channels = core::array::from_fn(|i| fields.u16(2 * i));
-            (fields.identity(16), Message::RcOverride(channels))
+        wire::RC_CHANNELS_OVERRIDE_DATA::ID => {
+            (f.target(16), Message::RcOverride(core::array::from_fn(|i| f.u16(2 * i))))
         }
         _ => return None,
     })
 }
 
-fn position_target<P>(fields: &Fields<53>, x: P, y: P) -> PositionTarget<P> {
-    PositionTarget {
-        x,
-        y,
-        z: fields.f32(12),
-        velocity: fields.floats(16),
-        yaw: fields.f32(40),
-        ignored: fields.u16(48),
-        frame: fields.u8(52),
-    }
+fn position_target<P>(f: &Fields, x: P, y: P) -> PositionTarget<P> {
+    let (velocity, yaw) = (f.floats(16), f.f32(40));
+    PositionTarget { x, y, z: f.f32(12), velocity, yaw, ignored: f.u16(48), frame: f.u8(52) }
 }
 
-fn mission(id: u32, payload: &[u8]) -> Option<(Identity, Message)> {
-    let f = Fields::<38>::new(payload);
+fn mission(id: u32, f: &Fields) -> Option<(Identity, Message)> {
     Some(match id {
-        MISSION_REQUEST_LIST_DATA::ID => {
-            (f.identity(0), Message::MissionRequestList(ListKind(f.u8(2))))
+        wire::MISSION_REQUEST_LIST_DATA::ID => {
+            (f.target(0), Message::MissionRequestList(f.list(2)))
         }
-        MISSION_COUNT_DATA::ID => {
-            (f.identity(2), Message::MissionCount(ListKind(f.u8(4)), f.u16(0)))
+        wire::MISSION_COUNT_DATA::ID => (f.target(2), Message::MissionCount(f.list(4), f.u16(0))),
+        wire::MISSION_REQUEST_INT_DATA::ID | wire::MISSION_REQUEST_DATA::ID => {
+            (f.target(2), Message::MissionRequest(f.list(4), f.u16(0)))
         }
-        MISSION_REQUEST_INT_DATA::ID | MISSION_REQUEST_DATA::ID => {
-            let as_int = id == MISSION_REQUEST_INT_DATA::ID;
-            (f.identity(2), Message::MissionRequest(ListKind(f.u8(4)), f.u16(0), as_int))
+        wire::MISSION_CLEAR_ALL_DATA::ID => (f.target(0), Message::MissionClear(f.list(2))),
+        wire::MISSION_SET_CURRENT_DATA::ID => (f.target(2), Message::MissionSetCurrent(f.u16(0))),
+        wire::MISSION_ACK_DATA::ID => (f.target(0), Message::MissionAck(f.list(3), f.u8(2))),
+        wire::MISSION_WRITE_PARTIAL_LIST_DATA::ID | wire::MISSION_REQUEST_PARTIAL_LIST_DATA::ID => {
+            (f.target(4), Message::MissionPartial(f.list(6)))
         }
-        MISSION_CLEAR_ALL_DATA::ID => (f.identity(0), Message::MissionClear(ListKind(f.u8(2)))),
-        MISSION_SET_CURRENT_DATA::ID => (f.identity(2), Message::MissionSetCurrent(f.u16(0))),
-        MISSION_ACK_DATA::ID => (f.identity(0), Message::MissionAck(ListKind(f.u8(3)), f.u8(2))),
-        MISSION_WRITE_PARTIAL_LIST_DATA::ID | MISSION_REQUEST_PARTIAL_LIST_DATA::ID => {
-            (f.identity(4), Message::MissionPartial(ListKind(f.u8(6))))
+        wire::MISSION_ITEM_INT_DATA::ID => {
+            (f.target(32), Message::MissionItemInt(mission_item(f, f.i32(16), f.i32(20))))
         }
-        MISSION_ITEM_INT_DATA::ID => {
-            let item = mission_item(&f, f.i32(16), f.i32(20));
-            (f.identity(32), Message::MissionItemInt(item))
-        }
-        MISSION_ITEM_DATA::ID => {
-            let item = mission_item(&f, f.f32(16), f.f32(20));
-            (f.identity(32), Message::MissionItem(item))
+        wire::MISSION_ITEM_DATA::ID => {
+            (f.target(32), Message::MissionItem(mission_item(f, f.f32(16), f.f32(20))))
         }
         _ => return None,
     })
 }
 
-fn mission_item<P>(fields: &Fields<38>, x: P, y: P) -> MissionItem<P> {
-    MissionItem {
-        params: fields.floats(0),
-        x,
-        y,
-        z: fields.f32(24),
-        words: ItemWords {
-            seq: fields.u16(28),
-            command: fields.u16(30),
-            frame: fields.u8(34),
-            current: fields.u8(35),
-            autocontinue: fields.u8(36) != 0,
-            list: ListKind(fields.u8(37)),
-        },
-    }
+fn mission_item<P>(f: &Fields, x: P, y: P) -> MissionItem<P> {
+    let words = ItemWords {
+        seq: f.u16(28),
+        command: f.u16(30),
+        frame: f.u8(34),
+        current: f.u8(35),
+        autocontinue: f.u8(36) != 0,
+        list: f.list(37),
+    };
+    MissionItem { params: f.floats(0), x, y, z: f.f32(24), words }
 }
 
-/// Reads a message whose definition contains no enum, so that every payload can be read.
-fn read<D: MessageData>(payload: &[u8]) -> Option<D> {
-    D::deser(MavlinkVersion::V2, payload).ok()
+fn log(id: u32, f: &Fields) -> Option<(Identity, Message)> {
+    let (target, request) = match id {
+        wire::LOG_REQUEST_LIST_DATA::ID => {
+            (f.target(4), LogRequest::List { first: f.u16(0), last: f.u16(2) })
+        }
+        wire::LOG_REQUEST_DATA_DATA::ID => {
+            let (id, offset, count) = (f.u16(8), f.u32(0), f.u32(4));
+            (f.target(10), LogRequest::Data { id, offset, count })
+        }
+        wire::LOG_REQUEST_END_DATA::ID => (f.target(0), LogRequest::End),
+        wire::LOG_ERASE_DATA::ID => (f.target(0), LogRequest::Erase),
+        _ => return None,
+    };
+    Some((target, Message::Log(request)))
 }

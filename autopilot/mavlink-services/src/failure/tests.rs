@@ -6,6 +6,15 @@ use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::tvc_jet;
 use icd::{FaultRequest, SimTime};
 
+impl Unit {
+    const MOTOR: Self = Self(Target::MOTOR.0 as i32);
+    /// The actuators that deflect: surfaces and nozzle.
+    const SERVO: Self = Self(Target::SERVO.0 as i32);
+}
+
+mod command;
+mod units;
+
 const NAN: f32 = f32::NAN;
 const DENIED: MavResult = MavResult::MAV_RESULT_DENIED;
 const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
@@ -13,12 +22,12 @@ const UNSUPPORTED: MavResult = MavResult::MAV_RESULT_UNSUPPORTED;
 fn requested(id: u16, params: [f32; 7]) -> Result<Vec<FaultRequest>, MavResult> {
     let command = CommandMessage { id, params, frame: None, xy: None };
     let model = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
-    requests(&command, &Parameters::default(), &model).map(|requests| requests.to_vec()).map_err(
-        |refused| {
-            assert!(refused.reason.is_some(), "a refusal has a reason");
-            refused.result
-        },
-    )
+    let fault = parse(&command, &model.effectors.list);
+    let requests = fault.and_then(|fault| requests(&fault, &Parameters::default(), &model));
+    requests.map(|requests| requests.to_vec()).map_err(|refused| {
+        assert!(refused.reason.is_some(), "a refusal has a reason");
+        refused.result
+    })
 }
 
 fn inject(p1: f32, p2: f32, p3: f32, p4: f32) -> Result<Vec<FaultRequest>, MavResult> {

@@ -7,11 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
-use crate::mission::MissionService;
-use crate::mission::draft::{Draft, Finished};
-use crate::mission::fields::{Notes, Rejected};
-use crate::mission::wire::Stored;
-use crate::param::{Save, Saved};
+use crate::mission::draft::{Draft, Finished, Notes, Rejected};
+use crate::mission::{MissionService, Stored};
+use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::vehicle::plan::ITEMS_MAX;
@@ -73,21 +71,18 @@ impl SavedPlan {
         if count > ITEMS_MAX {
             return Err(refuse(format!("count = {count} is outside 0 to {ITEMS_MAX}")));
         }
-        Ok(Self((0..).zip(item).map(|(seq, item)| item.restored(seq)).collect()))
-    }
-}
-
-impl SavedItem {
-    fn restored(self, seq: u16) -> MissionItem<i32> {
-        let Self { command, frame, autocontinue, params, x, y, z } = self;
-        let list = ListKind::MISSION;
-        let words = ItemWords { seq, command, frame, current: 0, autocontinue, list };
-        MissionItem { params, x, y, z, words }
+        let restored = |(seq, item)| {
+            let SavedItem { command, frame, autocontinue, params, x, y, z } = item;
+            let list = ListKind::MISSION;
+            let words = ItemWords { seq, command, frame, current: 0, autocontinue, list };
+            MissionItem { params, x, y, z, words }
+        };
+        Ok(Self((0..).zip(item).map(restored).collect()))
     }
 }
 
 /// The text for a plan.
-fn to_text(plan: &Stored) -> String {
+pub(super) fn to_text(plan: &Stored) -> String {
     let item = plan.items.iter().map(|item| SavedItem {
         command: item.words.command,
         frame: item.words.frame,
@@ -100,39 +95,6 @@ fn to_text(plan: &Stored) -> String {
     let file = File { count: plan.items.len(), item: item.collect() };
     let items = toml::to_string(&file).expect("numbers and booleans are TOML");
     format!("{HEADER}{items}")
-}
-
-/// State of the saving.
-#[derive(Debug, Default)]
-pub(super) struct PlanKeeper {
-    is_on: bool,
-    last_number: u64,
-    next: Option<Save>,
-}
-
-impl PlanKeeper {
-    /// Every plan in force is saved.
-    pub(super) fn begin(&mut self) {
-        self.is_on = true;
-    }
-
-    pub(super) fn keep(&mut self, plan: &Stored) {
-        if self.is_on {
-            self.last_number += 1;
-            let text = to_text(plan);
-            self.next = Some(Save { number: self.last_number, text, at_once: true });
-        }
-    }
-
-    pub(super) fn pop(&mut self) -> Option<Save> {
-        self.next.take()
-    }
-
-    /// Why the plan in force is not saved.
-    pub(super) fn failure(&self, saved: &Saved) -> Option<String> {
-        let reason = saved.result.as_ref().err()?;
-        Some(format!("The plan is not saved: {reason}"))
-    }
 }
 
 /// State of the restoration.
@@ -150,7 +112,7 @@ pub(super) enum Restoring {
 impl MissionService {
     /// Saves plans for the next start from now on; `saved` is the saved plan.
     pub fn keep(&mut self, saved: SavedPlan) {
-        self.keeper.begin();
+        self.saves = Some(SaveQueue::default());
         if saved.count() > 0 {
             self.restoring = Restoring::Waiting(saved);
         }
@@ -205,13 +167,13 @@ impl MissionService {
 
     /// Next content of the plan file.
     pub fn pop_save(&mut self) -> Option<Save> {
-        self.keeper.pop()
+        self.saves.as_mut()?.pop()
     }
 
     /// Handles the result of a save.
     pub fn handle_saved(&mut self, saved: &Saved, now: WallTime, shared: &mut Shared) {
-        if let Some(text) = self.keeper.failure(saved) {
-            shared.texts.warn(now, text);
+        if let Err(reason) = &saved.result {
+            shared.texts.warn(now, format!("The plan is not saved: {reason}"));
         }
     }
 }

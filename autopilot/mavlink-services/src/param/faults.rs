@@ -13,8 +13,7 @@ use core::time::Duration;
 use icd::EffectorList;
 use icd::fault::{Failure, FailureType, FaultEntry, FaultReply, NO_ANSWER, PlantAction, Target};
 
-use crate::failure::command;
-use crate::failure::command::{FaultCommand, Instances, Unit};
+use crate::failure::{FaultCommand, Instances, Unit};
 use crate::peers::From;
 use crate::queues::OpenCommand;
 use crate::wall_time::WallTime;
@@ -101,7 +100,7 @@ impl FaultParameters {
             Failure::Type(failure_type),
             instances,
         );
-        let requests = command::requests(&command, &shared.parameters, &shared.model)
+        let requests = failure::requests(&command, &shared.parameters, &shared.model)
             .map_err(|refused| refused.reason.unwrap_or_default())?;
         if self.open.len() >= OPEN_MAX {
             return Err("Not set: too many faults are waiting".to_owned());

@@ -2,27 +2,68 @@
 //!
 //! What no living sensor gives is unknown: NaN, the code of the field, or no message where its definition has none.
 
-use ::mavlink::dialects::common::{
-    ALTITUDE_DATA, ATTITUDE_DATA, ATTITUDE_QUATERNION_DATA, GLOBAL_POSITION_INT_DATA,
-    GPS_RAW_INT_DATA, GpsFixType, HIGHRES_IMU_DATA, HOME_POSITION_DATA,
-    HighresImuUpdatedFlags as Updated, LOCAL_POSITION_NED_DATA, MavEstimatorType, MavFrame,
-    ODOMETRY_DATA, SCALED_PRESSURE_DATA, VFR_HUD_DATA, WIND_COV_DATA,
-};
+use ::mavlink::dialects::common as wire;
+use ::mavlink::dialects::common::HighresImuUpdatedFlags as Updated;
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
-use icd::Ned;
 use icd::sensors::SensorKind;
+use icd::{Attitude, EulerAngles, Ned};
 
 use crate::codec::Encoded;
 use crate::convert;
 use crate::telemetry::View;
-use crate::telemetry::controls::throttle;
-use crate::telemetry::known::{calibrated_m_s, is_alive, known};
 use flight_management::event::Snapshot;
+
+/// Whether the samples of a sensor count.
+fn is_alive(state: &Snapshot, sensor: SensorKind) -> bool {
+    state.motion().alive(&state.sensors)[sensor as usize]
+}
+
+/// The navigation state with NaN in each part that is not known. Among samples, rates and attitude give each other exactly, and the
+/// satellites the altitude.
+pub fn known(state: &Snapshot) -> NavigationState {
+    let mut motion = *state.motion();
+    let valid = motion.valid;
+    let is_exact = motion.estimate.is_none();
+    let nothing = Ned::new(f64::NAN, f64::NAN, f64::NAN);
+    if !(valid.rates || is_exact && valid.attitude) {
+        motion.rates = nothing.0;
+    }
+    if !(valid.attitude || is_exact && valid.rates) {
+        motion.orientation = Attitude::from_unit_wxyz([f64::NAN; 4]);
+        motion.attitude = EulerAngles { phi: f64::NAN, theta: f64::NAN, psi: f64::NAN };
+    }
+    if !valid.velocity {
+        motion.velocity = nothing;
+    }
+    if !valid.position {
+        motion.position = nothing;
+        (motion.latitude_rad, motion.longitude_rad) = (f64::NAN, f64::NAN);
+    }
+    if !(valid.altitude || is_exact && valid.position) {
+        motion.altitude_m = f64::NAN;
+    }
+    if !valid.airspeed {
+        motion.airspeed_m_s = f64::NAN;
+    }
+    if !valid.flow_angles {
+        (motion.alpha, motion.beta) = (f64::NAN, f64::NAN);
+    }
+    motion
+}
+
+/// Calibrated airspeed of a true one, m/s; NaN without an altitude.
+pub fn calibrated_m_s(true_m_s: f64, altitude_m: f64) -> f64 {
+    if altitude_m.is_nan() {
+        f64::NAN
+    } else {
+        atmosphere::calibrated_airspeed(true_m_s, altitude_m)
+    }
+}
 
 pub fn attitude(state: &Snapshot) -> Encoded {
     let NavigationState { attitude: euler, rates, .. } = known(state);
-    Encoded::new(&ATTITUDE_DATA {
+    Encoded::new(&wire::ATTITUDE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         roll: convert::float(euler.phi),
         pitch: convert::float(euler.theta),
@@ -36,7 +77,7 @@ pub fn attitude(state: &Snapshot) -> Encoded {
 pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
     let NavigationState { orientation, rates, .. } = known(state);
     let [q1, q2, q3, q4] = orientation.wxyz().map(convert::float);
-    Encoded::new(&ATTITUDE_QUATERNION_DATA {
+    Encoded::new(&wire::ATTITUDE_QUATERNION_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         q1,
         q2,
@@ -45,7 +86,7 @@ pub fn attitude_quaternion(state: &Snapshot) -> Encoded {
         rollspeed: convert::float(rates.x),
         pitchspeed: convert::float(rates.y),
         yawspeed: convert::float(rates.z),
-        repr_offset_q: [0.0; 4],
+        ..wire::ATTITUDE_QUATERNION_DATA::DEFAULT
     })
 }
 
@@ -57,7 +98,7 @@ pub fn global_position_int(state: &Snapshot) -> Option<Encoded> {
         return None;
     }
     let altitude = convert::millimetres(motion.altitude_m);
-    Some(Encoded::new(&GLOBAL_POSITION_INT_DATA {
+    Some(Encoded::new(&wire::GLOBAL_POSITION_INT_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         lat: convert::degrees_e7(motion.latitude_rad),
         lon: convert::degrees_e7(motion.longitude_rad),
@@ -73,7 +114,7 @@ pub fn global_position_int(state: &Snapshot) -> Option<Encoded> {
 
 pub fn local_position_ned(state: &Snapshot) -> Encoded {
     let NavigationState { position: Ned(position), velocity: Ned(velocity), .. } = known(state);
-    Encoded::new(&LOCAL_POSITION_NED_DATA {
+    Encoded::new(&wire::LOCAL_POSITION_NED_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         x: convert::float(position.x),
         y: convert::float(position.y),
@@ -93,9 +134,9 @@ const DILUTION: u16 = 100;
 
 /// GPS_RAW_INT: what the receiver says. Its accuracy is that which the estimator assumes; the receiver of the ideal unit has no errors.
 pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
-    let nothing = GPS_RAW_INT_DATA {
+    let nothing = wire::GPS_RAW_INT_DATA {
         time_usec: state.time.as_micros(),
-        fix_type: GpsFixType::GPS_FIX_TYPE_NO_FIX,
+        fix_type: wire::GpsFixType::GPS_FIX_TYPE_NO_FIX,
         eph: u16::MAX,
         epv: u16::MAX,
         vel: u16::MAX,
@@ -103,7 +144,7 @@ pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
         satellites_visible: u8::MAX,
         // The receiver gives no yaw; the navigation unit does.
         yaw: 0,
-        ..GPS_RAW_INT_DATA::DEFAULT
+        ..wire::GPS_RAW_INT_DATA::DEFAULT
     };
     if !is_alive(state, SensorKind::Gnss) {
         return Encoded::new(&nothing);
@@ -115,8 +156,8 @@ pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
     let is_exact = state.motion().estimate.is_none();
     let accuracy = |error: f64| convert::accuracy_mm(if is_exact { 0.0 } else { error });
     let position_m = libm::hypot(gains.gnss_position_m, gains.gnss_drift_m);
-    Encoded::new(&GPS_RAW_INT_DATA {
-        fix_type: GpsFixType::GPS_FIX_TYPE_3D_FIX,
+    Encoded::new(&wire::GPS_RAW_INT_DATA {
+        fix_type: wire::GpsFixType::GPS_FIX_TYPE_3D_FIX,
         lat: convert::degrees_e7(fix.latitude_rad),
         lon: convert::degrees_e7(fix.longitude_rad),
         alt: altitude,
@@ -133,24 +174,10 @@ pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
     })
 }
 
-pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
-    let motion = known(state);
-    let velocity = motion.velocity.0;
-    Encoded::new(&VFR_HUD_DATA {
-        airspeed: convert::float(calibrated_m_s(motion.airspeed_m_s, motion.altitude_m)),
-        groundspeed: convert::float(libm::hypot(velocity.x, velocity.y)),
-        alt: convert::float(motion.altitude_m),
-        // Not its negative: at rest that would be minus zero.
-        climb: convert::float(0.0 - velocity.z),
-        heading: convert::heading_degrees(motion.attitude.psi),
-        throttle: convert::percent(throttle(state, &view.shared.model)),
-    })
-}
-
 pub fn altitude(state: &Snapshot) -> Encoded {
     let motion = known(state);
     let altitude = convert::float(motion.altitude_m);
-    Encoded::new(&ALTITUDE_DATA {
+    Encoded::new(&wire::ALTITUDE_DATA {
         time_usec: state.time.as_micros(),
         altitude_monotonic: altitude,
         altitude_amsl: altitude,
@@ -166,7 +193,7 @@ pub fn altitude(state: &Snapshot) -> Encoded {
 pub fn home_position(view: &View) -> Option<Encoded> {
     let home = view.shared.aircraft.home()?;
     let position = home.position.0;
-    Some(Encoded::new(&HOME_POSITION_DATA {
+    Some(Encoded::new(&wire::HOME_POSITION_DATA {
         latitude: convert::degrees_e7(home.latitude_rad),
         longitude: convert::degrees_e7(home.longitude_rad),
         altitude: 0,
@@ -174,10 +201,8 @@ pub fn home_position(view: &View) -> Option<Encoded> {
         y: convert::float(position.y),
         z: convert::float(position.z),
         q: [1.0, 0.0, 0.0, 0.0],
-        approach_x: 0.0,
-        approach_y: 0.0,
-        approach_z: 0.0,
         time_usec: view.shared.aircraft.snapshot().map_or(0, |state| state.time.as_micros()),
+        ..wire::HOME_POSITION_DATA::DEFAULT
     }))
 }
 
@@ -189,7 +214,7 @@ pub fn odometry(state: &Snapshot) -> Encoded {
     // A NaN in the first place marks the covariance as unknown.
     let mut unknown = [0.0; 21];
     unknown[0] = f32::NAN;
-    Encoded::new(&ODOMETRY_DATA {
+    Encoded::new(&wire::ODOMETRY_DATA {
         time_usec: state.time.as_micros(),
         x: convert::float(position.x),
         y: convert::float(position.y),
@@ -203,11 +228,10 @@ pub fn odometry(state: &Snapshot) -> Encoded {
         yawspeed: convert::float(rates.z),
         pose_covariance: unknown,
         velocity_covariance: unknown,
-        frame_id: MavFrame::MAV_FRAME_LOCAL_NED,
-        child_frame_id: MavFrame::MAV_FRAME_BODY_FRD,
-        reset_counter: 0,
-        estimator_type: MavEstimatorType::MAV_ESTIMATOR_TYPE_AUTOPILOT,
-        quality: 0,
+        frame_id: wire::MavFrame::MAV_FRAME_LOCAL_NED,
+        child_frame_id: wire::MavFrame::MAV_FRAME_BODY_FRD,
+        estimator_type: wire::MavEstimatorType::MAV_ESTIMATOR_TYPE_AUTOPILOT,
+        ..wire::ODOMETRY_DATA::DEFAULT
     })
 }
 
@@ -253,7 +277,7 @@ pub fn highres_imu(state: &Snapshot) -> Encoded {
     );
     let kelvin = temperature_k(state);
     updated.set(Updated::HIGHRES_IMU_UPDATED_TEMPERATURE, !kelvin.is_nan());
-    Encoded::new(&HIGHRES_IMU_DATA {
+    Encoded::new(&wire::HIGHRES_IMU_DATA {
         time_usec: state.time.as_micros(),
         xacc: convert::float(xacc),
         yacc: convert::float(yacc),
@@ -278,7 +302,7 @@ pub fn scaled_pressure(state: &Snapshot) -> Encoded {
         convert::hectopascals(if is_alive(state, sensor) { pascals } else { f64::NAN })
     };
     let samples = &state.sensors;
-    Encoded::new(&SCALED_PRESSURE_DATA {
+    Encoded::new(&wire::SCALED_PRESSURE_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         press_abs: pressure(SensorKind::Barometer, samples.barometer.value.pressure_pa),
         press_diff: pressure(SensorKind::Pitot, samples.pitot.value.impact_pa),
@@ -292,7 +316,7 @@ pub fn scaled_pressure(state: &Snapshot) -> Encoded {
 pub fn wind_cov(state: &Snapshot) -> Encoded {
     let motion = known(state);
     let wind = motion.wind().0;
-    Encoded::new(&WIND_COV_DATA {
+    Encoded::new(&wire::WIND_COV_DATA {
         time_usec: state.time.as_micros(),
         wind_x: convert::float(wind.x),
         wind_y: convert::float(wind.y),
@@ -300,8 +324,7 @@ pub fn wind_cov(state: &Snapshot) -> Encoded {
         var_horiz: f32::NAN,
         var_vert: f32::NAN,
         wind_alt: convert::float(motion.altitude_m),
-        // Zero: unknown.
-        horiz_accuracy: 0.0,
-        vert_accuracy: 0.0,
+        // The accuracies are zero: unknown.
+        ..wire::WIND_COV_DATA::DEFAULT
     })
 }

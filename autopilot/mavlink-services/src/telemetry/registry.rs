@@ -7,9 +7,10 @@ use core::time::Duration;
 use ::mavlink::MessageData;
 use ::mavlink::dialects::common as wire;
 
+use crate::aircraft::Aircraft;
 use crate::codec::Encoded;
 use crate::modes;
-use crate::telemetry::{View, controls, motion, status};
+use crate::telemetry::{View, motion, status};
 use flight_management::event::Snapshot;
 use flight_management::parameters::StreamParameters;
 
@@ -71,6 +72,8 @@ enum Build {
     Flight(fn(&View, &Snapshot) -> Encoded),
     /// Several of the same id, built from the state of the flight.
     Group(fn(&Snapshot) -> Vec<Encoded>),
+    /// Built from what is known of the aircraft also without a flight.
+    Aircraft(fn(&Aircraft) -> Encoded),
     /// Built from data that are known also without a flight.
     Known(fn(&View) -> Option<Encoded>),
     /// A list, built item by item, from 1.
@@ -95,6 +98,7 @@ impl Row {
             Build::Measured(build) => state.and_then(build).into_iter().collect(),
             Build::Flight(build) => state.map(|state| build(view, state)).into_iter().collect(),
             Build::Group(build) => state.map(build).unwrap_or_default(),
+            Build::Aircraft(build) => vec![build(&view.shared.aircraft)],
             Build::Known(build) => build(view).into_iter().collect(),
             Build::Listed(build) => (1..=u8::MAX).map_while(build).collect(),
         }
@@ -126,138 +130,57 @@ impl Row {
     }
 }
 
-/// The row of a message.
-pub fn find(id: u32) -> Option<(usize, &'static Row)> {
-    TABLE.iter().enumerate().find(|(_, row)| row.id == id)
-}
-
-const fn row<D: MessageData>(rate: Rate, group: Group, build: Build) -> Row {
-    Row { id: D::ID, name: D::NAME, rate, group, build }
-}
-
 /// Rows of [`TABLE`].
 pub const ROWS: usize = 34;
 
-#[expect(deprecated, reason = "QGroundControl requests it when it connects")]
-const PROTOCOL_VERSION: Row = row::<wire::PROTOCOL_VERSION_DATA>(
-    Rate::OnRequest,
-    Group::ExtendedStatus,
-    Build::Known(status::protocol_version),
-);
-
-/// The table, in the order in which messages that are due together are sent.
-pub static TABLE: [Row; ROWS] = {
-    use Build::{Flight, Known, Listed, State};
-    use Group::{
-        ExtendedStatus, Extra1, Extra2, Extra3, Position, RawController, RawSensors, RcChannels,
+macro_rules! table {
+    ($($message:ident: $rate:ident$(($ms:literal))?, $group:ident, $build:ident($function:expr);)*) => {
+        /// The table, in the order in which messages that are due together are sent.
+        #[expect(deprecated, reason = "QGroundControl requests PROTOCOL_VERSION when it connects")]
+        pub static TABLE: [Row; ROWS] = [$(Row {
+            id: wire::$message::ID,
+            name: wire::$message::NAME,
+            rate: Rate::$rate$(($ms))?,
+            group: Group::$group,
+            build: Build::$build($function),
+        }),*];
     };
-    use Rate::{Answer, EveryMs, OnRequest};
-    [
-        row::<wire::HEARTBEAT_DATA>(Answer, Extra3, Known(status::heartbeat)),
-        row::<wire::SYS_STATUS_DATA>(EveryMs(500), ExtendedStatus, Known(status::sys_status)),
-        row::<wire::EXTENDED_SYS_STATE_DATA>(
-            EveryMs(500),
-            ExtendedStatus,
-            Known(|view| Some(status::extended_sys_state(&view.shared.aircraft))),
-        ),
-        row::<wire::ATTITUDE_DATA>(Rate::Attitude, Extra1, State(motion::attitude)),
-        row::<wire::ATTITUDE_QUATERNION_DATA>(
-            Rate::Attitude,
-            Extra1,
-            State(motion::attitude_quaternion),
-        ),
-        row::<wire::GLOBAL_POSITION_INT_DATA>(
-            Rate::Position,
-            Position,
-            Build::Measured(motion::global_position_int),
-        ),
-        row::<wire::LOCAL_POSITION_NED_DATA>(
-            Rate::Position,
-            Position,
-            State(motion::local_position_ned),
-        ),
-        row::<wire::ODOMETRY_DATA>(Rate::Position, Position, State(motion::odometry)),
-        row::<wire::VFR_HUD_DATA>(Rate::Position, Extra2, Flight(motion::vfr_hud)),
-        row::<wire::ALTITUDE_DATA>(EveryMs(200), Extra2, State(motion::altitude)),
-        row::<wire::GPS_RAW_INT_DATA>(EveryMs(200), RawSensors, Flight(motion::gps_raw_int)),
-        row::<wire::HOME_POSITION_DATA>(
-            EveryMs(2000),
-            ExtendedStatus,
-            Known(motion::home_position),
-        ),
-        row::<wire::ATTITUDE_TARGET_DATA>(
-            EveryMs(200),
-            RawController,
-            Flight(controls::attitude_target),
-        ),
-        row::<wire::POSITION_TARGET_GLOBAL_INT_DATA>(
-            EveryMs(200),
-            RawController,
-            State(controls::position_target_global_int),
-        ),
-        row::<wire::NAV_CONTROLLER_OUTPUT_DATA>(
-            EveryMs(200),
-            RawController,
-            State(controls::nav_controller_output),
-        ),
-        row::<wire::SERVO_OUTPUT_RAW_DATA>(
-            Rate::Actuators,
-            RcChannels,
-            Flight(controls::servo_output_raw),
-        ),
-        row::<wire::ACTUATOR_OUTPUT_STATUS_DATA>(
-            Rate::Actuators,
-            RcChannels,
-            Flight(controls::actuator_output_status),
-        ),
-        row::<wire::DEBUG_VECT_DATA>(EveryMs(250), Extra3, Build::Group(controls::vectors)),
-        row::<wire::NAMED_VALUE_FLOAT_DATA>(
-            OnRequest,
-            Extra3,
-            Build::Group(controls::named_values),
-        ),
-        row::<wire::DEBUG_FLOAT_ARRAY_DATA>(Rate::Compensator, Extra3, State(controls::why)),
-        row::<wire::HIGHRES_IMU_DATA>(EveryMs(100), RawSensors, State(motion::highres_imu)),
-        row::<wire::SCALED_PRESSURE_DATA>(EveryMs(500), RawSensors, State(motion::scaled_pressure)),
-        row::<wire::WIND_COV_DATA>(EveryMs(1000), Extra3, State(motion::wind_cov)),
-        row::<wire::BATTERY_STATUS_DATA>(
-            EveryMs(1000),
-            ExtendedStatus,
-            Known(status::battery_status),
-        ),
-        row::<wire::ESTIMATOR_STATUS_DATA>(
-            EveryMs(1000),
-            ExtendedStatus,
-            Flight(status::estimator_status),
-        ),
-        row::<wire::VIBRATION_DATA>(EveryMs(1000), Extra3, State(status::vibration)),
-        row::<wire::SYSTEM_TIME_DATA>(EveryMs(1000), Extra3, Known(status::system_time)),
-        row::<wire::MISSION_CURRENT_DATA>(
-            EveryMs(1000),
-            ExtendedStatus,
-            State(status::mission_current),
-        ),
-        row::<wire::CURRENT_MODE_DATA>(
-            EveryMs(2000),
-            ExtendedStatus,
-            Known(|view| Some(modes::current_mode(&view.shared.aircraft))),
-        ),
-        row::<wire::AVAILABLE_MODES_MONITOR_DATA>(
-            EveryMs(2000),
-            ExtendedStatus,
-            Known(|_| Some(modes::monitor())),
-        ),
-        row::<wire::AVAILABLE_MODES_DATA>(Answer, ExtendedStatus, Listed(modes::available_modes)),
-        row::<wire::AUTOPILOT_VERSION_DATA>(
-            OnRequest,
-            ExtendedStatus,
-            Known(status::autopilot_version),
-        ),
-        PROTOCOL_VERSION,
-        row::<wire::COMPONENT_METADATA_DATA>(
-            Answer,
-            ExtendedStatus,
-            Known(status::component_metadata),
-        ),
-    ]
-};
+}
+
+table! {
+    HEARTBEAT_DATA: Answer, Extra3, Known(status::heartbeat);
+    SYS_STATUS_DATA: EveryMs(500), ExtendedStatus, Known(status::sys_status);
+    EXTENDED_SYS_STATE_DATA: EveryMs(500), ExtendedStatus, Aircraft(status::extended_sys_state);
+    ATTITUDE_DATA: Attitude, Extra1, State(motion::attitude);
+    ATTITUDE_QUATERNION_DATA: Attitude, Extra1, State(motion::attitude_quaternion);
+    GLOBAL_POSITION_INT_DATA: Position, Position, Measured(motion::global_position_int);
+    LOCAL_POSITION_NED_DATA: Position, Position, State(motion::local_position_ned);
+    ODOMETRY_DATA: Position, Position, State(motion::odometry);
+    VFR_HUD_DATA: Position, Extra2, Flight(status::vfr_hud);
+    ALTITUDE_DATA: EveryMs(200), Extra2, State(motion::altitude);
+    GPS_RAW_INT_DATA: EveryMs(200), RawSensors, Flight(motion::gps_raw_int);
+    HOME_POSITION_DATA: EveryMs(2000), ExtendedStatus, Known(motion::home_position);
+    ATTITUDE_TARGET_DATA: EveryMs(200), RawController, Flight(status::attitude_target);
+    POSITION_TARGET_GLOBAL_INT_DATA: EveryMs(200), RawController,
+        State(status::position_target_global_int);
+    NAV_CONTROLLER_OUTPUT_DATA: EveryMs(200), RawController, State(status::nav_controller_output);
+    SERVO_OUTPUT_RAW_DATA: Actuators, RcChannels, Flight(status::servo_output_raw);
+    ACTUATOR_OUTPUT_STATUS_DATA: Actuators, RcChannels, Flight(status::actuator_output_status);
+    DEBUG_VECT_DATA: EveryMs(250), Extra3, Group(status::vectors);
+    NAMED_VALUE_FLOAT_DATA: OnRequest, Extra3, Group(status::named_values);
+    DEBUG_FLOAT_ARRAY_DATA: Compensator, Extra3, State(status::why);
+    HIGHRES_IMU_DATA: EveryMs(100), RawSensors, State(motion::highres_imu);
+    SCALED_PRESSURE_DATA: EveryMs(500), RawSensors, State(motion::scaled_pressure);
+    WIND_COV_DATA: EveryMs(1000), Extra3, State(motion::wind_cov);
+    BATTERY_STATUS_DATA: EveryMs(1000), ExtendedStatus, Known(status::battery_status);
+    ESTIMATOR_STATUS_DATA: EveryMs(1000), ExtendedStatus, Flight(status::estimator_status);
+    VIBRATION_DATA: EveryMs(1000), Extra3, State(status::vibration);
+    SYSTEM_TIME_DATA: EveryMs(1000), Extra3, Known(status::system_time);
+    MISSION_CURRENT_DATA: EveryMs(1000), ExtendedStatus, State(status::mission_current);
+    CURRENT_MODE_DATA: EveryMs(2000), ExtendedStatus, Aircraft(modes::current_mode);
+    AVAILABLE_MODES_MONITOR_DATA: EveryMs(2000), ExtendedStatus, Aircraft(modes::monitor);
+    AVAILABLE_MODES_DATA: Answer, ExtendedStatus, Listed(modes::available_modes);
+    AUTOPILOT_VERSION_DATA: OnRequest, ExtendedStatus, Known(status::autopilot_version);
+    PROTOCOL_VERSION_DATA: OnRequest, ExtendedStatus, Known(status::protocol_version);
+    COMPONENT_METADATA_DATA: Answer, ExtendedStatus, Known(status::component_metadata);
+}

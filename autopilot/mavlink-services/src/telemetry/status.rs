@@ -1,26 +1,298 @@
-//! Messages about the state of the aircraft, the autopilot and its clock.
+//! Messages about references, commands of the effectors and the compensator, and about the state of the aircraft, the
+//! autopilot and its clock.
 
 #![expect(deprecated, reason = "ground stations still request PROTOCOL_VERSION")]
 
+use ::mavlink::dialects::common as wire;
 use ::mavlink::dialects::common::{
-    AUTOPILOT_VERSION_DATA, BATTERY_STATUS_DATA, ESTIMATOR_STATUS_DATA, EXTENDED_SYS_STATE_DATA,
-    EstimatorStatusFlags as Estimate, MISSION_CURRENT_DATA, MavBatteryChargeState, MavBatteryFault,
-    MavBatteryFunction, MavBatteryMode, MavBatteryType, MavLandedState,
-    MavProtocolCapability as Capability, MavSysStatusSensor as Sensor, MavSysStatusSensorExtended,
-    MavVtolState, MissionState, PROTOCOL_VERSION_DATA, SYS_STATUS_DATA, SYSTEM_TIME_DATA,
-    VIBRATION_DATA,
+    AttitudeTargetTypemask as AttitudeIgnored, EstimatorStatusFlags as Estimate,
+    MavProtocolCapability as Capability, MavSysStatusSensor as Sensor,
+    PositionTargetTypemask as Ignored,
 };
+use flight_control::aircraft_model::{EffectorModel, ServoModel};
 use flight_control::estimator::SourceHealth;
 use flight_control::navigation::Validity;
+use flight_control::{AircraftModel, Compensation, StepLog};
 use icd::sensors::SensorKind;
+use icd::{Attitude, Effector, EffectorKind, EulerAngles, PerEffector};
 
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::Encoded;
+use crate::fault_list::float_array;
 use crate::telemetry::View;
+use crate::telemetry::motion::{calibrated_m_s, known};
 use crate::{convert, heartbeat};
 use flight_management::event::Snapshot;
 use flight_management::vehicle::Mode;
 use flight_management::vehicle::plan::Progress;
+
+/// Command of an effector: -1 to 1 of its travel, 0 to 1 of the engine's range.
+fn fraction_of_range(state: &Snapshot, effector: Effector, model: &AircraftModel) -> f64 {
+    let command = state.log.commands[effector];
+    let EffectorModel { list, servos, .. } = &model.effectors;
+    let ServoModel { min, max, .. } = servos[effector];
+    if !list.is_angle(effector) {
+        return thrust_fraction(command, model);
+    }
+    // With symmetric travel this is command over travel.
+    if command < 0.0 { -command / min } else { command / max }
+}
+
+/// Thrust as a fraction of the engine's range, 0 to 1 inside it; 0 without an engine.
+fn thrust_fraction(thrust_n: f64, model: &AircraftModel) -> f64 {
+    let [min, max] = model.effectors.thrust_range_n();
+    if max > min { (thrust_n - min) / (max - min) } else { 0.0 }
+}
+
+pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
+    let (motion, model) = (known(state), &view.shared.model);
+    let velocity = motion.velocity.0;
+    let engine = model.effectors.list.only(EffectorKind::Engine);
+    let throttle = engine.map_or(0.0, |engine| fraction_of_range(state, engine, model));
+    Encoded::new(&wire::VFR_HUD_DATA {
+        airspeed: convert::float(calibrated_m_s(motion.airspeed_m_s, motion.altitude_m)),
+        groundspeed: convert::float(libm::hypot(velocity.x, velocity.y)),
+        alt: convert::float(motion.altitude_m),
+        // Not its negative: at rest that would be minus zero.
+        climb: convert::float(0.0 - velocity.z),
+        heading: convert::heading_degrees(motion.attitude.psi),
+        throttle: convert::percent(throttle),
+    })
+}
+
+/// SERVO_OUTPUT_RAW: the outputs are the effectors in order; unused ones are 0.
+pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
+    let list = &view.shared.model.effectors.list;
+    let pulse = |place: usize| {
+        let effector = Effector::from_index(place).filter(|effector| list.contains(*effector));
+        let Some(effector) = effector else { return 0 };
+        let fraction = fraction_of_range(state, effector, &view.shared.model);
+        if list.is_angle(effector) {
+            convert::servo_pulse_us(fraction)
+        } else {
+            convert::throttle_pulse_us(fraction)
+        }
+    };
+    Encoded::new(&wire::SERVO_OUTPUT_RAW_DATA {
+        time_usec: convert::boot_us_low(state.time),
+        servo1_raw: pulse(0),
+        servo2_raw: pulse(1),
+        servo3_raw: pulse(2),
+        servo4_raw: pulse(3),
+        servo5_raw: pulse(4),
+        servo6_raw: pulse(5),
+        servo7_raw: pulse(6),
+        servo8_raw: pulse(7),
+        port: 0,
+        servo9_raw: pulse(8),
+        servo10_raw: pulse(9),
+        servo11_raw: pulse(10),
+        servo12_raw: pulse(11),
+        servo13_raw: pulse(12),
+        servo14_raw: pulse(13),
+        servo15_raw: pulse(14),
+        servo16_raw: pulse(15),
+    })
+}
+
+pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
+    let list = &view.shared.model.effectors.list;
+    let mut actuator = [0.0; 32];
+    for (output, effector) in actuator.iter_mut().zip(list.all()) {
+        *output = convert::float(fraction_of_range(state, effector, &view.shared.model));
+    }
+    let (time_usec, active) = (state.time.as_micros(), (1 << list.len()) - 1);
+    Encoded::new(&wire::ACTUATOR_OUTPUT_STATUS_DATA { time_usec, active, actuator })
+}
+
+/// NAMED_VALUE_FLOAT: estimate, action and remaining authority of the compensator, SI units and radians, and the two air angles.
+pub fn named_values(state: &Snapshot) -> Vec<Encoded> {
+    let (log, motion) = (&state.log, known(state));
+    let verdict = log.isolation.verdict;
+    [
+        ("z2_p", log.z2.x),
+        ("z2_q", log.z2.y),
+        ("z2_r", log.z2.z),
+        ("ucf_ail", log.compensation.aileron_rad),
+        ("ucf_nozp", log.compensation.nozzle_pitch_rad),
+        ("ucf_nozy", log.compensation.nozzle_yaw_rad),
+        ("lvl_p", log.levels.x),
+        ("lvl_q", log.levels.y),
+        ("lvl_r", log.levels.z),
+        ("lvl_max", log.level),
+        ("auth_roll", log.authority.roll_pct),
+        ("auth_pitch", log.authority.pitch_pct),
+        ("auth_yaw", log.authority.yaw_pct),
+        ("ftc_fade", log.fade),
+        ("ftc_active", f64::from(u8::from(log.compensator_active))),
+        ("iso_eff", isolated(log)),
+        ("iso_how", verdict.map_or(0.0, |verdict| f64::from(verdict.behaviour.code()))),
+        ("iso_value", verdict.map_or(0.0, |verdict| verdict.values[0])),
+        ("iso_conf", verdict.map_or(0.0, |verdict| verdict.confidence)),
+        ("alpha", motion.alpha),
+        ("beta", motion.beta),
+    ]
+    .map(|(name, value)| {
+        Encoded::new(&wire::NAMED_VALUE_FLOAT_DATA {
+            time_boot_ms: convert::boot_ms(state.time),
+            value: convert::float(value),
+            name: name.into(),
+        })
+    })
+    .to_vec()
+}
+
+/// Place of the effector that the isolation names, from 1; 0 without a verdict.
+fn isolated(log: &StepLog) -> f64 {
+    let effector = log.isolation.verdict.and_then(|verdict| verdict.effectors[0]);
+    effector.map_or(0.0, |effector| f64::from(effector.code()) + 1.0)
+}
+
+/// Identity of the array, beside its name.
+const WHY_ID: u16 = 1;
+
+/// Effectors in `WHY`: the array has room for no more.
+const WHY_EFFECTORS: usize = 8;
+
+/// DEBUG_FLOAT_ARRAY `WHY`: for each of the first eight effectors, in order, its command (0 to 7), its position by the
+/// model of the healthy actuators (8 to 15), and 1 where its demand exceeds its limit (16 to 23); then estimate,
+/// action and remaining authority of the compensator (24 to 41), the compensation within each command (42 to 49), and
+/// the remaining authority in either direction (50 to 55), and the effector that the isolation names with its
+/// confidence (56, 57). docs/mavlink.md has the list.
+pub fn why(state: &Snapshot) -> Encoded {
+    let log = &state.log;
+    let flag = |raised: bool| f64::from(u8::from(raised));
+    let first = |values: &PerEffector<f64>| values.first(WHY_EFFECTORS).to_vec();
+    let limited = PerEffector::from_fn(|effector| flag(log.limited.contains(effector)));
+    let effectors = [log.commands, log.modelled, limited].into_iter().flat_map(|all| first(&all));
+    let compensator = [log.z2.into(), log.levels.into()]
+        .into_iter()
+        .flat_map(|axes: [f64; 3]| axes)
+        .chain([log.level, flag(log.compensator_active), log.fade])
+        .chain(angles(&log.compensation))
+        .chain(angles(&log.applied_compensation))
+        .chain(authority(log))
+        .chain(first(&log.increments))
+        .chain(log.authority.negative_pct)
+        .chain(log.authority.positive_pct)
+        .chain([isolated(log), log.isolation.verdict.map_or(0.0, |verdict| verdict.confidence)]);
+    float_array(state, WHY_ID, "WHY", effectors.chain(compensator))
+}
+
+/// Aileron, nozzle pitch and nozzle yaw, rad.
+fn angles(compensation: &Compensation) -> [f64; 3] {
+    let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *compensation;
+    [aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]
+}
+
+/// Remaining authority of roll, pitch and yaw, percent.
+fn authority(log: &StepLog) -> [f64; 3] {
+    [log.authority.roll_pct, log.authority.pitch_pct, log.authority.yaw_pct]
+}
+
+/// A signal: component id, of those that MAVLink leaves to the user (MAV_COMP_ID_USER1 is 25); name, at most nine
+/// characters, since QGroundControl shows no more; roll, pitch, yaw.
+type Signal = (u8, &'static str, fn(&StepLog) -> [f64; 3]);
+
+/// Estimate, rad/s^2; level, in units of its threshold; authority, percent; compensation after limits, rad;
+/// its effect by the design model, rad/s^2.
+const SIGNALS: [Signal; 5] = [
+    (25, "estimate", |log| log.z2.into()),
+    (26, "level", |log| log.levels.into()),
+    (27, "authority", authority),
+    (28, "applied", |log| angles(&log.applied_compensation)),
+    (29, "attained", |log| log.attained.into()),
+];
+
+/// DEBUG_VECT of each signal; x is roll, y pitch, z yaw.
+pub fn vectors(state: &Snapshot) -> Vec<Encoded> {
+    let vector = |(component, name, of): &Signal| {
+        let [x, y, z] = of(&state.log).map(convert::float);
+        let (time_usec, name) = (state.time.as_micros(), (*name).into());
+        let message = wire::DEBUG_VECT_DATA { time_usec, x, y, z, name };
+        Encoded::new(&message).from_component(*component)
+    };
+    SIGNALS.iter().map(vector).collect()
+}
+
+/// ATTITUDE_TARGET: the roll reference that the law tracks. The laws have no pitch or heading reference, so
+/// those two angles are the present ones.
+pub fn attitude_target(view: &View, state: &Snapshot) -> Encoded {
+    let present = known(state).attitude;
+    let attitude =
+        Attitude::from_euler(EulerAngles { phi: state.log.roll_reference_rad, ..present });
+    let thrust = thrust_fraction(state.log.main.thrust_n, &view.shared.model);
+    Encoded::new(&wire::ATTITUDE_TARGET_DATA {
+        time_boot_ms: convert::boot_ms(state.time),
+        q: attitude.wxyz().map(convert::float),
+        thrust: convert::float(thrust.clamp(0.0, 1.0)),
+        type_mask: AttitudeIgnored::ATTITUDE_TARGET_TYPEMASK_BODY_ROLL_RATE_IGNORE
+            | AttitudeIgnored::ATTITUDE_TARGET_TYPEMASK_BODY_PITCH_RATE_IGNORE
+            | AttitudeIgnored::ATTITUDE_TARGET_TYPEMASK_BODY_YAW_RATE_IGNORE,
+        ..wire::ATTITUDE_TARGET_DATA::DEFAULT
+    })
+}
+
+/// POSITION_TARGET_GLOBAL_INT: altitude reference always, place and course where the guidance has them.
+pub fn position_target_global_int(state: &Snapshot) -> Encoded {
+    let navigation = &state.navigation;
+    let mut ignored = Ignored::POSITION_TARGET_TYPEMASK_VX_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_VY_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_VZ_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_AX_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_AY_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_AZ_IGNORE
+        | Ignored::POSITION_TARGET_TYPEMASK_YAW_RATE_IGNORE;
+    let (lat_int, lon_int) = match navigation.target {
+        Some(target) => {
+            let place = target.place;
+            (convert::degrees_e7(place.latitude_rad), convert::degrees_e7(place.longitude_rad))
+        }
+        None => {
+            ignored |= Ignored::POSITION_TARGET_TYPEMASK_X_IGNORE
+                | Ignored::POSITION_TARGET_TYPEMASK_Y_IGNORE;
+            (0, 0)
+        }
+    };
+    if navigation.course_rad.is_none() {
+        ignored |= Ignored::POSITION_TARGET_TYPEMASK_YAW_IGNORE;
+    }
+    Encoded::new(&wire::POSITION_TARGET_GLOBAL_INT_DATA {
+        time_boot_ms: convert::boot_ms(state.time),
+        lat_int,
+        lon_int,
+        alt: convert::float(state.demand.altitude_m),
+        yaw: convert::float(navigation.course_rad.unwrap_or(0.0)),
+        type_mask: ignored,
+        coordinate_frame: wire::MavFrame::MAV_FRAME_GLOBAL,
+        ..wire::POSITION_TARGET_GLOBAL_INT_DATA::DEFAULT
+    })
+}
+
+/// NAV_CONTROLLER_OUTPUT. Errors are reference minus measured value. There is no pitch reference: NaN.
+/// Without guidance the bearings are the present heading and the distance is zero.
+pub fn nav_controller_output(state: &Snapshot) -> Encoded {
+    let (navigation, motion) = (&state.navigation, known(state));
+    let calibrated = |true_m_s| calibrated_m_s(true_m_s, motion.altitude_m);
+    // Distances are from the place of the aircraft.
+    let measured = |metres: f64| if motion.latitude_rad.is_nan() { f64::NAN } else { metres };
+    let heading = motion.attitude.psi;
+    let course = navigation.course_rad.unwrap_or(heading);
+    let bearing = navigation.target.map_or(course, |target| target.bearing_rad);
+    let distance = navigation.target.map_or(0.0, |target| target.distance_m);
+    Encoded::new(&wire::NAV_CONTROLLER_OUTPUT_DATA {
+        nav_roll: convert::float(convert::degrees(state.demand.roll_rad)),
+        nav_pitch: f32::NAN,
+        nav_bearing: convert::bearing_degrees(course),
+        target_bearing: convert::bearing_degrees(bearing),
+        wp_dist: convert::whole_metres(measured(distance)),
+        alt_error: convert::float(state.demand.altitude_m - motion.altitude_m),
+        aspd_error: convert::float(
+            calibrated(state.demand.airspeed_m_s) - calibrated(motion.airspeed_m_s),
+        ),
+        xtrack_error: convert::float(measured(navigation.cross_track_m)),
+    })
+}
 
 /// Sensors that the aircraft reports: an ideal inertial navigation unit, air data, position. There is no
 /// magnetometer; the unit gives the heading that one would, and the magnetometer's bit marks that heading as available, since
@@ -85,37 +357,31 @@ pub fn sys_status(view: &View) -> Option<Encoded> {
     if aircraft.phase() == Phase::Flying && !aircraft.is_terminated() {
         health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     }
-    Some(Encoded::new(&SYS_STATUS_DATA {
+    Some(Encoded::new(&wire::SYS_STATUS_DATA {
         onboard_control_sensors_present: present,
         onboard_control_sensors_enabled: enabled,
         onboard_control_sensors_health: health,
-        load: 0,
         voltage_battery: SUPPLY_MV,
         current_battery: -1,
         battery_remaining: SUPPLY_LEFT_PCT,
-        drop_rate_comm: 0,
-        errors_comm: 0,
-        errors_count1: 0,
-        errors_count2: 0,
-        errors_count3: 0,
-        errors_count4: 0,
-        onboard_control_sensors_present_extended: MavSysStatusSensorExtended::empty(),
-        onboard_control_sensors_enabled_extended: MavSysStatusSensorExtended::empty(),
-        onboard_control_sensors_health_extended: MavSysStatusSensorExtended::empty(),
+        onboard_control_sensors_present_extended: wire::MavSysStatusSensorExtended::empty(),
+        onboard_control_sensors_enabled_extended: wire::MavSysStatusSensorExtended::empty(),
+        onboard_control_sensors_health_extended: wire::MavSysStatusSensorExtended::empty(),
+        ..wire::SYS_STATUS_DATA::DEFAULT
     }))
 }
 
-pub fn landed_state(aircraft: &Aircraft) -> MavLandedState {
+pub fn landed_state(aircraft: &Aircraft) -> wire::MavLandedState {
     match aircraft.phase() {
-        Phase::NoFlight => MavLandedState::MAV_LANDED_STATE_UNDEFINED,
-        Phase::Flying | Phase::Lost => MavLandedState::MAV_LANDED_STATE_IN_AIR,
-        Phase::OnGround => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
+        Phase::NoFlight => wire::MavLandedState::MAV_LANDED_STATE_UNDEFINED,
+        Phase::Flying | Phase::Lost => wire::MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        Phase::OnGround => wire::MavLandedState::MAV_LANDED_STATE_ON_GROUND,
     }
 }
 
 pub fn extended_sys_state(aircraft: &Aircraft) -> Encoded {
-    Encoded::new(&EXTENDED_SYS_STATE_DATA {
-        vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
+    Encoded::new(&wire::EXTENDED_SYS_STATE_DATA {
+        vtol_state: wire::MavVtolState::MAV_VTOL_STATE_UNDEFINED,
         landed_state: landed_state(aircraft),
     })
 }
@@ -128,21 +394,18 @@ const SUPPLY_LEFT_PCT: i8 = 100;
 /// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
 /// full, so that a ground station has a number to show. Its current is "unknown".
 pub fn battery_status(_: &View) -> Option<Encoded> {
-    Some(Encoded::new(&BATTERY_STATUS_DATA {
-        id: 0,
-        battery_function: MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
-        mavtype: MavBatteryType::MAV_BATTERY_TYPE_LION,
+    Some(Encoded::new(&wire::BATTERY_STATUS_DATA {
+        battery_function: wire::MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
+        mavtype: wire::MavBatteryType::MAV_BATTERY_TYPE_LION,
         temperature: i16::MAX,
         voltages: core::array::from_fn(|place| if place == 0 { SUPPLY_MV } else { u16::MAX }),
-        voltages_ext: [0; 4],
         current_battery: -1,
         current_consumed: -1,
         energy_consumed: -1,
         battery_remaining: SUPPLY_LEFT_PCT,
-        time_remaining: 0,
-        charge_state: MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK,
-        mode: MavBatteryMode::MAV_BATTERY_MODE_UNKNOWN,
-        fault_bitmask: MavBatteryFault::empty(),
+        charge_state: wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK,
+        fault_bitmask: wire::MavBatteryFault::empty(),
+        ..wire::BATTERY_STATUS_DATA::DEFAULT
     }))
 }
 
@@ -163,10 +426,10 @@ pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
     let vertical = Estimate::ESTIMATOR_POS_VERT_ABS | Estimate::ESTIMATOR_POS_VERT_AGL;
     flags.set(vertical, valid.altitude);
     let Some(estimate) = estimate else {
-        return Encoded::new(&ESTIMATOR_STATUS_DATA {
+        return Encoded::new(&wire::ESTIMATOR_STATUS_DATA {
             time_usec: state.time.as_micros(),
             flags,
-            ..ESTIMATOR_STATUS_DATA::DEFAULT
+            ..wire::ESTIMATOR_STATUS_DATA::DEFAULT
         });
     };
     let is_off = |sensor| estimate.source(sensor) == SourceHealth::Rejected;
@@ -179,7 +442,7 @@ pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
     let ratio = |sensor: SensorKind, value: f32| {
         if alive[sensor as usize] { known(value) } else { f32::NAN }
     };
-    Encoded::new(&ESTIMATOR_STATUS_DATA {
+    Encoded::new(&wire::ESTIMATOR_STATUS_DATA {
         time_usec: state.time.as_micros(),
         flags,
         vel_ratio: ratio(SensorKind::Gnss, estimate.velocity_ratio),
@@ -196,15 +459,8 @@ pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
 /// VIBRATION. The airframe of the simulation is rigid and its accelerometers have no range: no vibration,
 /// no clipping.
 pub fn vibration(state: &Snapshot) -> Encoded {
-    Encoded::new(&VIBRATION_DATA {
-        time_usec: state.time.as_micros(),
-        vibration_x: 0.0,
-        vibration_y: 0.0,
-        vibration_z: 0.0,
-        clipping_0: 0,
-        clipping_1: 0,
-        clipping_2: 0,
-    })
+    let time_usec = state.time.as_micros();
+    Encoded::new(&wire::VIBRATION_DATA { time_usec, ..wire::VIBRATION_DATA::DEFAULT })
 }
 
 /// mission_mode: Mission flies the plan.
@@ -214,21 +470,20 @@ const SUSPENDED: u8 = 2;
 
 pub fn mission_current(state: &Snapshot) -> Encoded {
     let navigation = &state.navigation;
-    Encoded::new(&MISSION_CURRENT_DATA {
+    Encoded::new(&wire::MISSION_CURRENT_DATA {
         seq: navigation.item,
         // The greatest number means that there is no mission; zero would mean "not supported".
         total: if navigation.items == 0 { u16::MAX } else { navigation.items },
         mission_state: match navigation.progress {
-            Progress::NoPlan => MissionState::MISSION_STATE_NO_MISSION,
-            Progress::NotStarted => MissionState::MISSION_STATE_NOT_STARTED,
-            Progress::Active => MissionState::MISSION_STATE_ACTIVE,
-            Progress::Paused => MissionState::MISSION_STATE_PAUSED,
-            Progress::Complete => MissionState::MISSION_STATE_COMPLETE,
+            Progress::NoPlan => wire::MissionState::MISSION_STATE_NO_MISSION,
+            Progress::NotStarted => wire::MissionState::MISSION_STATE_NOT_STARTED,
+            Progress::Active => wire::MissionState::MISSION_STATE_ACTIVE,
+            Progress::Paused => wire::MissionState::MISSION_STATE_PAUSED,
+            Progress::Complete => wire::MissionState::MISSION_STATE_COMPLETE,
         },
         mission_mode: if state.mode == Mode::Mission { IN_MISSION_MODE } else { SUSPENDED },
         mission_id: navigation.plan_id,
-        fence_id: 0,
-        rally_points_id: 0,
+        ..wire::MISSION_CURRENT_DATA::DEFAULT
     })
 }
 
@@ -264,42 +519,30 @@ const CAPABILITIES: Capability = Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
     .union(Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2);
 
 pub fn autopilot_version(_: &View) -> Option<Encoded> {
-    Some(Encoded::new(&AUTOPILOT_VERSION_DATA {
+    Some(Encoded::new(&wire::AUTOPILOT_VERSION_DATA {
         capabilities: CAPABILITIES,
-        uid: 0,
         flight_sw_version: FLIGHT_SW_VERSION,
         middleware_sw_version: OWN_VERSION,
-        os_sw_version: 0,
-        board_version: 0,
-        vendor_id: 0,
-        product_id: 0,
-        flight_custom_version: [0; 8],
-        middleware_custom_version: [0; 8],
-        os_custom_version: [0; 8],
-        uid2: [0; 18],
+        ..wire::AUTOPILOT_VERSION_DATA::DEFAULT
     }))
 }
 
 /// PROTOCOL_VERSION: the autopilot reads MAVLink 1 and 2, and sends MAVLink 2.
 pub fn protocol_version(_: &View) -> Option<Encoded> {
-    Some(Encoded::new(&PROTOCOL_VERSION_DATA {
+    Some(Encoded::new(&wire::PROTOCOL_VERSION_DATA {
         version: 200,
         min_version: 100,
         max_version: 200,
-        spec_version_hash: [0; 8],
-        library_version_hash: [0; 8],
+        ..wire::PROTOCOL_VERSION_DATA::DEFAULT
     }))
 }
 
 /// SYSTEM_TIME: the clock of this computer, zero if it is not known, and the simulation time of the flight.
 pub fn system_time(view: &View) -> Option<Encoded> {
     let time = view.shared.aircraft.snapshot().map(|state| state.time);
-    Some(Encoded::new(&SYSTEM_TIME_DATA {
-        time_unix_usec: view
-            .shared
-            .host
-            .unix_start_us
-            .map_or(0, |start| start.saturating_add(view.now.as_micros())),
+    let start = view.shared.host.unix_start_us;
+    Some(Encoded::new(&wire::SYSTEM_TIME_DATA {
+        time_unix_usec: start.map_or(0, |start| start.saturating_add(view.now.as_micros())),
         time_boot_ms: time.map_or(0, convert::boot_ms),
     }))
 }

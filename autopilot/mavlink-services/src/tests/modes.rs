@@ -176,6 +176,7 @@ fn the_current_mode_is_that_of_the_heartbeat_and_the_list_never_changes() {
     world.send_command(176, [1.0, 4.0, 3.0, 0.0, 0.0, 0.0, 0.0]);
     let current: CURRENT_MODE_DATA = read(&modes::current_mode(&world.ground.shared.aircraft));
     assert_eq!(current.custom_mode, modes::custom_mode(Mode::Hold));
-    let monitor: AVAILABLE_MODES_MONITOR_DATA = read(&modes::monitor());
+    let monitor: AVAILABLE_MODES_MONITOR_DATA =
+        read(&modes::monitor(&crate::aircraft::Aircraft::default()));
     assert_eq!(monitor.seq, 0);
 }

@@ -1,4 +1,4 @@
-use super::*;
+use super::super::*;
 use ::mavlink::dialects::common::MavResult;
 use flight_management::configuration::{self, DEFAULT_MODEL};
 use icd::SimTime;
