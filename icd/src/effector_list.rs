@@ -35,19 +35,15 @@ pub enum LateralSide {
 /// The command of the effector is the sum of each axis times its gain. The signs are those of the laws: a positive
 /// aileron command δa rolls left, a positive elevator command δe pitches down, a positive rudder command δr yaws left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct AxisGains {
     /// Gain of the aileron command δa.
-    #[serde(default)]
     pub roll: f64,
     /// Gain of the elevator command δe.
-    #[serde(default)]
     pub pitch: f64,
     /// Gain of the rudder command δr.
-    #[serde(default)]
     pub yaw: f64,
     /// Gain of the thrust command.
-    #[serde(default)]
     pub thrust: f64,
 }
 
@@ -79,7 +75,6 @@ pub struct EffectorEntry {
     #[serde(default)]
     pub side: LateralSide,
     /// Name of the mirrored effector on the other side; `None` for an effector without one.
-    #[serde(default)]
     pub partner: Option<Name>,
     /// MAVLink number, from 1: of an engine among the motors, else among the servos.
     pub instance: u8,
@@ -321,13 +316,11 @@ fn key(name: &Name) -> Option<Name> {
     if !words.all(is_word) || !name.starts_with(|first: char| first.is_ascii_lowercase()) {
         return None;
     }
-    Some(name.chars().map(|letter| if letter == ' ' { '_' } else { letter }).fold(
-        Name::new(),
-        |mut key, letter| {
-            key.push(letter);
-            key
-        },
-    ))
+    let mut key = Name::new();
+    for letter in name.chars() {
+        key.push(if letter == ' ' { '_' } else { letter });
+    }
+    Some(key)
 }
 
 fn check_instance(entry: &EffectorEntry, before: &[EffectorEntry]) -> Result<(), ListProblem> {

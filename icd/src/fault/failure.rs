@@ -77,7 +77,7 @@ impl Failure {
     /// Name in the shell.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Type(failure_type) => failure_type.name(),
+            Self::Type(failure_type) => failure_type.key(),
             Self::Kind(kind) => kind.mavlink.word.unwrap_or(kind.key),
         }
     }
