@@ -9,9 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{Atmosphere, LocalDensity};
-use crate::damage::Remainder;
-use crate::earth::slopes::Slopes;
-use crate::earth::{Earth, Nearby, Place};
+use crate::damage::{PerPart, Remainder};
+use crate::earth::{Earth, Nearby, Place, Slopes};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
@@ -19,8 +18,6 @@ use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrenc
 use crate::servos::{Inert, ServoDynamics};
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
-
-mod losses;
 
 /// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
 const FEW_STATES: usize = rigid_body::STATES + 8;
@@ -458,5 +455,22 @@ impl Dynamics {
     fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
         let mach = airspeed_m_s / self.atmosphere.speed_of_sound(altitude_m);
         EngineAir { airspeed_m_s, density, mach, altitude_m }
+    }
+
+    /// Present mass and inertia.
+    #[inline]
+    pub fn mass(&self) -> &MassProperties {
+        self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
+    }
+
+    /// Present centre of gravity from that of the airframe file, m, body axes.
+    pub fn shift_m(&self) -> Vector3<f64> {
+        self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
+    }
+
+    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg; of parts
+    /// that [`Airframe::parts`](crate::Airframe::parts) lets go.
+    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
+        self.remainder = self.airframe.without(torn_off, burnt_kg).map(Box::new);
     }
 }

@@ -70,12 +70,7 @@ impl FlightLimits {
 
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
     pub fn are_exceeded(&self, at: &Attained) -> bool {
-        let inside = at.roll_rad.abs() <= self.roll_rad
-            && at.alpha_rad.abs() <= self.alpha_rad
-            && at.beta_rad.abs() <= self.beta_rad
-            && at.pitch_rad.abs() <= self.pitch_rad
-            && at.altitude_m >= self.altitude_min_m;
-        !inside
+        self.exceeded(at).is_some()
     }
 
     /// The first limit that is passed, for display.

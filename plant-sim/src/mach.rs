@@ -13,6 +13,7 @@
 
 use std::collections::BTreeMap;
 
+use host_io::problem::{Problem, problem};
 use icd::{EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
@@ -44,16 +45,11 @@ pub struct MachEffects {
 #[serde(try_from = "String", into = "String")]
 pub struct DerivativeKey(Place);
 
-/// A key that no derivative has.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no derivative is called {0}")]
-pub struct UnknownKey(String);
-
 impl TryFrom<String> for DerivativeKey {
-    type Error = UnknownKey;
+    type Error = Problem;
 
-    fn try_from(key: String) -> Result<Self, UnknownKey> {
-        Place::by_key(&key).map(Self).ok_or(UnknownKey(key))
+    fn try_from(key: String) -> Result<Self, Problem> {
+        Place::by_key(&key).map(Self).ok_or_else(|| problem!("no derivative is called {key}"))
     }
 }
 
@@ -131,7 +127,6 @@ mod tests {
     use crate::Airframe;
     use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
     use crate::atmosphere;
-    use crate::derivatives::DERIVATIVES;
     use icd::tvc_jet;
 
     fn table_of(airframe: &Airframe) -> MachTable {
@@ -167,14 +162,14 @@ mod tests {
         let table = table_of(&airframe);
         let (mut at, mut surfaces) = table.at(264.0 / atmosphere::speed_of_sound(5_000.0));
         let mut jet = Airframe::paper().aero.derivatives().unwrap().clone();
-        for d in &DERIVATIVES {
+        for d in &Aero::DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
             // The design Mach number stands in the file with ten digits.
             assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
         }
         let mut jet = Airframe::paper().surface_derivatives;
         for effector in tvc_jet::ALL {
-            for field in &SurfaceDerivatives::FIELDS {
+            for field in &SurfaceDerivatives::DERIVATIVES {
                 let ours = *(field.field)(&mut surfaces[effector]);
                 let theirs = *(field.field)(&mut jet[effector]);
                 assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}", field.key);
@@ -207,7 +202,7 @@ mod tests {
         for altitude_m in [-6_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, f64::NAN] {
             let (quick, full) = (
                 atmosphere::speed_of_sound(altitude_m),
-                atmosphere::isa(altitude_m).speed_of_sound,
+                atmosphere::Atmosphere::STANDARD.air(altitude_m).speed_of_sound,
             );
             assert_eq!(quick.to_bits(), full.to_bits(), "at {altitude_m} m");
         }

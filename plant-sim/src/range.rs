@@ -1,7 +1,5 @@
 //! Numbers of the configuration that are outside their range.
 
-use std::fmt;
-
 use arrayvec::ArrayString;
 
 /// A table or key of a file; a longer name is cut.
@@ -21,7 +19,8 @@ pub fn section(text: &str) -> Section {
 /// A value outside its allowed range; NaN is outside every range.
 ///
 /// Values and limits are in the unit that the key names.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("[{section}] {key} = {} is outside {} to {}", tidy(*value), tidy(*min), tidy(*max))]
 pub struct RangeError {
     /// Table of the configuration file, without brackets.
     pub section: Section,
@@ -31,16 +30,6 @@ pub struct RangeError {
     pub min: f64,
     pub max: f64,
 }
-
-impl fmt::Display for RangeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { section, key, value, min, max } = self;
-        let (value, min, max) = (tidy(*value), tidy(*min), tidy(*max));
-        write!(f, "[{section}] {key} = {value} is outside {min} to {max}")
-    }
-}
-
-impl std::error::Error for RangeError {}
 
 /// Rounded to nine decimals: a value in degrees was converted through radians and would show rounding errors.
 fn tidy(value: f64) -> f64 {
@@ -59,13 +48,8 @@ pub fn check_range(
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(RangeError {
-            section: self::section(section),
-            key: self::section(key),
-            value,
-            min,
-            max,
-        })
+        let (section, key) = (self::section(section), self::section(key));
+        Err(RangeError { section, key, value, min, max })
     }
 }
 

@@ -21,15 +21,12 @@ use crate::noise::{Normals, Source};
 use crate::truth::Truth;
 use crate::wind::Gust;
 
-mod channel;
 mod faulty;
 mod grade;
 mod real;
-mod settings;
 
-pub use grade::{Grade, GradeName, SensorTable};
-pub use settings::SensorSettings;
-pub(crate) use settings::SensorsTable;
+pub(crate) use grade::SensorsTable;
+pub use grade::{Grade, GradeName, SensorSettings, SensorTable};
 
 use faulty::FaultySensors;
 use real::RealSensors;

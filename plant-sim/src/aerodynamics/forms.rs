@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use super::{Aero, AirState, Coefficients, Surfaces, coefficients, wrench};
 use crate::airframe::Airframe;
 use crate::mach::MachTable;
+use crate::range::{RangeError, check_range};
 use crate::rigid_body::Wrench;
 use crate::tables::aerodynamics::{AeroTables, TableAero};
 use crate::tables::stored;
@@ -29,6 +30,14 @@ pub struct Geometry {
     pub span_m: f64,
     /// Mean chord c, m.
     pub chord_m: f64,
+}
+
+impl Geometry {
+    pub(crate) fn check(&self) -> Result<(), RangeError> {
+        check_range("aerodynamics", "area_m2", self.area_m2, 0.01, 10_000.0)?;
+        check_range("aerodynamics", "span_m", self.span_m, 0.1, 200.0)?;
+        check_range("aerodynamics", "chord_m", self.chord_m, 0.01, 100.0)
+    }
 }
 
 impl Aerodynamics {

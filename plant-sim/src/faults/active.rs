@@ -4,8 +4,11 @@ use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
 
 use super::effects::FaultEffect;
-use super::times::micros;
+use super::micros;
 use crate::servos::Servo;
+
+/// What an engine without fuel has.
+pub(super) const STARVED: FaultKind = FaultKind::FlameOut;
 
 /// A fault that acts on an effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,8 +210,8 @@ impl ActiveFault {
         alters || self.is_delayed()
     }
 
-    /// What the servo receives instead of `command`, rad or N. [`super::times`] keeps the commands of a delayed
-    /// effector.
+    /// What the servo receives instead of `command`, rad or N. [`Faults`](super::Faults) keeps the commands of a
+    /// delayed effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {
             FaultKind::FlameOut => 0.0,

@@ -13,8 +13,7 @@ use tracing::{error, info};
 
 use super::header::Envelopes;
 use super::link::Link;
-use super::pacer::{Due, PaceRequest, Pacer};
-use super::parent::Parent;
+use super::pacer::{Due, PaceRequest, Pacer, Parent};
 use crate::plant::Plant;
 
 /// If the next tick is due later than this, the plant exchanges packets without a control step meanwhile.

@@ -3,15 +3,16 @@
 //! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]` and `[[plant.control_step]]`
 //! describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
 
-use host_io::problem::{At as _, Problem, problem};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use icd::{Body, EulerAngles, Ned, SimTime};
+use host_io::problem::{At as _, Problem, problem};
+use icd::{Body, EffectorKind, EulerAngles, Ned, PerEffector, SimTime};
 use serde::Deserialize;
 
 use super::{ScenarioFile, StartPart};
 use crate::airframe::Airframe;
+use crate::config;
 use crate::earth::EarthModel;
 use crate::geodesy::Geodetic;
 use crate::range::check_range;
@@ -19,8 +20,6 @@ use crate::release::{
     Controls, InitialPosition, InitialRates, InitialState, InitialVelocity, ReleaseSetup,
     STEP_RANGE_US,
 };
-
-mod controls;
 
 /// Section names for errors.
 const CASE: &str = "checkcase";
@@ -121,12 +120,13 @@ pub struct ControlStep {
 impl CaseFile {
     /// Reads a file; errors call it `name`.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
-        Self::of(name, ScenarioFile::parse(name, text)?)
+        let table = config::parse(name, text)?;
+        Self::of(name, ScenarioFile::read(name, table, Some(text))?)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
-        Self::of(name, ScenarioFile::of_table(name, table)?)
+        Self::of(name, ScenarioFile::read(name, table, None)?)
     }
 
     fn of(name: &str, mut file: ScenarioFile) -> Result<Self, Problem> {
@@ -178,7 +178,7 @@ impl CaseFile {
             return Err(key(&name, INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
         };
         let initial = initial.read(&name, earth)?;
-        let reader = controls::Reader { file: &name, airframe: &airframe };
+        let reader = Reader { file: &name, airframe: &airframe };
         let given = plant.controls.take().unwrap_or_default();
         let given = reader.at_start(&given, initial.is_trimmed)?;
         let step_tables = std::mem::take(&mut plant.control_step);
@@ -365,6 +365,116 @@ impl InitialTable {
 
 fn key(file: &str, section: &str, key: &str, problem: &str) -> Problem {
     problem!("{file}: [{section}] {key} {problem}")
+}
+
+// Prescribed controls: keys of effectors, of a pilot's commands, and of the engine.
+
+const CONTROLS: &str = "plant.controls";
+/// Key of the engine's lever.
+const THROTTLE: &str = "throttle_percent";
+/// Commands that several effectors follow, in the order of [`Airframe::follow`].
+const COMMANDS: [&str; 3] = ["aileron", "elevator", "rudder"];
+
+/// Reads controls for an aircraft.
+struct Reader<'a> {
+    file: &'a str,
+    airframe: &'a Airframe,
+}
+
+impl Reader<'_> {
+    /// The controls at the start. An engine has to be among them, unless a trim finds its thrust.
+    fn at_start(
+        &self,
+        table: &BTreeMap<String, f64>,
+        is_trimmed: bool,
+    ) -> Result<Controls, Problem> {
+        let controls = self.change(table)?;
+        let Some(engine) = self.airframe.effectors.only(EffectorKind::Engine) else {
+            return Ok(controls);
+        };
+        let thrust_key = format!("{}_n", self.airframe.effectors.key(engine));
+        let engine_key = if self.has_lever() { THROTTLE } else { thrust_key.as_str() };
+        let is_engine = |name: &String| name == THROTTLE || config::factor_to(name, "n").is_some();
+        let is_given = table.keys().any(is_engine);
+        match (is_trimmed, is_given) {
+            (true, true) => {
+                let problem = "has no meaning beside trim = \"longitudinal\", which finds it";
+                Err(key(self.file, CONTROLS, engine_key, problem))
+            }
+            (false, false) => {
+                Err(key(self.file, CONTROLS, engine_key, "is missing, the aircraft has an engine"))
+            }
+            _ => Ok(controls),
+        }
+    }
+
+    /// Controls, or changes of them.
+    fn change(&self, table: &BTreeMap<String, f64>) -> Result<Controls, Problem> {
+        let mut controls = Controls::default();
+        for (name, value) in table {
+            if name == THROTTLE && self.has_lever() {
+                controls.lever = Some(value / 100.0);
+                continue;
+            }
+            let followed = self.positions(name, *value).ok_or_else(|| {
+                let known = self.known().join(", ");
+                let problem = match known.is_empty() {
+                    true => "has no meaning for a body without effectors".to_owned(),
+                    false => format!("is unknown, expected one of {known}"),
+                };
+                key(self.file, CONTROLS, name, &problem)
+            })?;
+            controls.positions = PerEffector::from_fn(|e| controls.positions[e] + followed[e]);
+        }
+        Ok(controls)
+    }
+
+    /// What one key gives: the position of one effector, or those of all that follow a command.
+    fn positions(&self, name: &str, value: f64) -> Option<PerEffector<f64>> {
+        let list = &self.airframe.effectors;
+        let mut positions = PerEffector::default();
+        if let Some((stem, factor)) = config::factor_to(name, "deg") {
+            let angle_rad = (value * factor).to_radians();
+            if let Some(effector) = list.by_key(stem).filter(|effector| list.is_angle(*effector)) {
+                positions[effector] = angle_rad;
+                return Some(positions);
+            }
+            let command = COMMANDS.iter().position(|command| *command == stem)?;
+            let mut commands = [0.0; 4];
+            commands[command] = angle_rad;
+            let has_follower = list.all().any(|effector| {
+                let gains = &self.airframe.gains[effector];
+                [gains.roll, gains.pitch, gains.yaw][command] != 0.0
+            });
+            return has_follower.then(|| self.airframe.follow(commands));
+        }
+        let (stem, factor) = config::factor_to(name, "n")?;
+        let engine = list.by_key(stem).filter(|e| !list.is_angle(*e) && !self.has_lever())?;
+        positions[engine] = value * factor;
+        Some(positions)
+    }
+
+    fn has_lever(&self) -> bool {
+        self.airframe.propulsion.is_some()
+    }
+
+    /// All keys of this aircraft.
+    fn known(&self) -> Vec<String> {
+        let list = &self.airframe.effectors;
+        let of_effector = |effector| {
+            let stem = list.key(effector);
+            match (list.is_angle(effector), self.has_lever()) {
+                (true, _) => format!("{stem}_deg"),
+                (false, true) => THROTTLE.to_owned(),
+                (false, false) => format!("{stem}_n"),
+            }
+        };
+        let mut known: Vec<String> = list.all().map(of_effector).collect();
+        if !known.is_empty() {
+            known.extend(COMMANDS.map(|command| format!("{command}_deg")));
+        }
+        known
+    }
 }
 
 #[cfg(test)]

@@ -1,9 +1,10 @@
 //! Trim of an initial state: pitch angle, elevator and thrust for a given velocity, roll and yaw.
 
+use host_io::problem::{Problem, problem};
 use icd::{Body, Ned, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{STEPS_MAX, TOLERANCE, TrimError, check_reach};
+use super::{STEPS_MAX, TOLERANCE, check_reach, out_of_reach};
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, Evaluation};
 use crate::release::{Controls, InitialState};
@@ -23,7 +24,7 @@ pub struct LongitudinalTrim {
     pub controls: Controls,
 }
 
-struct Problem<'a> {
+struct LongitudinalSearch<'a> {
     dynamics: &'a Dynamics,
     initial: &'a InitialState,
     given: &'a Controls,
@@ -41,33 +42,35 @@ pub fn solve(
     initial: &InitialState,
     given: &Controls,
     wind: &Ned,
-) -> Result<LongitudinalTrim, TrimError> {
+) -> Result<LongitudinalTrim, Problem> {
     let free = dynamics.with_any_thrust();
     let place = dynamics.earth().place(&initial.place(dynamics.earth()));
     let density = dynamics.density_around(place.geopotential_altitude_m);
-    let problem = Problem { dynamics: &free, initial, given, wind, density };
+    let search = LongitudinalSearch { dynamics: &free, initial, given, wind, density };
     let thrust_n = dynamics.jet().engine().map_or(0.0, |engine| {
         let servo = &dynamics.airframe().servos[engine];
         0.5 * (servo.min + servo.max)
     });
     let mut x = Vector3::new(0.03, 0.0, thrust_n);
-    let (mut residual, mut present) = problem.residual(&x);
+    let (mut residual, mut present) = search.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
-            return problem.held(dynamics, &x, &present);
+            return search.held(dynamics, &x, &present);
         }
-        let Some(step) = problem.jacobian(&x).lu().solve(&residual) else { break };
+        let Some(step) = search.jacobian(&x).lu().solve(&residual) else { break };
         x -= step * (super::ALPHA_STEP_MAX_RAD / step.x.abs()).min(1.0);
-        (residual, present) = problem.residual(&x);
+        (residual, present) = search.residual(&x);
     }
-    Err(TrimError::NoLongitudinal {
-        along_m_s2: residual.x,
-        down_m_s2: residual.y,
-        pitch_rad_s2: residual.z,
-    })
+    Err(problem!(
+        "no pitch angle, elevator and thrust make the initial state steady: the nearest one still has {:.3e} m/s2 along \
+         the track, {:.3e} m/s2 down and {:.3e} rad/s2 in pitch",
+        residual.x,
+        residual.y,
+        residual.z
+    ))
 }
 
-impl Problem<'_> {
+impl LongitudinalSearch<'_> {
     fn controls(&self, x: &Vector3<f64>) -> Controls {
         let followed = self.dynamics.airframe().follow([0.0, x.y, 0.0, x.z]);
         let positions = PerEffector::from_fn(|e| self.given.positions[e] + followed[e]);
@@ -115,7 +118,7 @@ impl Problem<'_> {
         dynamics: &Dynamics,
         x: &Vector3<f64>,
         present: &Evaluation,
-    ) -> Result<LongitudinalTrim, TrimError> {
+    ) -> Result<LongitudinalTrim, Problem> {
         let mut controls = self.controls(x);
         let airspeed_m_s = present.motion.air.airspeed_m_s;
         let altitude_m = present.place.geopotential_altitude_m;
@@ -127,11 +130,7 @@ impl Problem<'_> {
             0.5 * present.density * airspeed_m_s * airspeed_m_s,
             present.motion.air.alpha_rad,
         )
-        .map_err(|source| TrimError::OutOfReach {
-            airspeed_m_s,
-            altitude_m: present.place.altitude_m,
-            source: Box::new(source),
-        })?;
+        .map_err(|source| out_of_reach(airspeed_m_s, present.place.altitude_m, &source))?;
         controls.lever = dynamics.lever_at(x.z, airspeed_m_s, present.density, altitude_m);
         let rigid = self.initial.rigid(dynamics.earth(), x.x);
         let (theta_rad, elevator_rad, thrust_n) = (x.x, x.y, x.z);

@@ -10,7 +10,7 @@
 
 use core::fmt;
 
-use icd::{Attitude, Body, Ned};
+use icd::{Attitude, Body, Ned, named};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
@@ -47,15 +47,17 @@ const FIGURE_7_FT_S: [[f64; 12]; 3] = [
     [15.6, 17.6, 23.0, 23.6, 22.1, 20.0, 16.0, 15.1, 12.1, 7.9, 6.2, 5.1],
 ];
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TurbulenceLevel {
-    /// Wind of 15 knots at 20 ft; exceeded with a probability of 1e-2 higher up.
-    Light,
-    /// Wind of 30 knots at 20 ft; exceeded with a probability of 1e-3 higher up.
-    Moderate,
-    /// Wind of 45 knots at 20 ft; exceeded with a probability of 1e-5 higher up.
-    Severe,
+named! {
+    /// Levels of turbulence, the weakest first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    TurbulenceLevel {
+        /// Wind of 15 knots at 20 ft; exceeded with a probability of 1e-2 higher up.
+        Light = "light",
+        /// Wind of 30 knots at 20 ft; exceeded with a probability of 1e-3 higher up.
+        Moderate = "moderate",
+        /// Wind of 45 knots at 20 ft; exceeded with a probability of 1e-5 higher up.
+        Severe = "severe",
+    }
 }
 
 /// The same in a file, where a campaign may vary between the levels and none.
@@ -97,18 +99,6 @@ pub struct Scales {
 }
 
 impl TurbulenceLevel {
-    /// All levels, the weakest first.
-    pub const ALL: [Self; 3] = [Self::Light, Self::Moderate, Self::Severe];
-
-    /// Name in files and options.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Light => "light",
-            Self::Moderate => "moderate",
-            Self::Severe => "severe",
-        }
-    }
-
     /// Mean wind at 20 ft, m/s.
     fn wind_at_20_ft_m_s(self) -> f64 {
         KNOT_M_S * [15.0, 30.0, 45.0][self as usize]
@@ -160,7 +150,7 @@ impl TurbulenceLevel {
 
 impl fmt::Display for TurbulenceLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        f.write_str(self.key())
     }
 }
 

@@ -9,7 +9,7 @@ use icd::{Body, EffectorKind, SimTime};
 use lab_judges::Judge as _;
 use lab_judges::altitude::AltitudeJudge;
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
-use plant_sim::atmosphere::{self, LocalDensity};
+use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::{Airframe, Plant, SetupError};
 
 use crate::chart::drawing::Drawing;
@@ -247,14 +247,14 @@ pub struct LevelTrim {
 
 /// The steady turn at the end of a case, by the plant's aerodynamics; `None` if the wing cannot lift it.
 fn level_trim(airframe: &Airframe, case: &Case) -> Option<LevelTrim> {
-    let density = LocalDensity::around(case.to_m).at(case.to_m);
+    let density = LocalDensity::of(&Atmosphere::STANDARD, case.to_m).at(case.to_m);
     let v = case.airspeed_m_s;
     let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
     let load_factor = 1.0 / case.bank_deg.to_radians().cos();
     let pitch_rate = STANDARD_GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
     let weight = load_factor * airframe.mass.mass_kg * STANDARD_GRAVITY_M_S2;
     let forces = AirForces::new(airframe).ok()?;
-    let mach = v / atmosphere::speed_of_sound(case.to_m);
+    let mach = v / Atmosphere::STANDARD.speed_of_sound(case.to_m);
     let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {
         let rates = Body::new(0.0, pitch_rate, 0.0);
         let air = AirState { airspeed_m_s: v, alpha_rad, beta_rad: 0.0, rates };
