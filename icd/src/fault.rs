@@ -24,8 +24,8 @@ pub use grammar::{
     FaultDraft, FaultError, FaultField, FaultValue, Numbers, Refusal, check, check_timing,
 };
 pub use kind::{
-    Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
-    NUMBERS_MAX, NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,
+    Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, NUMBERS_MAX, NumberInfo,
+    NumberParameter, Piece, SIZE_OPTION, Targets,
 };
 pub use quantity::{Measure, Quantity, Range, Reach, Unit};
 pub use target::{AirframePart, Target, TargetClass};

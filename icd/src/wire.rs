@@ -186,11 +186,8 @@ pub enum Packet {
 /// Why a datagram is not a packet of this link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WireError {
-    /// Too short, or too long for its kind.
-    Length {
-        /// Bytes received.
-        bytes: usize,
-    },
+    /// Of so many bytes: too short, or too long for its kind.
+    Length(usize),
     /// Does not start with [`MAGIC`].
     Magic,
     /// The sender has another version.
@@ -227,7 +224,7 @@ pub enum WireError {
 impl core::fmt::Display for WireError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Length { bytes } => write!(f, "a packet cannot have {bytes} bytes"),
+            Self::Length(bytes) => write!(f, "a packet cannot have {bytes} bytes"),
             Self::Magic => f.write_str("not a packet of the plant link"),
             Self::Version { theirs, .. } => write!(
                 f,
@@ -333,7 +330,7 @@ fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
 pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
     let total = datagram.len();
     if !(FRAME_BYTES..=PACKET_MAX).contains(&total) {
-        return Err(WireError::Length { bytes: total });
+        return Err(WireError::Length(total));
     }
     let mut r = Reader { left: datagram, total, session: 0, sequence: 0, effectors: 0 };
     if r.u32()?.to_le_bytes() != MAGIC {
@@ -389,7 +386,12 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
         }
         reports.try_push(report).map_err(|_| r.length())?;
     }
-    skip_envelope(r)?;
+    // The envelope at the end is for the recorder.
+    let (envelope, length) = r.left.split_last_chunk::<2>().ok_or(r.length())?;
+    if envelope.len() != usize::from(u16::from_le_bytes(*length)) || envelope.len() > ENVELOPE_MAX {
+        return Err(r.length());
+    }
+    r.left = &[];
     let Reader { session, sequence, .. } = *r;
     Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
 }
@@ -462,16 +464,6 @@ pub fn envelope(datagram: &[u8]) -> &[u8] {
         None => 0,
     };
     length_at.checked_sub(length).and_then(|from| datagram.get(from..length_at)).unwrap_or(&[])
-}
-
-/// Skips the envelope at the end of a sensor packet.
-fn skip_envelope(r: &mut Reader<'_>) -> Result<(), WireError> {
-    let (envelope, length) = r.left.split_last_chunk::<2>().ok_or(r.length())?;
-    if envelope.len() != usize::from(u16::from_le_bytes(*length)) || envelope.len() > ENVELOPE_MAX {
-        return Err(r.length());
-    }
-    r.left = &[];
-    Ok(())
 }
 
 #[cfg(test)]

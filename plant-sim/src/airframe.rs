@@ -19,7 +19,7 @@ use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
 use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::MassProperties;
 use crate::servos::{DELAY_MAX_S, Imperfections, SecondOrder, Servo};
 use crate::start::{Start, StartKeys};
@@ -220,9 +220,27 @@ impl Airframe {
     }
 
     /// Checks every number; a dispersed airframe has to pass the same check as one from a file.
-    pub fn check(&self) -> Result<(), RangeError> {
-        self.check_mass()?;
-        self.check_aerodynamics()?;
+    pub fn check(&self) -> Result<(), Problem> {
+        let m = &self.mass;
+        check_range("mass", "mass_kg", m.mass_kg, 1.0, 1.0e6)?;
+        check_range("mass", "ixx_kg_m2", m.ixx_kg_m2, 1.0e-3, 1.0e9)?;
+        check_range("mass", "iyy_kg_m2", m.iyy_kg_m2, 1.0e-3, 1.0e9)?;
+        check_range("mass", "izz_kg_m2", m.izz_kg_m2, 1.0e-3, 1.0e9)?;
+        // Beyond the geometric mean no mass distribution has this product of inertia.
+        let limit = 0.99 * (m.ixx_kg_m2 * m.izz_kg_m2).sqrt();
+        check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)?;
+        self.aero.geometry().check()?;
+        if let Some(a) = self.aero.derivatives() {
+            derivatives::check(a, self)?;
+            for (linear_key, max_key, linear, max) in [
+                ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
+                ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
+            ] {
+                let linear = linear.to_degrees();
+                check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
+                check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
+            }
+        }
         if let Some(nozzle) = &self.nozzle {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
@@ -237,7 +255,7 @@ impl Airframe {
             mach.check()?;
         }
         self.check_what_can_go()?;
-        self.design_point.check_table("design_point")?;
+        self.design_point.check("design_point")?;
         self.limits.check()?;
         self.check_effectors()
     }
@@ -267,7 +285,7 @@ impl Airframe {
     }
 
     /// Damage and fuel: with empty tanks there is still a body that can fly.
-    fn check_what_can_go(&self) -> Result<(), RangeError> {
+    fn check_what_can_go(&self) -> Result<(), Problem> {
         self.damage.check()?;
         let Some(fuel) = &self.fuel else { return Ok(()) };
         fuel.check(self.mass.mass_kg)?;
@@ -278,42 +296,9 @@ impl Airframe {
         check_range("fuel", "initial_kg (with [mass])", fuel.initial_kg, 0.0, 0.0)
     }
 
-    fn check_aerodynamics(&self) -> Result<(), RangeError> {
-        self.aero.geometry().check()?;
-        let Some(a) = self.aero.derivatives() else { return Ok(()) };
-        derivatives::check(a, self)?;
-        for (linear_key, max_key, linear, max) in [
-            ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
-            ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
-        ] {
-            let linear = linear.to_degrees();
-            check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
-            check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
-        }
-        Ok(())
-    }
-
-    /// Checks that the tables can be evaluated.
-    pub fn check_tables(&self) -> Result<(), Problem> {
-        AirForces::new(self)?;
-        self.propulsion.as_ref().map(Propulsion::build).transpose()?;
-        Ok(())
-    }
-
-    fn check_mass(&self) -> Result<(), RangeError> {
-        let m = &self.mass;
-        check_range("mass", "mass_kg", m.mass_kg, 1.0, 1.0e6)?;
-        check_range("mass", "ixx_kg_m2", m.ixx_kg_m2, 1.0e-3, 1.0e9)?;
-        check_range("mass", "iyy_kg_m2", m.iyy_kg_m2, 1.0e-3, 1.0e9)?;
-        check_range("mass", "izz_kg_m2", m.izz_kg_m2, 1.0e-3, 1.0e9)?;
-        // Beyond the geometric mean no mass distribution has this product of inertia.
-        let limit = 0.99 * (m.ixx_kg_m2 * m.izz_kg_m2).sqrt();
-        check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)
-    }
-
     /// No moment of inertia is larger than the sum of the two others: distances are squares of two
     /// coordinates each. A dispersed airframe may exceed this bound, as it is varied about a body that obeys it.
-    fn check_inertia(&self) -> Result<(), RangeError> {
+    fn check_inertia(&self) -> Result<(), Problem> {
         let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = self.mass;
         for (key, value, others) in
             [("ixx_kg_m2", x, y + z), ("iyy_kg_m2", y, x + z), ("izz_kg_m2", z, x + y)]
@@ -323,7 +308,7 @@ impl Airframe {
         Ok(())
     }
 
-    fn check_effectors(&self) -> Result<(), RangeError> {
+    fn check_effectors(&self) -> Result<(), Problem> {
         for effector in self.effectors.all() {
             let section = self.section(effector);
             let servo = &self.servos[effector];
@@ -425,10 +410,10 @@ fn read(file: &str, table: toml::Table, text: Option<&str>) -> Result<Airframe, 
         .is_some_and(|part| part.contains_key("sum") || part.contains_key("table"));
     if has_tables {
         let parsed: AirframeFile<TableAero> = config::in_units(file, table, text, &KNOWN_KEYS)?;
-        parsed.into_checked(file, Aerodynamics::Tables)
+        parsed.into_checked(Aerodynamics::Tables).at(file)
     } else {
         let parsed: AirframeFile<Aero> = config::in_units(file, table, text, &KNOWN_KEYS)?;
-        parsed.into_checked(file, Aerodynamics::Derivatives)
+        parsed.into_checked(Aerodynamics::Derivatives).at(file)
     }
 }
 
@@ -448,16 +433,18 @@ static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
 });
 
 impl<A> AirframeFile<A> {
-    fn into_checked(self, name: &str, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
-        let airframe = self.into_airframe(name, form)?;
-        surfaces_are_there(name, &airframe)?;
-        airframe.check().at(name)?;
-        airframe.check_inertia().at(name)?;
-        airframe.check_tables().at(name)?;
+    fn into_checked(self, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
+        let airframe = self.into_airframe(form)?;
+        surfaces_are_there(&airframe)?;
+        airframe.check()?;
+        airframe.check_inertia()?;
+        // Whether the tables can be evaluated.
+        AirForces::new(&airframe)?;
+        airframe.propulsion.as_ref().map(Propulsion::build).transpose()?;
         Ok(airframe)
     }
 
-    fn into_airframe(self, file: &str, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
+    fn into_airframe(self, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
         // A body without effectors has no air data sensors, no design point and no limits; an aircraft needs them.
         for (field, is_there) in [
             ("air_data", self.air_data.is_some()),
@@ -465,24 +452,24 @@ impl<A> AirframeFile<A> {
             ("limits", self.limits.is_some()),
         ] {
             if !self.effector.is_empty() && !is_there {
-                return Err(toml::de::Error::missing_field(field)).at(file);
+                return Err(toml::de::Error::missing_field(field).into());
             }
         }
         let aero = form(self.aerodynamics);
         let has_tables = aero.derivatives().is_none();
-        let name = short(file, &self.name)?;
+        let name = short(&self.name)?;
         let entries: Vec<EffectorEntry> =
-            self.effector.iter().map(|table| table.entry(file)).collect::<Result<_, _>>()?;
+            self.effector.iter().map(|table| table.entry()).collect::<Result<_, _>>()?;
         let effectors = match entries.is_empty() {
             true => EffectorList::default(),
-            false => EffectorList::new(entries).at(file)?,
+            false => EffectorList::new(entries)?,
         };
         let mut servos = PerEffector::default();
         let mut surface_derivatives = PerEffector::default();
         let mut gains = PerEffector::default();
         for (effector, table) in effectors.all().zip(&self.effector) {
-            servos[effector] = table.servo(file)?;
-            surface_derivatives[effector] = table.derivatives(file, has_tables)?;
+            servos[effector] = table.servo()?;
+            surface_derivatives[effector] = table.derivatives(has_tables)?;
             gains[effector] = table.gains;
         }
         let nozzle = effectors
@@ -490,12 +477,11 @@ impl<A> AirframeFile<A> {
             .find(|effector| effectors.kind(*effector).is_some_and(EffectorKind::is_nozzle));
         if let (Some(nozzle), None) = (nozzle, self.nozzle) {
             return Err(problem!(
-                "{file}: effector `{}`: [nozzle] is missing, and a nozzle needs its arm_m and thrust_floor_n",
+                "effector `{}`: [nozzle] is missing, and a nozzle needs its arm_m and thrust_floor_n",
                 effectors.name(nozzle)
             ));
         }
-        let excluded =
-            |section, other| Err(problem!("{file}: [{section}] has no meaning beside {other}"));
+        let excluded = |section, other| Err(problem!("[{section}] has no meaning beside {other}"));
         if has_tables && self.mach.is_some() {
             return excluded("mach", "tables in [aerodynamics]: they have the input mach");
         }
@@ -525,7 +511,7 @@ impl<A> AirframeFile<A> {
 }
 
 /// Checks that the surfaces on the parts of `[damage]` are effectors of the aircraft.
-fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), Problem> {
+fn surfaces_are_there(airframe: &Airframe) -> Result<(), Problem> {
     let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
     for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
         let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
@@ -534,37 +520,37 @@ fn surfaces_are_there(file: &str, airframe: &Airframe) -> Result<(), Problem> {
                 airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
             let key = format!("damage.{}.effector", part.key());
             let known = known.join(", ");
-            return Err(problem!("{file}: {key} = `{name}`, the aircraft has only {known}"));
+            return Err(problem!("{key} = `{name}`, the aircraft has only {known}"));
         }
     }
     Ok(())
 }
 
 /// A name within the length limit.
-fn short(file: &str, name: &str) -> Result<Name, Problem> {
+fn short(name: &str) -> Result<Name, Problem> {
     Name::from(name).map_err(|_| {
         let longest = icd::effector_list::NAME_MAX;
-        problem!("{file}: name = `{name}` is too long, at most {longest} bytes")
+        problem!("name = `{name}` is too long, at most {longest} bytes")
     })
 }
 
 impl EffectorTable {
-    fn entry(&self, file: &str) -> Result<EffectorEntry, Problem> {
+    fn entry(&self) -> Result<EffectorEntry, Problem> {
         Ok(EffectorEntry {
-            name: short(file, &self.name)?,
+            name: short(&self.name)?,
             kind: self.kind,
             side: self.side,
-            partner: self.partner.as_ref().map(|partner| short(file, partner)).transpose()?,
+            partner: self.partner.as_ref().map(|partner| short(partner)).transpose()?,
             instance: self.instance,
         })
     }
 
-    fn error(&self, file: &str, key: &str, problem: &str) -> Problem {
-        problem!("{file}: effector `{}`: {key} {problem}", self.name)
+    fn error(&self, key: &str, problem: &str) -> Problem {
+        problem!("effector `{}`: {key} {problem}", self.name)
     }
 
     /// Checks that the effector has the keys that its kind needs, and no others.
-    fn servo(&self, file: &str) -> Result<Servo, Problem> {
+    fn servo(&self) -> Result<Servo, Problem> {
         let is_angle = self.kind.is_angle();
         let keys = [
             ("rate_limit_deg_s", self.rate_limit_deg_s.is_some(), true),
@@ -574,13 +560,13 @@ impl EffectorTable {
         ];
         let is_own = |of_angles: bool| of_angles == is_angle;
         if let Some((key, ..)) = keys.iter().find(|(_, there, of)| is_own(*of) && !there) {
-            return Err(self.error(file, key, "is missing"));
+            return Err(self.error(key, "is missing"));
         }
         if let Some((key, ..)) = keys.iter().find(|(_, there, of)| !is_own(*of) && *there) {
-            return Err(self.error(file, key, "has no meaning for this kind"));
+            return Err(self.error(key, "has no meaning for this kind"));
         }
-        let (second_order, lag_s) = self.order(file)?;
-        let imperfections = self.imperfections(file)?;
+        let (second_order, lag_s) = self.order()?;
+        let imperfections = self.imperfections()?;
         Ok(if is_angle {
             let [min, max] = self.travel_deg.unwrap_or_default();
             Servo {
@@ -600,26 +586,22 @@ impl EffectorTable {
     }
 
     /// The order of the servo, and its lag, which a second order replaces.
-    fn order(&self, file: &str) -> Result<(Option<SecondOrder>, f64), Problem> {
+    fn order(&self) -> Result<(Option<SecondOrder>, f64), Problem> {
         match (self.natural_frequency_rad_s, self.damping_ratio, self.lag_s) {
             (Some(natural_frequency_rad_s), damping_ratio, _) => {
                 let damping_ratio = damping_ratio.unwrap_or(DAMPING_RATIO);
                 let order = SecondOrder { natural_frequency_rad_s, damping_ratio };
                 Ok((Some(order), order.lag_s()))
             }
-            (None, Some(_), _) => Err(self.error(
-                file,
-                "damping_ratio",
-                "has no meaning without natural_frequency_rad_s",
-            )),
-            (None, None, Some(lag_s)) => Ok((None, lag_s)),
-            (None, None, None) => {
-                Err(self.error(file, "lag_s", "or natural_frequency_rad_s is missing"))
+            (None, Some(_), _) => {
+                Err(self.error("damping_ratio", "has no meaning without natural_frequency_rad_s"))
             }
+            (None, None, Some(lag_s)) => Ok((None, lag_s)),
+            (None, None, None) => Err(self.error("lag_s", "or natural_frequency_rad_s is missing")),
         }
     }
 
-    fn imperfections(&self, file: &str) -> Result<Imperfections, Problem> {
+    fn imperfections(&self) -> Result<Imperfections, Problem> {
         let of_angles = [
             ("deadband_deg", self.deadband_deg),
             ("hysteresis_deg", self.hysteresis_deg),
@@ -629,7 +611,7 @@ impl EffectorTable {
         let angles = of_angles.into_iter().filter(|_| !self.kind.is_angle());
         let stall = stall.into_iter().filter(|_| !self.kind.is_surface());
         if let Some((key, _)) = angles.chain(stall).find(|(_, value)| value.is_some()) {
-            return Err(self.error(file, key, "has no meaning for this kind"));
+            return Err(self.error(key, "has no meaning for this kind"));
         }
         let [deadband, hysteresis, bias] =
             of_angles.map(|(_, value)| value.unwrap_or_default().to_radians());
@@ -642,7 +624,7 @@ impl EffectorTable {
         })
     }
 
-    fn derivatives(&self, file: &str, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
+    fn derivatives(&self, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
         let Self { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll, .. } = *self;
         let given = [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll];
         let problem = match (self.kind.is_surface(), has_tables) {
@@ -653,7 +635,7 @@ impl EffectorTable {
         let mut derivatives = SurfaceDerivatives::default();
         for (derivative, value) in SurfaceDerivatives::DERIVATIVES.iter().zip(given) {
             if let (Some(problem), Some(_)) = (problem, value) {
-                return Err(self.error(file, derivative.key, problem));
+                return Err(self.error(derivative.key, problem));
             }
             *(derivative.field)(&mut derivatives) = value.unwrap_or(0.0);
         }

@@ -5,9 +5,10 @@
 //! Earth, where gravity is constant, both are the same. A flight may have air that is warmer or colder by a constant
 //! ([`Atmosphere::new`]).
 
+use host_io::problem::Problem;
 use icd::units::STANDARD_GRAVITY_M_S2;
 
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Gas constant of dry air, J/(kg K): 8314.32 / 28.9644 (US-1976).
 const GAS_CONSTANT: f64 = 8_314.32 / 28.964_4;
@@ -106,7 +107,7 @@ impl Atmosphere {
     }
 
     /// Checks a temperature offset.
-    pub fn check(offset_k: f64) -> Result<(), RangeError> {
+    pub fn check(offset_k: f64) -> Result<(), Problem> {
         check_range("plant.atmosphere", "temperature_offset_k", offset_k, -60.0, 60.0)
     }
 
@@ -148,11 +149,6 @@ impl Atmosphere {
             at.base_temperature + self.offset_k + at.gradient * (altitude - at.base_m);
         f64::sqrt(HEAT_RATIO * GAS_CONSTANT * temperature)
     }
-}
-
-/// Speed of sound of the standard air at a geopotential altitude in m.
-pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
-    Atmosphere::STANDARD.speed_of_sound(geopotential_altitude_m)
 }
 
 /// Pressure altitude: the geopotential altitude, m, with this static pressure, Pa; the nearer end of the model for a pressure

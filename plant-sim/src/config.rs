@@ -96,11 +96,10 @@ pub(crate) fn convert(
     table: &mut Table,
     known: &BTreeSet<String>,
 ) -> Result<bool, Problem> {
-    Walk { file, known, has_converted: false }.table(table, "", "")
+    Walk { known, has_converted: false }.table(table, "", "").at(file)
 }
 
 struct Walk<'a> {
-    file: &'a str,
     known: &'a BTreeSet<String>,
     has_converted: bool,
 }
@@ -152,25 +151,23 @@ impl Walk<'_> {
             .filter(|known| !known.contains('.'))
             .find_map(|known| split(known).filter(|(other, _)| *other == stem).zip(Some(known)));
         let Some(((_, native), native_key)) = same_stem else { return Ok(()) };
-        let file = self.file;
         if native.quantity != unit.quantity {
             let all = native.quantity.iter().map(|(name, _)| format!("{stem}_{name}"));
             let expected = all.collect::<Vec<_>>().join(", ");
             return Err(problem!(
-                "{file}: {shown}: the unit {} does not fit, expected one of {expected}",
+                "{shown}: the unit {} does not fit, expected one of {expected}",
                 unit.name
             ));
         }
         if table.contains_key(native_key) {
             return Err(problem!(
-                "{file}: {shown} and {native_key} are the same quantity, expected one of them"
+                "{shown} and {native_key} are the same quantity, expected one of them"
             ));
         }
         let factor = unit.in_si / native.in_si;
         let value = table.remove(key).and_then(|value| scaled(&value, factor));
-        let value = value.ok_or_else(|| {
-            problem!("{file}: {shown} is no number, expected one, or a list of numbers")
-        })?;
+        let value = value
+            .ok_or_else(|| problem!("{shown} is no number, expected one, or a list of numbers"))?;
         table.insert(native_key.to_owned(), value);
         self.has_converted = true;
         Ok(())
@@ -220,11 +217,15 @@ impl Probe<'_> {
     }
 }
 
+/// Answers to requests for a single value; a number of any type can be an integer of the smallest.
 macro_rules! leaves {
-    ($($method:ident $visit:ident $($value:expr)?;)+) => {
+    ($($visit:ident $answer:tt => $($method:ident)+;)+) => {
+        $(leaves! { @each $visit $answer $($method)+ })+
+    };
+    (@each $visit:ident $answer:tt $($method:ident)+) => {
         $(fn $method<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
             self.is_key();
-            visitor.$visit($($value)?)
+            visitor.$visit $answer
         })+
     };
 }
@@ -233,24 +234,13 @@ impl<'de> Deserializer<'de> for Probe<'_> {
     type Error = Nothing;
 
     leaves! {
-        deserialize_any visit_unit;
-        deserialize_bool visit_bool false;
-        deserialize_i8 visit_i8 0;
-        deserialize_i16 visit_i16 0;
-        deserialize_i32 visit_i32 0;
-        deserialize_i64 visit_i64 0;
-        deserialize_u8 visit_u8 0;
-        deserialize_u16 visit_u16 0;
-        deserialize_u32 visit_u32 0;
-        deserialize_u64 visit_u64 0;
-        deserialize_f32 visit_f32 0.0;
-        deserialize_f64 visit_f64 0.0;
-        deserialize_char visit_char ' ';
-        deserialize_str visit_str "";
-        deserialize_string visit_str "";
-        deserialize_bytes visit_bytes b"";
-        deserialize_byte_buf visit_bytes b"";
-        deserialize_identifier visit_str "";
+        visit_unit() => deserialize_any;
+        visit_bool(false) => deserialize_bool;
+        visit_u8(0) => deserialize_i8 deserialize_i16 deserialize_i32 deserialize_i64 deserialize_f32
+            deserialize_u8 deserialize_u16 deserialize_u32 deserialize_u64 deserialize_f64;
+        visit_char(' ') => deserialize_char;
+        visit_str("") => deserialize_str deserialize_string deserialize_identifier;
+        visit_bytes(b"") => deserialize_bytes deserialize_byte_buf;
     }
 
     /// What a reader passes over is a key of another one.

@@ -30,15 +30,6 @@ impl Date {
         let days = BEFORE[usize::from(self.month) - 1] + after_february + u16::from(self.day) - 1;
         f64::from(self.year) + f64::from(days) / if leap { 366.0 } else { 365.0 }
     }
-
-    fn days_of_month(year: u16, month: u8) -> u8 {
-        match month {
-            2 if year.is_multiple_of(4) => 29,
-            2 => 28,
-            4 | 6 | 9 | 11 => 30,
-            _ => 31,
-        }
-    }
 }
 
 impl Default for Date {
@@ -67,9 +58,15 @@ impl FromStr for Date {
         let [year, month, day] =
             [digits(0..4, 4), digits(5..7, 2), digits(8..10, 2)].map(|part| part.unwrap_or(0));
         let (month, day) = (u8::try_from(month).unwrap_or(0), u8::try_from(day).unwrap_or(0));
+        let days = match month {
+            2 if year.is_multiple_of(4) => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            _ => 31,
+        };
         let is_date = (FROM_YEAR..TO_YEAR).contains(&f64::from(year))
             && (1..=12).contains(&month)
-            && (1..=Self::days_of_month(year, month)).contains(&day);
+            && (1..=days).contains(&day);
         if is_date { Ok(Self { year, month, day }) } else { Err(error()) }
     }
 }

@@ -3,11 +3,12 @@
 //! Those of surfaces are named by the kind of surface and mean all surfaces of the kind. The reader of the airframe file, its range
 //! check, and the campaigns that disperse derivatives share the lists of [`crate::aerodynamics`].
 
+use host_io::problem::Problem;
 use icd::{EffectorKind, EffectorList, PerEffector};
 
 use crate::Airframe;
 use crate::aerodynamics::{Aero, Derivative, SurfaceDerivatives};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Derivatives are refused beyond this size: ten times the largest that any aircraft has.
 const LARGEST: f64 = 1_000.0;
@@ -87,7 +88,7 @@ impl Place {
 }
 
 /// Checks all derivatives: those of an airframe, and those of its surfaces.
-pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), RangeError> {
+pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), Problem> {
     let mut aero = aero.clone();
     for derivative in &Aero::DERIVATIVES {
         derivative.check("aerodynamics", &mut aero)?;
@@ -102,7 +103,7 @@ pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), RangeError> {
 }
 
 impl<T> Derivative<T> {
-    fn check(&self, section: &str, set: &mut T) -> Result<(), RangeError> {
+    fn check(&self, section: &str, set: &mut T) -> Result<(), Problem> {
         // A negative drag would feed energy to the aircraft.
         let min = if self.key.starts_with("c_drag") { 0.0 } else { -LARGEST };
         check_range(section, self.key, *(self.field)(set), min, LARGEST)

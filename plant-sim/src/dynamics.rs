@@ -184,18 +184,6 @@ impl Dynamics {
         self.jet.hold_lever(lever);
     }
 
-    /// The lever at which the engine gives a thrust (N) at an airspeed (m/s), a density (kg/m³) and a geopotential altitude
-    /// (m); `None` without a lever or out of its reach.
-    pub fn lever_at(
-        &self,
-        thrust_n: f64,
-        airspeed_m_s: f64,
-        density: f64,
-        altitude_m: f64,
-    ) -> Option<f64> {
-        self.jet.lever_at(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
-    }
-
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
     pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
         if self.profile.is_empty() {
@@ -250,21 +238,9 @@ impl Dynamics {
         let Some(engine) = self.jet.engine() else { return [0.0; 2] };
         let servo = &self.airframe.servos[engine];
         let at = self.engine_air(airspeed_m_s, density, altitude_m);
-        self.jet.thrust_range_n(&at).map_or([servo.min, servo.max], |[least, most]| {
-            [servo.limited(least), servo.limited(most)]
-        })
-    }
-
-    /// Roll moment on the airframe of what turns with the engine at a thrust (N), an airspeed (m/s), a density (kg/m³) and a
-    /// geopotential altitude (m), N m.
-    pub fn engine_roll_n_m(
-        &self,
-        thrust_n: f64,
-        airspeed_m_s: f64,
-        density: f64,
-        altitude_m: f64,
-    ) -> f64 {
-        self.jet.roll_n_m(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
+        self.jet
+            .thrust_range_n(&at)
+            .map_or([servo.min, servo.max], |ends| ends.map(|end| servo.limited(end)))
     }
 
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
@@ -450,9 +426,9 @@ impl Dynamics {
         (State { rigid: next.rigid.normalised(), ..next }, x)
     }
 
-    /// The air that the engine works in, with its Mach number.
+    /// The air that the engine works in, with its Mach number: airspeed, m/s, density, kg/m³, and geopotential altitude, m.
     #[inline]
-    fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
+    pub(crate) fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
         let mach = airspeed_m_s / self.atmosphere.speed_of_sound(altitude_m);
         EngineAir { airspeed_m_s, density, mach, altitude_m }
     }

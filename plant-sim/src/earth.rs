@@ -38,16 +38,6 @@ named! {
     }
 }
 
-impl EarthModel {
-    /// Rate of rotation, rad/s.
-    const fn rotation_rad_s(self) -> f64 {
-        match self {
-            Self::Flat | Self::RoundNonRotating => 0.0,
-            Self::Wgs84 | Self::Round => ROTATION_RAD_S,
-        }
-    }
-}
-
 /// The Earth of one flight: the model and where the flight starts.
 ///
 /// Frame E of the flat Earth is NED at the start point, altitude zero; that of the others is Earth-centred,
@@ -98,9 +88,13 @@ impl Earth {
         let ground = Geodetic { altitude_m: 0.0, ..start };
         let (sin_latitude, cos_latitude) = libm::sincos(start.latitude_rad);
         let radii = geodesy::radii(sin_latitude);
+        let rotation_rad_s = match model {
+            EarthModel::Flat | EarthModel::RoundNonRotating => 0.0,
+            EarthModel::Wgs84 | EarthModel::Round => ROTATION_RAD_S,
+        };
         let mut earth = Self {
             model,
-            rotation: Vector3::new(0.0, 0.0, model.rotation_rad_s()),
+            rotation: Vector3::new(0.0, 0.0, rotation_rad_s),
             start,
             origin: Vector3::zeros(),
             e_from_start_ned: Matrix3::identity(),

@@ -160,9 +160,8 @@ impl Faults {
         fault: &ScheduledFault,
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
-        let ScheduledFault { target, kind, timing } = *fault;
-        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
-        let fault = self.number(target, kind, timing, SimTime::ZERO);
+        check(&self.list, &self.servos, &self.has, fault)?;
+        let fault = self.number(fault, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
         let at = fault.plan.onset(0);
@@ -190,7 +189,7 @@ impl Faults {
                 Ok(FaultReply::Cleared { at: context.now })
             }
             FaultRequest::Inject { target, kind, timing } => {
-                self.inject(target, kind, timing, context)
+                self.inject(&ScheduledFault { target, kind, timing }, context)
             }
         };
         self.look_ahead(context.now);
@@ -199,24 +198,20 @@ impl Faults {
 
     fn inject(
         &mut self,
-        target: Target,
-        kind: FaultKind,
-        timing: Timing,
+        request: &ScheduledFault,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
-        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
+        check(&self.list, &self.servos, &self.has, request)?;
         let now = context.now;
-        if let Onset::At(at) = timing.onset
-            && at > now
-        {
-            return self.schedule_request(target, kind, timing, context);
+        if matches!(request.timing.onset, Onset::At(at) if at > now) {
+            return self.schedule_request(request, context);
         }
-        let in_the_past = match timing.onset {
+        let in_the_past = match request.timing.onset {
             Onset::At(onset) => Some(onset).filter(|onset| *onset < now),
             Onset::AtOnce => None,
         };
-        if let Some(current) = self.current[slot(target)]
-            && current.fault.is_like(&kind, &timing)
+        if let Some(current) = self.current[slot(request.target)]
+            && current.fault.is_like(request)
             // A request repeated after its onset finds the scheduled fault already active.
             && in_the_past.is_none_or(|onset| onset == current.fault.plan.onset(0))
         {
@@ -225,27 +220,25 @@ impl Faults {
         if let Some(onset) = in_the_past {
             return Err(Refusal::OnsetInThePast { onset, now });
         }
-        let fault = self.number(target, kind, timing, now);
+        let fault = self.number(request, now);
         self.begin(fault, 0, context);
         Ok(FaultReply::Applied { at: now })
     }
 
     fn schedule_request(
         &mut self,
-        target: Target,
-        kind: FaultKind,
-        timing: Timing,
+        request: &ScheduledFault,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
         let same = |other: &&Fault| {
-            other.target == target
-                && other.is_like(&kind, &timing)
-                && other.timing.onset == timing.onset
+            other.target == request.target
+                && other.is_like(request)
+                && other.timing.onset == request.timing.onset
         };
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
-        let fault = self.number(target, kind, timing, context.now);
+        let fault = self.number(request, context.now);
         let at = fault.plan.onset(0);
         self.insert(fault)?;
         (context.report)(fault.entry(FaultState::Scheduled { at }));
@@ -497,7 +490,8 @@ impl Faults {
     /// The engine gets no fuel any more: it is out, and no repair brings it back.
     pub fn starve(&mut self, engine: Effector, context: &mut FaultContext<'_>) {
         if self.active(engine).is_none_or(|(kind, _)| kind != active::STARVED) {
-            let _reply = self.inject(engine.into(), active::STARVED, Timing::NOW, context);
+            let (target, kind, timing) = (engine.into(), active::STARVED, Timing::NOW);
+            let _reply = self.inject(&ScheduledFault { target, kind, timing }, context);
             self.look_ahead(context.now);
         }
     }
@@ -509,7 +503,8 @@ impl Faults {
             || parts().any(|current| current.active.is_some_and(|active| active.varies(now)))
     }
 
-    fn number(&mut self, target: Target, kind: FaultKind, timing: Timing, now: SimTime) -> Fault {
+    fn number(&mut self, request: &ScheduledFault, now: SimTime) -> Fault {
+        let ScheduledFault { target, kind, timing } = *request;
         // Wraps after four billion faults; the list holds at most 94.
         self.last_id = self.last_id.wrapping_add(1);
         let plan = Plan::new(&timing, now);
@@ -565,12 +560,11 @@ pub fn check(
     list: &EffectorList,
     servos: &PerEffector<Servo>,
     has: &Fitted,
-    target: Target,
-    kind: &FaultKind,
-    timing: &Timing,
+    request: &ScheduledFault,
 ) -> Result<(), Refusal> {
-    check_target(list, has, target)?;
-    let reach = match target {
+    let ScheduledFault { target, kind, timing } = request;
+    check_target(list, has, *target)?;
+    let reach = match *target {
         Target::Effector(effector) => servos[effector].reach(target.class(list)),
         Target::Sensor(sensor) => Reach::of_sensor(sensor),
         Target::Part(_) => Reach::PART,
@@ -625,8 +619,9 @@ impl Fault {
     }
 
     /// Whether the request was the same, apart from the onset.
-    pub fn is_like(&self, kind: &FaultKind, timing: &Timing) -> bool {
-        self.kind == *kind && Timing { onset: self.timing.onset, ..*timing } == self.timing
+    pub fn is_like(&self, request: &ScheduledFault) -> bool {
+        let timing = Timing { onset: self.timing.onset, ..request.timing };
+        self.kind == request.kind && timing == self.timing
     }
 }
 

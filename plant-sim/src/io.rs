@@ -122,9 +122,10 @@ fn fly(
             had_request: false,
             ticks: 0,
         };
-        match flight.fly()? {
+        match flight.fly() {
             FlightEnd::Stop => return Ok(ExitReason::Stopped),
             FlightEnd::Complete(report) => return Ok(ExitReason::Complete(report)),
+            FlightEnd::Failed(problem) => return Err(problem),
             FlightEnd::Restart => {
                 info!("the autopilot asks for a new flight");
                 plant = Plant::new(setup)?;

@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 use std::fmt;
 
+use host_io::problem::Problem;
 use serde::{Deserialize, Serialize};
 
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 const SECTION: &str = "limits";
 
@@ -93,7 +94,7 @@ impl FlightLimits {
         angle.or((!(limit..).contains(&value)).then_some(low))
     }
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         for (key, angle, max) in [
             ("roll_deg", self.roll_rad, 180.0),
             ("pitch_deg", self.pitch_rad, 90.0),

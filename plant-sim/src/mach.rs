@@ -21,7 +21,7 @@ use crate::aerodynamics::{
     Aero, AirState, Coefficients, SurfaceDerivatives, Surfaces, coefficients,
 };
 use crate::derivatives::Place;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
 const MACH_MAX: f64 = 0.95;
@@ -70,7 +70,7 @@ pub(crate) struct MachTable {
 }
 
 impl MachEffects {
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
         for (key, factor) in &self.growth {
             check_range("mach.growth", &key.0.key(), *factor, -FACTOR_MAX, FACTOR_MAX)?;
@@ -126,7 +126,7 @@ mod tests {
     use super::*;
     use crate::Airframe;
     use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
-    use crate::atmosphere;
+    use crate::atmosphere::Atmosphere;
     use icd::tvc_jet;
 
     fn table_of(airframe: &Airframe) -> MachTable {
@@ -160,7 +160,7 @@ mod tests {
     fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
         let airframe = variant();
         let table = table_of(&airframe);
-        let (mut at, mut surfaces) = table.at(264.0 / atmosphere::speed_of_sound(5_000.0));
+        let (mut at, mut surfaces) = table.at(264.0 / Atmosphere::STANDARD.speed_of_sound(5_000.0));
         let mut jet = Airframe::paper().aero.derivatives().unwrap().clone();
         for d in &Aero::DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
@@ -201,8 +201,8 @@ mod tests {
     fn the_quick_speed_of_sound_is_that_of_the_atmosphere() {
         for altitude_m in [-6_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, f64::NAN] {
             let (quick, full) = (
-                atmosphere::speed_of_sound(altitude_m),
-                atmosphere::Atmosphere::STANDARD.air(altitude_m).speed_of_sound,
+                Atmosphere::STANDARD.speed_of_sound(altitude_m),
+                Atmosphere::STANDARD.air(altitude_m).speed_of_sound,
             );
             assert_eq!(quick.to_bits(), full.to_bits(), "at {altitude_m} m");
         }

@@ -72,8 +72,6 @@ pub struct Plant {
 struct Settings<'a> {
     wind: &'a WindSettings,
     gusts: &'a [DiscreteGust],
-    /// The steady wind, m/s, local NED.
-    steady: Ned,
     /// At the start.
     airspeed_m_s: f64,
     sensors: &'a SensorSettings,
@@ -101,7 +99,6 @@ impl Plant {
         let settings = Settings {
             wind,
             gusts,
-            steady,
             airspeed_m_s: setup.start.airspeed_m_s,
             sensors,
             faults,
@@ -130,7 +127,6 @@ impl Plant {
         let settings = Settings {
             wind,
             gusts,
-            steady,
             airspeed_m_s,
             sensors: &SensorSettings::IDEAL,
             faults,
@@ -145,7 +141,7 @@ impl Plant {
     /// Begins with a trim that was found.
     fn begin(dynamics: Dynamics, trim: Trim, settings: &Settings<'_>) -> Result<Self, SetupError> {
         let Settings { sensors, faults, seed, run, period_us, step_us, .. } = *settings;
-        let state = trim.state();
+        let (state, steady) = (trim.state(), wind::steady(settings.wind));
         let airframe = dynamics.airframe();
         let (span_m, period_s) = (airframe.aero.geometry().span_m, f64::from(period_us) / 1.0e6);
         let mut turbulence = MovingAir::new(settings.wind, span_m, period_s, seed, run);
@@ -156,11 +152,11 @@ impl Plant {
             airspeed_m_s: settings.airspeed_m_s,
             height_m: place.altitude_m,
             attitude: dynamics.earth().attitude(&place, &state.rigid.q_e_from_body),
-            wind: dynamics.wind(&settings.steady, place.geopotential_altitude_m),
+            wind: dynamics.wind(&steady, place.geopotential_altitude_m),
         });
         let inputs = StepInputs {
             commands: state.positions,
-            wind: settings.steady,
+            wind: steady,
             gust: gusts.step(time, settings.airspeed_m_s, turbulent),
             density: dynamics.density_around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
@@ -267,8 +263,9 @@ impl Plant {
     /// Roll moment on the airframe of what turns with the engine at this thrust, airspeed and altitude, N m.
     pub fn engine_roll_n_m(&self, thrust_n: f64) -> f64 {
         let Evaluation { place, density, motion } = &self.present;
-        let altitude_m = place.geopotential_altitude_m;
-        self.dynamics.engine_roll_n_m(thrust_n, motion.air.airspeed_m_s, *density, altitude_m)
+        let (airspeed_m_s, altitude_m) = (motion.air.airspeed_m_s, place.geopotential_altitude_m);
+        let air = self.dynamics.engine_air(airspeed_m_s, *density, altitude_m);
+        self.dynamics.jet().roll_n_m(thrust_n, &air)
     }
 
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
@@ -413,7 +410,12 @@ impl Plant {
     /// Copies the effects of the faults, which stay constant until the next event.
     fn hold_faults(&mut self) {
         self.inputs.effects = *self.faults.effects();
-        self.lose_parts();
+        // The parts that the faults have torn off.
+        let torn_off = self.faults.torn_off(self.time);
+        if torn_off != self.losses.torn_off {
+            self.losses.torn_off = torn_off;
+            self.take_away();
+        }
         self.receive();
     }
 
@@ -528,21 +530,6 @@ impl Plant {
             self.faults.command_one(path.effector, path.pass(path.followed), self.time);
         }
         self.hold_faults();
-    }
-
-    /// Fuel that is left, kg; `None` for an aircraft whose mass stays.
-    pub fn fuel_kg(&self) -> Option<f64> {
-        let fuel = self.dynamics.airframe().fuel?;
-        Some((fuel.initial_kg - self.losses.burnt_kg).max(0.0))
-    }
-
-    /// Takes the parts away that the faults have torn off.
-    fn lose_parts(&mut self) {
-        let torn_off = self.faults.torn_off(self.time);
-        if torn_off != self.losses.torn_off {
-            self.losses.torn_off = torn_off;
-            self.take_away();
-        }
     }
 
     /// Burns the fuel of one control period at the present thrust. Without fuel the engine is out, whatever is repaired.

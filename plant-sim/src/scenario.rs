@@ -22,7 +22,7 @@ use crate::atmosphere::Atmosphere;
 use crate::config::{self, gather};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
-use crate::range::{RangeError, check_range, section};
+use crate::range::{check_range, out_of_range};
 use crate::sensors::{SensorSettings, SensorsTable};
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
@@ -79,7 +79,7 @@ impl Scenario {
     /// Reads a scenario file for an aircraft with these effectors; errors call it `name`.
     pub fn from_toml(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, Problem> {
         let table = config::parse(name, text)?;
-        ScenarioFile::read(name, table, Some(text))?.into_scenario(name, effectors)
+        ScenarioFile::read(name, table, Some(text))?.into_scenario(effectors).at(name)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
@@ -88,7 +88,7 @@ impl Scenario {
         table: toml::Table,
         effectors: &EffectorList,
     ) -> Result<Self, Problem> {
-        ScenarioFile::read(name, table, None)?.into_scenario(name, effectors)
+        ScenarioFile::read(name, table, None)?.into_scenario(effectors).at(name)
     }
 }
 
@@ -136,7 +136,7 @@ impl ScenarioFile {
         config::in_units(name, table, text, &KNOWN_KEYS)
     }
 
-    fn into_scenario(self, name: &str, effectors: &EffectorList) -> Result<Scenario, Problem> {
+    fn into_scenario(self, effectors: &EffectorList) -> Result<Scenario, Problem> {
         let of_cases = [
             ("checkcase", self.checkcase.is_some()),
             ("plant.initial_state", self.plant.initial_state.is_some()),
@@ -145,12 +145,12 @@ impl ScenarioFile {
         ];
         if let Some((section, _)) = of_cases.iter().find(|(_, is_there)| *is_there) {
             let other = "an autopilot: `sitl study checkcase` flies it";
-            return Err(problem!("{name}: [{section}] has no meaning beside {other}"));
+            return Err(problem!("[{section}] has no meaning beside {other}"));
         }
         if self.plant.seed.is_none() {
-            return Err(toml::de::Error::missing_field("seed")).at(name);
+            return Err(toml::de::Error::missing_field("seed").into());
         }
-        Ok(Scenario { plant: self.plant.into_part(name, effectors)? })
+        Ok(Scenario { plant: self.plant.into_part(effectors)? })
     }
 }
 
@@ -209,11 +209,11 @@ struct AtmosphereTable {
 }
 
 impl PlantTable {
-    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, Problem> {
+    fn into_part(self, effectors: &EffectorList) -> Result<PlantPart, Problem> {
         if let Some(duration_s) = self.duration_s {
-            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS).at(file)?;
+            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)?;
         }
-        self.start.over(&Start::NOT_USED).check().at(file)?;
+        self.start.over(&Start::NOT_USED).check("plant.start")?;
         let table = self.wind.unwrap_or_default();
         let wind = WindSettings {
             speed_m_s: table.speed_m_s,
@@ -222,16 +222,16 @@ impl PlantTable {
             turbulence_m_s: table.turbulence_m_s,
             turbulence: table.turbulence.and_then(TurbulenceName::level),
         };
-        let profile = WindProfile::new(table.level).at(file)?;
-        wind.check().at(file)?;
+        let profile = WindProfile::new(table.level)?;
+        wind.check()?;
         let temperature_offset_k = self.atmosphere.unwrap_or_default().temperature_offset_k;
-        Atmosphere::check(temperature_offset_k).at(file)?;
-        check_gusts(&self.gust).at(file)?;
-        let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
+        Atmosphere::check(temperature_offset_k)?;
+        check_gusts(&self.gust)?;
+        let mut sensors = self.sensors.unwrap_or_default().settings()?;
         if let Some(date) = &self.date {
-            sensors.date = date.parse().map_err(|error| problem!("{file}: [plant] {error}"))?;
+            sensors.date = date.parse().map_err(|error| problem!("[plant] {error}"))?;
         }
-        sensors.check(ControlPeriod::DEFAULT.as_micros()).at(file)?;
+        sensors.check(ControlPeriod::DEFAULT.as_micros())?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
             seed: self.seed.unwrap_or_default(),
@@ -243,9 +243,7 @@ impl PlantTable {
             temperature_offset_k,
             gusts: self.gust,
             sensors,
-            faults: faults
-                .map(|(i, f)| f.read(file, i + 1, effectors))
-                .collect::<Result<_, _>>()?,
+            faults: faults.map(|(i, f)| f.read(i + 1, effectors)).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -296,24 +294,18 @@ struct FaultTable {
 }
 
 impl FaultTable {
-    /// The fault; errors use `file` and `number` (from 1).
-    fn read(
-        &self,
-        file: &str,
-        number: usize,
-        effectors: &EffectorList,
-    ) -> Result<ScheduledFault, Problem> {
+    /// The fault; errors use its `number` (from 1).
+    fn read(&self, number: usize, effectors: &EffectorList) -> Result<ScheduledFault, Problem> {
         let refused = |key: &str, problem: String| {
             let kind = self.kind.map_or("", |info| info.key);
-            problem!("{file}: [[plant.fault]] number {number}, kind {kind}: {key} {problem}")
+            problem!("[[plant.fault]] number {number}, kind {kind}: {key} {problem}")
         };
         let info = self.kind.ok_or_else(|| refused(KIND, "is missing".to_owned()))?;
-        let target = self.target(file, number, effectors)?;
+        let target = self.target(number, effectors)?;
         let class = target.class(effectors);
         let error = |error| match error {
             FaultError::OutOfRange { what, value, min, max, .. } => {
-                let (section, key) = (section("plant.fault"), section(what.key(class)));
-                problem!("{file}: {}", RangeError { section, key, value, min, max })
+                out_of_range("plant.fault", what.key(class), [value, min, max])
             }
             FaultError::Missing(field) => refused(field.key(class), "is missing".to_owned()),
             FaultError::Excludes(what, other) => {
@@ -346,12 +338,7 @@ impl FaultTable {
         }
     }
 
-    fn target(
-        &self,
-        file: &str,
-        number: usize,
-        effectors: &EffectorList,
-    ) -> Result<Target, Problem> {
+    fn target(&self, number: usize, effectors: &EffectorList) -> Result<Target, Problem> {
         let (key, name) = self.target.as_ref().map_or((TARGETS[0], ""), |(key, name)| (*key, name));
         let has_key = |target: &Target| {
             let place = match target {
@@ -365,7 +352,7 @@ impl FaultTable {
         all().find(|target| target.key(effectors) == name).ok_or_else(|| {
             let known = all().map(|target| target.key(effectors)).collect::<Vec<_>>().join(", ");
             problem!(
-                "{file}: [[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
+                "[[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
             )
         })
     }

@@ -38,7 +38,6 @@ pub struct Servo {
     /// Upper end of the travel, rad or N.
     pub max: f64,
     /// Second-order dynamics in the place of the lag.
-    #[serde(default)]
     pub second_order: Option<SecondOrder>,
     /// What happens to a command before it reaches the servo.
     #[serde(default)]

@@ -11,7 +11,6 @@ use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
-use crate::range::RangeError;
 use crate::sensors::SensorSettings;
 use crate::start::Start;
 use crate::step_limit::TooQuick;
@@ -61,9 +60,6 @@ pub struct PlantSetup {
 /// Why a flight cannot start.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SetupError {
-    /// A number outside its range, in the unit of the configuration files.
-    #[error(transparent)]
-    Range(#[from] RangeError),
     /// A body that no controller can fly, with its name in the airframe file.
     #[error("{0} has no [[effector]], so no controller can fly it; `sitl study checkcase` does")]
     NoEffector(Name),
@@ -73,7 +69,7 @@ pub enum SetupError {
     /// Level flight is not possible, so the flight has no start.
     #[error("{0}")]
     Trim(Problem),
-    /// Step, faults, model or tables do not fit.
+    /// A number, the step, a fault, the model or a table does not fit.
     #[error("{0}")]
     Other(Problem),
 }
@@ -91,7 +87,7 @@ impl PlantSetup {
             return Err(SetupError::NoEffector(self.airframe.name));
         }
         self.airframe.check()?;
-        self.start.check()?;
+        self.start.check("plant.start")?;
         self.wind.check()?;
         self.profile.check()?;
         Atmosphere::check(self.temperature_offset_k)?;
@@ -127,10 +123,9 @@ impl PlantSetup {
 
     /// Checks that the aircraft can have a fault.
     pub fn check_fault(&self, fault: &ScheduledFault) -> Result<(), Refusal> {
-        let ScheduledFault { target, kind, timing } = fault;
         let Airframe { effectors, servos, .. } = &self.airframe;
         let has = self.sensors.fitted_with(&self.airframe);
-        faults::check(effectors, servos, &has, *target, kind, timing)
+        faults::check(effectors, servos, &has, fault)
     }
 }
 

@@ -1,9 +1,10 @@
 //! The start of a flight.
 
+use host_io::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 use crate::geodesy::Geodetic;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// The start of a flight: wings level, no sideslip, level flight, trimmed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -72,13 +73,8 @@ impl Start {
         }
     }
 
-    /// Checks every number of a scenario's start.
-    pub fn check(&self) -> Result<(), RangeError> {
-        self.check_table("plant.start")
-    }
-
     /// Checks every number; `section` is its table in the file.
-    pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
+    pub(crate) fn check(&self, section: &'static str) -> Result<(), Problem> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
         check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;
         check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;

@@ -8,7 +8,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use crate::airframe::Airframe;
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, State};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::RigidState;
 use crate::start::Start;
 use crate::wind::Gust;
@@ -150,7 +150,7 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
 }
 
 /// An effector cannot hold a steady flight that exists.
-fn out_of_reach(airspeed_m_s: f64, altitude_m: f64, source: &RangeError) -> Problem {
+fn out_of_reach(airspeed_m_s: f64, altitude_m: f64, source: &Problem) -> Problem {
     problem!(
         "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
     )
@@ -233,17 +233,7 @@ impl LevelSearch<'_> {
     }
 
     fn jacobian(&self, x: &Unknowns) -> SMatrix<f64, 6, 6> {
-        // Large enough to be above rounding, small against the curvature; central differences.
-        const STEPS: [f64; 6] = [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6];
-        let mut jacobian = SMatrix::<f64, 6, 6>::zeros();
-        for (i, step) in STEPS.into_iter().enumerate() {
-            let (mut above, mut below) = (*x, *x);
-            above[i] += step;
-            below[i] -= step;
-            let slope = (self.residual(&above) - self.residual(&below)) / (2.0 * step);
-            jacobian.set_column(i, &slope);
-        }
-        jacobian
+        jacobian(x, [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6], |x| self.residual(x))
     }
 
     /// If there is no steady level flight: the flight that comes closest to it, its residual, and what prevents a steady one in words.
@@ -319,6 +309,23 @@ impl LevelSearch<'_> {
     }
 }
 
+/// Slopes of the residuals by central differences. The steps of the unknowns are large enough to be above rounding, and small against
+/// the curvature.
+fn jacobian<const N: usize>(
+    x: &SVector<f64, N>,
+    steps: [f64; N],
+    residual: impl Fn(&SVector<f64, N>) -> SVector<f64, N>,
+) -> SMatrix<f64, N, N> {
+    let mut jacobian = SMatrix::<f64, N, N>::zeros();
+    for (i, step) in steps.into_iter().enumerate() {
+        let (mut above, mut below) = (*x, *x);
+        above[i] += step;
+        below[i] -= step;
+        jacobian.set_column(i, &((residual(&above) - residual(&below)) / (2.0 * step)));
+    }
+    jacobian
+}
+
 /// Checks that effectors and angle of attack (rad) are inside their limits; `thrust_range` is that of the engine, N,
 /// and the dynamic pressure (Pa) that of the flight, whose hinge moments may limit the travel.
 fn check_reach(
@@ -327,7 +334,7 @@ fn check_reach(
     thrust_range: [f64; 2],
     pressure_pa: f64,
     alpha_rad: f64,
-) -> Result<(), RangeError> {
+) -> Result<(), Problem> {
     let list = &airframe.effectors;
     for effector in list.all() {
         let servo = &airframe.servos[effector];

@@ -1,18 +1,19 @@
 //! The moving air: steady wind and its shear, Dryden turbulence, discrete gusts.
 
+use host_io::problem::Problem;
 use icd::{Body, Ned, SimTime};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::noise::{Normals, Source};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 mod filters;
 pub mod level;
 
 pub use level::{LevelTurbulence, Surroundings, TurbulenceLevel, TurbulenceName};
 
-use filters::{Rotary, SecondOrder, Transition};
+pub use filters::Scales;
+use filters::{Field, Noise};
 
 /// Turbulence length above 2000 ft for every axis, m: 1750 ft (MIL-F-8785C, 3.7.2.1).
 pub const LENGTH_M: f64 = 533.4;
@@ -20,8 +21,8 @@ pub const LENGTH_M: f64 = 533.4;
 /// Airspeed below which the turbulence does not change more slowly, m/s.
 const SLOWEST_M_S: f64 = 20.0;
 
-/// Motion of the air over the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Motion of the air over the ground; by default it is calm.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct WindSettings {
     /// Horizontal speed of the steady wind, m/s.
     pub speed_m_s: f64,
@@ -32,27 +33,17 @@ pub struct WindSettings {
     /// Intensity σ of turbulence that is the same at every altitude, m/s rms on each axis.
     pub turbulence_m_s: f64,
     /// Turbulence of the standard at this level, instead of a constant intensity.
-    #[serde(default)]
     pub turbulence: Option<TurbulenceLevel>,
 }
 
 impl WindSettings {
-    /// No wind, no turbulence.
-    pub const CALM: Self = Self {
-        speed_m_s: 0.0,
-        towards_rad: 0.0,
-        down_m_s: 0.0,
-        turbulence_m_s: 0.0,
-        turbulence: None,
-    };
-
     /// The same with turbulence of this rms on each axis, m/s, in place of any other.
     #[must_use]
     pub fn with_turbulence_m_s(self, turbulence_m_s: f64) -> Self {
         Self { turbulence_m_s, turbulence: None, ..self }
     }
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         const SECTION: &str = "plant.wind";
         check_range(SECTION, "speed_m_s", self.speed_m_s, 0.0, 150.0)?;
         check_range(SECTION, "towards_deg", self.towards_rad.to_degrees(), -360.0, 360.0)?;
@@ -109,25 +100,18 @@ impl Gust {
 #[derive(Debug, Clone)]
 pub struct Turbulence {
     intensity_m_s: f64,
+    span_m: f64,
     period_s: f64,
-    normals: Normals,
-    along: f64,
-    across: [SecondOrder; 2],
-    rotation: Rotary,
+    noise: Noise,
+    field: Field,
 }
 
 impl Turbulence {
     /// Calm air that turbulence of rms `intensity_m_s` will move, advanced every `period_s`, around an aircraft of
     /// this span.
     pub fn new(intensity_m_s: f64, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
-        Self {
-            intensity_m_s,
-            period_s,
-            normals: Normals::new(seed, run, Source::Turbulence),
-            along: 0.0,
-            across: [SecondOrder::default(); 2],
-            rotation: Rotary::new(span_m, seed, run),
-        }
+        let (noise, field) = (Noise::new(seed, run), Field::default());
+        Self { intensity_m_s, span_m, period_s, noise, field }
     }
 
     /// Advances one control tick at this true airspeed (m/s); returns the gust until the next tick.
@@ -137,19 +121,10 @@ impl Turbulence {
         if self.intensity_m_s <= 0.0 {
             return Gust::none();
         }
-        let t = Transition::new(airspeed_m_s.max(SLOWEST_M_S) * self.period_s / LENGTH_M);
-        self.along = t.decay * self.along + t.l11 * self.normals.draw();
-        let before = self.across;
-        let noise = [(); 2].map(|()| [self.normals.draw(), self.normals.draw()]);
-        for (axis, [n1, n2]) in self.across.iter_mut().zip(noise) {
-            axis.step(&t, n1, n2);
-        }
-        self.rotation.step(&t, &before, &noise);
-        let [y, z] = self.across.map(|axis| axis.output());
-        Gust {
-            velocity: Body(Vector3::new(self.along, y, z) * self.intensity_m_s),
-            rates: Body(self.rotation.rates(y, z) * self.intensity_m_s),
-        }
+        let scales = Scales::isotropic(LENGTH_M, self.intensity_m_s);
+        let way_m = airspeed_m_s.max(SLOWEST_M_S) * self.period_s;
+        let (along, across) = (self.noise.velocity.draw(), self.noise.across());
+        self.field.step(&scales, self.span_m, way_m, (along, across), &mut self.noise)
     }
 }
 
@@ -218,7 +193,7 @@ impl DiscreteGust {
     /// Most gusts of a scenario.
     pub const MAX: usize = 16;
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         check_range(GUST_SECTION, "onset_s", self.onset_s, 0.0, SimTime::MAX_SECONDS)?;
         check_range(GUST_SECTION, "length_m", self.length_m, 1.0, 10_000.0)?;
         check_range(GUST_SECTION, "forward_m_s", self.forward_m_s, -50.0, 50.0)?;
@@ -238,7 +213,7 @@ impl DiscreteGust {
 }
 
 /// Checks the gusts of a scenario.
-pub fn check_gusts(gusts: &[DiscreteGust]) -> Result<(), RangeError> {
+pub fn check_gusts(gusts: &[DiscreteGust]) -> Result<(), Problem> {
     check_range(
         GUST_SECTION,
         "number of gusts",
@@ -306,13 +281,13 @@ impl WindProfile {
     pub const LEVELS_MAX: usize = 1_000;
 
     /// From levels with increasing altitudes.
-    pub fn new(levels: Vec<WindLevel>) -> Result<Self, RangeError> {
+    pub fn new(levels: Vec<WindLevel>) -> Result<Self, Problem> {
         let profile = Self { levels };
         profile.check()?;
         Ok(profile)
     }
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         let (count, max) = (self.levels.len() as f64, Self::LEVELS_MAX as f64);
         check_range("plant.wind", "number of levels", count, 0.0, max)?;
         let mut least = -5_000.0;
@@ -426,7 +401,7 @@ mod tests {
             speed_m_s: 10.0,
             towards_rad: core::f64::consts::FRAC_PI_2,
             down_m_s: -1.0,
-            ..WindSettings::CALM
+            ..WindSettings::default()
         };
         assert!((steady(&east).0 - Vector3::new(0.0, 10.0, -1.0)).norm() < 1e-14);
     }

@@ -470,9 +470,13 @@ impl fmt::Display for Described {
                     .and_then(|one| one.words.first().copied()),
                 N(quantity) => {
                     let mut numbers = info.numbers.iter().zip(values);
-                    if let Some((number, value)) = numbers.find(|(n, _)| n.quantity == quantity) {
-                        f.write_str(before)?;
-                        write_number(f, number, value, self.class)?;
+                    if let Some((number, si)) = numbers.find(|(n, _)| n.quantity == quantity) {
+                        let unit = quantity.measure().unit(self.class);
+                        let value = unit.from_si(si);
+                        match number.decimals.map(usize::from) {
+                            Some(decimals) => write!(f, "{before}{value:.decimals$} {}", unit.name),
+                            None => write!(f, "{before}{} {}", Tidy(value), unit.name),
+                        }?;
                         before = " ";
                     }
                     None
@@ -484,20 +488,6 @@ impl fmt::Display for Described {
             }
         }
         Ok(())
-    }
-}
-
-fn write_number(
-    f: &mut fmt::Formatter<'_>,
-    number: &NumberInfo,
-    si: f64,
-    class: TargetClass,
-) -> fmt::Result {
-    let unit = number.quantity.measure().unit(class);
-    let value = unit.from_si(si);
-    match number.decimals {
-        Some(decimals) => write!(f, "{value:.*} {}", usize::from(decimals), unit.name),
-        None => write!(f, "{} {}", Tidy(value), unit.name),
     }
 }
 

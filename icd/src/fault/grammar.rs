@@ -246,19 +246,11 @@ impl FaultDraft {
 
     fn times(&self) -> Result<Option<u32>, FaultError> {
         let Some(value) = self.numbers.get(Quantity::Times) else { return Ok(None) };
-        let [min, max] = TIMES;
-        if !(min..=max).contains(&value) {
+        if !(TIMES[0]..=TIMES[1]).contains(&value) {
             return Err(self.outside(Quantity::Times, value, TIMES));
         }
-        if libm::trunc(value) == value {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole and in range, as just checked"
-            )]
-            return Ok(Some(value as u32));
-        }
-        Err(FaultError::NotWhole(Quantity::Times, value))
+        let whole = (0..=1_000).find(|times| f64::from(*times) == value);
+        whole.map(Some).ok_or(FaultError::NotWhole(Quantity::Times, value))
     }
 
     /// A number outside its range, all in SI units.

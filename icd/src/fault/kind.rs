@@ -127,7 +127,7 @@ pub struct Alternative {
     pub label: &'static str,
 }
 
-/// A parameter with a choice; its values number the alternatives from 0.
+/// A parameter with a choice; its values number the alternatives of a kind, or the kinds of a type, from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChoiceParameter {
     /// Name.
@@ -237,15 +237,6 @@ named! {
     }
 }
 
-/// The parameter that selects one of several kinds of a type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ModeParameter {
-    /// Name.
-    pub name: &'static str,
-    /// Its description.
-    pub meaning: &'static str,
-}
-
 impl FailureType {
     /// Number in MAVLink.
     pub const fn code(self) -> u8 {
@@ -268,14 +259,14 @@ impl FailureType {
     }
 
     /// The parameter that selects one of several kinds.
-    pub const fn mode(self) -> Option<ModeParameter> {
+    pub const fn mode(self) -> Option<ChoiceParameter> {
         match self {
-            Self::Stuck => Some(ModeParameter {
+            Self::Stuck => Some(ChoiceParameter {
                 name: "FLT_STUCK_MODE",
                 meaning: "Where STUCK holds an effector",
             }),
             Self::Wrong => {
-                Some(ModeParameter { name: "FLT_WRONG_MODE", meaning: "What WRONG means" })
+                Some(ChoiceParameter { name: "FLT_WRONG_MODE", meaning: "What WRONG means" })
             }
             _ => None,
         }

@@ -147,7 +147,7 @@ impl Reader<'_> {
     }
     /// Longer than any packet.
     pub fn length(&self) -> WireError {
-        WireError::Length { bytes: self.total }
+        WireError::Length(self.total)
     }
     /// A value that is not finite, or not valid.
     pub fn value(&self, field: &'static str, value: f64) -> WireError {

@@ -36,7 +36,7 @@ fn setup(body: &str, earth: EarthModel, initial: InitialState) -> ReleaseSetup {
         airframe: airframe(body),
         earth,
         flat_gravity: None,
-        wind: WindSettings::CALM,
+        wind: WindSettings::default(),
         temperature_offset_k: 0.0,
         gusts: Vec::new(),
         profile: WindProfile::default(),

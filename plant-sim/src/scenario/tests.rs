@@ -314,7 +314,7 @@ fn a_start_and_a_wind_may_have_only_the_keys_that_differ() {
     let start = Start { altitude_m: 3_000.0, ..at };
     let setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
     assert_eq!(setup.start, start);
-    assert_eq!(setup.wind, WindSettings { turbulence_m_s: 2.0, ..WindSettings::CALM });
+    assert_eq!(setup.wind, WindSettings { turbulence_m_s: 2.0, ..WindSettings::default() });
 }
 
 #[test]

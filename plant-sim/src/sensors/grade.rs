@@ -16,7 +16,7 @@ use crate::airframe::Airframe;
 use crate::config;
 use crate::date::Date;
 use crate::faults::Fitted;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 const TACTICAL: &str = include_str!("../../sensors/tactical.toml");
 const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
@@ -121,7 +121,7 @@ impl Grade {
     }
 
     /// Checks every number; the queue of delayed samples depends on the control period, µs.
-    pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
+    pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         for sensor in SensorKind::ALL {
             let errors = self.of(sensor);
             let section = section(sensor);
@@ -158,15 +158,16 @@ macro_rules! key {
     };
 }
 
-/// Keys in the unit of a sensor, whose suffix, size in SI units and largest spread are given.
+/// Keys in the unit of a sensor, whose suffix, size in SI units and largest spread are given, and further ones.
 macro_rules! in_unit {
-    ($unit:literal, $si:expr, $max:expr) => {
+    ($unit:literal, $si:expr, $max:expr $(, $more:expr)*) => {
         [
             key!(concat!("noise_", $unit), $si, 0.0, $max, noise),
             key!(concat!("bias_", $unit), $si, 0.0, $max, bias),
             key!(concat!("instability_", $unit), $si, 0.0, $max, instability),
             key!(concat!("resolution_", $unit), $si, 0.0, $max, resolution),
             key!(concat!("range_", $unit), $si, 1.0e-6, 1.0e15, range),
+            $($more),*
         ]
     };
 }
@@ -181,31 +182,23 @@ static OF_ALL: [Key; 4] = [
 ];
 const AXES: Key = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
 
-static GYRO: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("deg_s", DEG, 100.0);
-    [a, b, c, d, e, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density)]
-};
-static ACCELEROMETER: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("m_s2", 1.0, 100.0);
-    [a, b, c, d, e, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density)]
-};
+static GYRO: [Key; 7] =
+    in_unit!("deg_s", DEG, 100.0, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density));
+static ACCELEROMETER: [Key; 7] =
+    in_unit!("m_s2", 1.0, 100.0, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density));
 static ATTITUDE: [Key; 5] = in_unit!("deg", DEG, 90.0);
-static GNSS: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("m", 1.0, 10_000.0);
-    let vertical = key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor);
-    let velocity = key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s);
-    [a, b, c, d, e, vertical, velocity]
-};
+static GNSS: [Key; 7] = in_unit!(
+    "m",
+    1.0,
+    10_000.0,
+    key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor),
+    key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s)
+);
 static PRESSURE: [Key; 5] = in_unit!("pa", 1.0, 50_000.0);
 static VANES: [Key; 5] = in_unit!("deg", DEG, 45.0);
-static ENGINE_MONITOR: [Key; 6] = {
-    let [a, b, c, d, e] = in_unit!("n", 1.0, 1.0e6);
-    [a, b, c, d, e, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise)]
-};
-static MAGNETOMETER: [Key; 6] = {
-    let [a, b, c, d, e] = in_unit!("nt", 1.0, 1.0e5);
-    [a, b, c, d, e, AXES]
-};
+static ENGINE_MONITOR: [Key; 6] =
+    in_unit!("n", 1.0, 1.0e6, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise));
+static MAGNETOMETER: [Key; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
 
 /// The keys of a sensor's table.
 fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static Key> {
@@ -329,11 +322,11 @@ impl SensorSettings {
     /// Sensors of a grade.
     pub fn of_grade(name: GradeName) -> Self {
         let table = SensorsTable { grade: Some(name), ..SensorsTable::default() };
-        table.settings("").unwrap_or(Self::IDEAL)
+        table.settings().unwrap_or(Self::IDEAL)
     }
 
     /// Checks every number, with the control period in µs.
-    pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
+    pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
         check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)?;
         self.grade.as_ref().map_or(Ok(()), |grade| grade.check(period_us))
@@ -388,8 +381,8 @@ sensors_table! {
 }
 
 impl SensorsTable {
-    /// The settings that the table of this scenario file means.
-    pub(crate) fn settings(&self, file: &str) -> Result<SensorSettings, Problem> {
+    /// The settings that the table means.
+    pub(crate) fn settings(&self) -> Result<SensorSettings, Problem> {
         let mut settings = SensorSettings::IDEAL;
         let mut grade = Grade::EXACT;
         let of_file = self.grade.and_then(GradeName::file);
@@ -404,7 +397,7 @@ impl SensorsTable {
             // The shipped scenarios have a noise of zero.
             if is_real && noise_deg_s != 0.0 {
                 return Err(problem!(
-                    "{file}: [plant.sensors] gyro_noise_deg_s is of ideal sensors; of others it is gyro.noise_deg_s"
+                    "[plant.sensors] gyro_noise_deg_s is of ideal sensors; of others it is gyro.noise_deg_s"
                 ));
             }
             settings.gyro_noise_rad_s = noise_deg_s.to_radians();

@@ -10,7 +10,7 @@ use icd::{
 };
 
 use super::grade::{Errors, Grade, QUEUE_MAX};
-use crate::atmosphere::{HEAT_RATIO, pressure_altitude_m, speed_of_sound};
+use crate::atmosphere::{Atmosphere, HEAT_RATIO, pressure_altitude_m};
 use crate::faults::micros;
 use crate::noise::{Normals, Source};
 
@@ -166,7 +166,7 @@ pub(super) fn airspeed_m_s(impact_pa: f64, static_pa: f64) -> f64 {
     let ratio = 1.0 + (impact_pa / static_pa).max(0.0);
     // M² = 5 ((q_c/p + 1)^(2/7) - 1).
     let mach_2 = 2.0 / (HEAT_RATIO - 1.0) * (libm::exp(libm::log(ratio) / 3.5) - 1.0);
-    mach_2.sqrt() * speed_of_sound(pressure_altitude_m(static_pa))
+    mach_2.sqrt() * Atmosphere::STANDARD.speed_of_sound(pressure_altitude_m(static_pa))
 }
 
 impl<const N: usize, T: Copy> Sensor<N, T> {
@@ -359,7 +359,10 @@ impl<const N: usize> AxisErrors<N> {
             if self.relative_noise > 0.0 {
                 sum += self.relative_noise * value * self.normals.draw();
             }
-            *out = quantised(sum, self.resolution).max(-self.range).min(self.range);
+            if self.resolution > 0.0 {
+                sum = libm::round(sum / self.resolution) * self.resolution;
+            }
+            *out = sum.max(-self.range).min(self.range);
         }
         out
     }
@@ -386,10 +389,6 @@ impl<const N: usize> AxisErrors<N> {
             }
         }
     }
-}
-
-fn quantised(value: f64, resolution: f64) -> f64 {
-    if resolution > 0.0 { libm::round(value / resolution) * resolution } else { value }
 }
 
 #[cfg(test)]

@@ -111,23 +111,18 @@ impl TableAero {
 
 impl CoefficientSums {
     fn texts(&self) -> [SumText<'_>; COEFFICIENTS] {
-        let Self { c_x, c_y, c_z, c_lift, c_drag, c_drag_wind, c_roll, c_pitch, c_yaw } = self;
-        let sums = [
-            ("c_x", c_x),
-            ("c_y", c_y),
-            ("c_z", c_z),
-            ("c_lift", c_lift),
-            ("c_drag", c_drag),
-            ("c_roll", c_roll),
-            ("c_pitch", c_pitch),
-            ("c_yaw", c_yaw),
-            ("c_drag_wind", c_drag_wind),
-        ];
-        let mut output = 0;
-        sums.map(|(key, terms)| {
-            output += 1;
-            SumText { output: output - 1, key, terms }
-        })
+        [
+            ("c_x", &self.c_x),
+            ("c_y", &self.c_y),
+            ("c_z", &self.c_z),
+            ("c_lift", &self.c_lift),
+            ("c_drag", &self.c_drag),
+            ("c_roll", &self.c_roll),
+            ("c_pitch", &self.c_pitch),
+            ("c_yaw", &self.c_yaw),
+            ("c_drag_wind", &self.c_drag_wind),
+        ]
+        .map(|(key, terms)| SumText { key, terms })
     }
 }
 

@@ -86,46 +86,39 @@ struct Term {
     inputs: [usize; PRODUCT_MAX],
 }
 
-/// A sum as in a file: its output, its key for errors, its terms.
+/// A sum as in a file: its key for errors, its terms.
 pub struct SumText<'a> {
-    /// Index of the output.
-    pub output: usize,
     /// Key in the file.
     pub key: &'a str,
     pub terms: &'a [String],
-}
-
-fn too_many(what: &str, found: usize, max: usize) -> Problem {
-    problem!("{found} {what} in all sums together, expected at most {max}")
 }
 
 impl Sums {
     /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
     pub fn new(tables: &[Table], sums: &[SumText<'_>], inputs: &[String]) -> Result<Self, Problem> {
-        if inputs.len() > SUM_INPUTS_MAX {
-            let (found, max) = (inputs.len(), SUM_INPUTS_MAX);
-            return Err(too_many("inputs", found, max));
-        }
         let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
         let mut products = Vec::new();
-        for sum in sums {
+        for (output, sum) in sums.iter().enumerate() {
             for text in sum.terms {
                 let form = |problem| problem!("{}: term {text:?} {problem}", sum.key);
-                products.push((sum.output, build.product(text).map_err(form)?));
+                products.push((output, build.product(text).map_err(form)?));
             }
         }
         let grids = build.grids();
         let values = grids.iter().map(|grid| grid.width).sum();
-        for (what, found, max) in
-            [("inputs of tables", build.axes.len(), AXES_MAX), ("functions", values, VALUES_MAX)]
-        {
+        for (what, found, max) in [
+            ("inputs", inputs.len(), SUM_INPUTS_MAX),
+            ("inputs of tables", build.axes.len(), AXES_MAX),
+            ("functions", values, VALUES_MAX),
+        ] {
             if found > max {
-                return Err(too_many(what, found, max));
+                return Err(problem!(
+                    "{found} {what} in all sums together, expected at most {max}"
+                ));
             }
         }
-        let mut sums =
-            vec![Vec::new(); products.iter().map(|(output, _)| output + 1).max().unwrap_or(0)];
+        let mut sums = vec![Vec::new(); sums.len()];
         for (output, product) in products {
             let value = product.function.map(|(grid, function)| grids[grid].first + function);
             let mut inputs = [SUM_INPUTS_MAX; PRODUCT_MAX];
@@ -136,7 +129,7 @@ impl Sums {
         Ok(Self { axes: build.axes, grids, sums })
     }
 
-    /// Adds every sum to its output. `inputs` in SI units, in the order of the names given to [`Sums::new`].
+    /// Adds every sum to the output with its index. `inputs` in SI units, in the order of the names given to [`Sums::new`].
     #[inline]
     pub fn add_to(&self, outputs: &mut [f64], inputs: &[f64]) {
         let mut known = [1.0; SUM_INPUTS_MAX + 1];

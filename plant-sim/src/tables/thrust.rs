@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
 use super::{TableText, read_all};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Inputs of a term of the thrust: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];
@@ -89,8 +89,8 @@ impl ThrustTables {
     fn build(&self) -> Result<Engine, Problem> {
         let tables = read_all("propulsion", &self.table)?;
         let sums = |terms: &[&[String]], inputs: &[&str]| {
-            let text = |(output, terms)| SumText { output, key: "thrust_n", terms };
-            let sums: Vec<SumText<'_>> = terms.iter().copied().enumerate().map(text).collect();
+            let sums = terms.iter().map(|terms| SumText { key: "thrust_n", terms });
+            let sums: Vec<SumText<'_>> = sums.collect();
             let inputs: Vec<String> = inputs.iter().map(|name| (*name).to_owned()).collect();
             Sums::new(&tables, &sums, &inputs).map_err(|problem| problem!("[propulsion] {problem}"))
         };
@@ -165,7 +165,7 @@ pub struct EngineAir {
 }
 
 impl Propeller {
-    fn check(&self) -> Result<(), RangeError> {
+    fn check(&self) -> Result<(), Problem> {
         let section = "propulsion";
         check_range(section, "diameter_m", self.diameter_m, 0.01, 10.0)?;
         check_range(section, "motor_constant_v_s", self.motor_constant_v_s, 1.0e-5, 100.0)?;

@@ -2,24 +2,20 @@
 
 use host_io::problem::{Problem, problem};
 use icd::{Body, Ned, PerEffector};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::{STEPS_MAX, TOLERANCE, check_reach, out_of_reach};
+use super::{STEPS_MAX, TOLERANCE, check_reach, jacobian, out_of_reach};
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, Evaluation};
 use crate::release::{Controls, InitialState};
-use crate::rigid_body::RigidState;
 use crate::wind::Gust;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LongitudinalTrim {
-    pub rigid: RigidState,
     /// Pitch angle, rad.
     pub theta_rad: f64,
     /// Main command to the elevators, rad.
     pub elevator_rad: f64,
-    /// Thrust, N.
-    pub thrust_n: f64,
     /// The controls, with those that were given.
     pub controls: Controls,
 }
@@ -57,7 +53,8 @@ pub fn solve(
         if residual.amax() < TOLERANCE {
             return search.held(dynamics, &x, &present);
         }
-        let Some(step) = search.jacobian(&x).lu().solve(&residual) else { break };
+        let jacobian = jacobian(&x, [1.0e-5, 1.0e-5, 1.0], |x| search.residual(x).0);
+        let Some(step) = jacobian.lu().solve(&residual) else { break };
         x -= step * (super::ALPHA_STEP_MAX_RAD / step.x.abs()).min(1.0);
         (residual, present) = search.residual(&x);
     }
@@ -98,20 +95,6 @@ impl LongitudinalSearch<'_> {
         (Vector3::new(along, acceleration.z, e.motion.derivative.rates.0.y), e)
     }
 
-    fn jacobian(&self, x: &Vector3<f64>) -> Matrix3<f64> {
-        // Above rounding, and small against the curvature.
-        const STEPS: [f64; 3] = [1.0e-5, 1.0e-5, 1.0];
-        let mut jacobian = Matrix3::zeros();
-        for (i, step) in STEPS.into_iter().enumerate() {
-            let (mut above, mut below) = (*x, *x);
-            above[i] += step;
-            below[i] -= step;
-            let slope = (self.residual(&above).0 - self.residual(&below).0) / (2.0 * step);
-            jacobian.set_column(i, &slope);
-        }
-        jacobian
-    }
-
     /// The trim, if the aircraft (`dynamics`, with the limits of its thrust) can hold it.
     fn held(
         &self,
@@ -131,9 +114,8 @@ impl LongitudinalSearch<'_> {
             present.motion.air.alpha_rad,
         )
         .map_err(|source| out_of_reach(airspeed_m_s, present.place.altitude_m, &source))?;
-        controls.lever = dynamics.lever_at(x.z, airspeed_m_s, present.density, altitude_m);
-        let rigid = self.initial.rigid(dynamics.earth(), x.x);
-        let (theta_rad, elevator_rad, thrust_n) = (x.x, x.y, x.z);
-        Ok(LongitudinalTrim { rigid, theta_rad, elevator_rad, thrust_n, controls })
+        let air = dynamics.engine_air(airspeed_m_s, present.density, altitude_m);
+        controls.lever = dynamics.jet().lever_at(x.z, &air);
+        Ok(LongitudinalTrim { theta_rad: x.x, elevator_rad: x.y, controls })
     }
 }

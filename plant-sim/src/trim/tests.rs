@@ -19,12 +19,12 @@ fn trimmed(model: EarthModel, start: Start, wind: WindSettings) -> (Dynamics, Tr
 }
 
 fn crosswind() -> WindSettings {
-    WindSettings { speed_m_s: 20.0, towards_rad: 1.2, ..WindSettings::CALM }
+    WindSettings { speed_m_s: 20.0, towards_rad: 1.2, ..WindSettings::default() }
 }
 
 #[test]
 fn val_the_design_point_is_that_of_the_parameter_set() {
-    let (_, trim) = trimmed(EarthModel::Flat, START, WindSettings::CALM);
+    let (_, trim) = trimmed(EarthModel::Flat, START, WindSettings::default());
     // Printed as 1.997 deg and 27.12 kN.
     assert!((trim.alpha_rad.to_degrees() - 1.997).abs() < 5e-4, "{} rad", trim.alpha_rad);
     assert!((trim.thrust_n - 27_120.0).abs() < 5.0, "{} N", trim.thrust_n);
@@ -35,7 +35,9 @@ fn val_the_design_point_is_that_of_the_parameter_set() {
 
 #[test]
 fn on_the_flat_earth_the_lateral_trim_is_exactly_zero() {
-    for (heading_rad, wind) in [(0.0, WindSettings::CALM), (0.0, crosswind()), (2.0, crosswind())] {
+    for (heading_rad, wind) in
+        [(0.0, WindSettings::default()), (0.0, crosswind()), (2.0, crosswind())]
+    {
         let (_, trim) = trimmed(EarthModel::Flat, Start { heading_rad, ..START }, wind);
         let lateral = [trim.aileron_rad, trim.rudder_rad, trim.turn_rate_rad_s];
         if heading_rad == 0.0 {
@@ -48,7 +50,7 @@ fn on_the_flat_earth_the_lateral_trim_is_exactly_zero() {
 
 #[test]
 fn on_the_rotating_earth_a_slow_turn_balances_the_coriolis_force() {
-    let (_, trim) = trimmed(EarthModel::Wgs84, START, WindSettings::CALM);
+    let (_, trim) = trimmed(EarthModel::Wgs84, START, WindSettings::default());
     // Northbound, Coriolis pushes right with 2 W V sin(lat): a turn to the right with 2 W sin(lat).
     let expected = 2.0 * crate::earth::ROTATION_RAD_S * libm::sin(START.latitude_rad);
     let turn = trim.turn_rate_rad_s;
@@ -61,7 +63,7 @@ fn on_the_rotating_earth_a_slow_turn_balances_the_coriolis_force() {
 fn trim_flies_level_at_the_airspeed_in_any_steady_wind() {
     for model in [EarthModel::Flat, EarthModel::Wgs84] {
         let updraught = WindSettings { down_m_s: -3.0, ..crosswind() };
-        for wind in [WindSettings::CALM, crosswind(), updraught] {
+        for wind in [WindSettings::default(), crosswind(), updraught] {
             let (dynamics, trim) = trimmed(model, START, wind);
             let state = trim.state();
             let air = wind::steady(&wind);
