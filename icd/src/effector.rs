@@ -4,6 +4,8 @@ use core::ops::{Index, IndexMut};
 
 use serde::{Deserialize, Serialize};
 
+use crate::named;
+
 /// An effector: its index in the aircraft's list, which is the order of packets, logs and MAVLink outputs.
 ///
 /// The list has its name, kind and side. The table at the top of this crate has the signs.
@@ -160,59 +162,32 @@ impl<T> IndexMut<Effector> for PerEffector<T> {
     }
 }
 
-/// Kind of an effector. A law finds the effector of a role by kind and side.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum EffectorKind {
-    /// Surface at the wing's trailing edge, for roll.
-    Aileron,
-    /// Surface at the tail, for pitch; left and right ones can also roll.
-    Elevator,
-    /// Surface of the fin.
-    Rudder,
-    /// High-lift surface at the wing's edge.
-    Flap,
-    /// Surface on the wing that reduces lift.
-    Spoiler,
-    /// Surface ahead of the wing, for pitch.
-    Canard,
-    /// Angle of the jet in pitch.
-    NozzlePitch,
-    /// Angle of the jet in yaw.
-    NozzleYaw,
-    /// Thrust, newton.
-    Engine,
+named! {
+    /// Kind of an effector. A law finds the effector of a role by kind and side.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    EffectorKind {
+        /// Surface at the wing's trailing edge, for roll.
+        Aileron = "aileron",
+        /// Surface at the tail, for pitch; left and right ones can also roll.
+        Elevator = "elevator",
+        /// Surface of the fin.
+        Rudder = "rudder",
+        /// High-lift surface at the wing's edge.
+        Flap = "flap",
+        /// Surface on the wing that reduces lift.
+        Spoiler = "spoiler",
+        /// Surface ahead of the wing, for pitch.
+        Canard = "canard",
+        /// Angle of the jet in pitch.
+        NozzlePitch = "nozzle_pitch",
+        /// Angle of the jet in yaw.
+        NozzleYaw = "nozzle_yaw",
+        /// Thrust, newton.
+        Engine = "engine",
+    }
 }
 
 impl EffectorKind {
-    /// All kinds.
-    pub const ALL: [Self; 9] = [
-        Self::Aileron,
-        Self::Elevator,
-        Self::Rudder,
-        Self::Flap,
-        Self::Spoiler,
-        Self::Canard,
-        Self::NozzlePitch,
-        Self::NozzleYaw,
-        Self::Engine,
-    ];
-
-    /// Name in files.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Aileron => "aileron",
-            Self::Elevator => "elevator",
-            Self::Rudder => "rudder",
-            Self::Flap => "flap",
-            Self::Spoiler => "spoiler",
-            Self::Canard => "canard",
-            Self::NozzlePitch => "nozzle_pitch",
-            Self::NozzleYaw => "nozzle_yaw",
-            Self::Engine => "engine",
-        }
-    }
-
     /// Whether the value is an angle, rad; the engine's is a thrust, N.
     pub const fn is_angle(self) -> bool {
         !matches!(self, Self::Engine)

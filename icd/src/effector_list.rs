@@ -35,19 +35,15 @@ pub enum LateralSide {
 /// The command of the effector is the sum of each axis times its gain. The signs are those of the laws: a positive
 /// aileron command δa rolls left, a positive elevator command δe pitches down, a positive rudder command δr yaws left.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct AxisGains {
     /// Gain of the aileron command δa.
-    #[serde(default)]
     pub roll: f64,
     /// Gain of the elevator command δe.
-    #[serde(default)]
     pub pitch: f64,
     /// Gain of the rudder command δr.
-    #[serde(default)]
     pub yaw: f64,
     /// Gain of the thrust command.
-    #[serde(default)]
     pub thrust: f64,
 }
 
@@ -79,7 +75,6 @@ pub struct EffectorEntry {
     #[serde(default)]
     pub side: LateralSide,
     /// Name of the mirrored effector on the other side; `None` for an effector without one.
-    #[serde(default)]
     pub partner: Option<Name>,
     /// MAVLink number, from 1: of an engine among the motors, else among the servos.
     pub instance: u8,
@@ -162,7 +157,18 @@ impl EffectorList {
             if before.iter().any(|other| other.name == entry.name) {
                 return Err(wrong(ListProblem::DuplicateName));
             }
-            check_instance(entry, before).map_err(wrong)?;
+            let EffectorEntry { kind, instance, .. } = *entry;
+            if !(1..=Effector::MAX).contains(&usize::from(instance)) {
+                return Err(wrong(ListProblem::BadInstance(instance)));
+            }
+            let mut unit = before.iter().filter(|other| other.kind.is_angle() == kind.is_angle());
+            if unit.any(|other| other.instance == instance) {
+                return Err(wrong(ListProblem::DuplicateInstance(instance)));
+            }
+            let is_single = kind.is_nozzle() || kind == EffectorKind::Engine;
+            if is_single && before.iter().any(|other| other.kind == kind) {
+                return Err(wrong(ListProblem::OnlyOne(kind)));
+            }
             let mirrored = partner(entry, &all).map_err(wrong)?.unwrap_or(place);
             let mirrored = Effector::from_index(mirrored).ok_or(wrong(ListProblem::TooMany))?;
             list.members[place] = Member { entry: *entry, key, mirrored };
@@ -321,45 +327,27 @@ fn key(name: &Name) -> Option<Name> {
     if !words.all(is_word) || !name.starts_with(|first: char| first.is_ascii_lowercase()) {
         return None;
     }
-    Some(name.chars().map(|letter| if letter == ' ' { '_' } else { letter }).fold(
-        Name::new(),
-        |mut key, letter| {
-            key.push(letter);
-            key
-        },
-    ))
-}
-
-fn check_instance(entry: &EffectorEntry, before: &[EffectorEntry]) -> Result<(), ListProblem> {
-    let EffectorEntry { kind, instance, .. } = *entry;
-    if !(1..=Effector::MAX).contains(&usize::from(instance)) {
-        return Err(ListProblem::BadInstance { instance });
+    let mut key = Name::new();
+    for letter in name.chars() {
+        key.push(if letter == ' ' { '_' } else { letter });
     }
-    let mut unit = before.iter().filter(|other| other.kind.is_angle() == kind.is_angle());
-    if unit.any(|other| other.instance == instance) {
-        return Err(ListProblem::DuplicateInstance { instance });
-    }
-    let is_single = kind.is_nozzle() || kind == EffectorKind::Engine;
-    if is_single && before.iter().any(|other| other.kind == kind) {
-        return Err(ListProblem::OnlyOne { kind });
-    }
-    Ok(())
+    Some(key)
 }
 
 /// Index of the partner.
 fn partner(entry: &EffectorEntry, all: &[EffectorEntry]) -> Result<Option<usize>, ListProblem> {
     let Some(partner) = entry.partner else { return Ok(None) };
     let place = all.iter().position(|other| other.name == partner);
-    let place = place.ok_or(ListProblem::UnknownPartner { partner })?;
+    let place = place.ok_or(ListProblem::UnknownPartner(partner))?;
     let other = &all[place];
     if other.partner != Some(entry.name) {
-        return Err(ListProblem::NotMutual { partner });
+        return Err(ListProblem::NotMutual(partner));
     }
     let sides = [entry.side, other.side];
     let are_opposite = sides == [LateralSide::Left, LateralSide::Right]
         || sides == [LateralSide::Right, LateralSide::Left];
     if other.kind != entry.kind || !are_opposite {
-        return Err(ListProblem::NotMirrored { partner });
+        return Err(ListProblem::NotMirrored(partner));
     }
     Ok(Some(place))
 }
@@ -384,36 +372,18 @@ pub enum ListProblem {
     BadName,
     /// Two effectors have the same name.
     DuplicateName,
-    /// Two servos or two motors have the same MAVLink number.
-    DuplicateInstance {
-        /// The number.
-        instance: u8,
-    },
-    /// The MAVLink number is outside its range.
-    BadInstance {
-        /// The number.
-        instance: u8,
-    },
-    /// There is no effector with the partner's name.
-    UnknownPartner {
-        /// The name.
-        partner: Name,
-    },
-    /// The partner does not name this effector as its own partner.
-    NotMutual {
-        /// The partner's name.
-        partner: Name,
-    },
-    /// The two partners are not left and right of the same kind.
-    NotMirrored {
-        /// The partner's name.
-        partner: Name,
-    },
-    /// A second engine, or a second nozzle for the same axis: an aircraft has at most one of each.
-    OnlyOne {
-        /// The kind.
-        kind: EffectorKind,
-    },
+    /// Two servos or two motors have this MAVLink number.
+    DuplicateInstance(u8),
+    /// This MAVLink number is outside its range.
+    BadInstance(u8),
+    /// There is no effector with this partner's name.
+    UnknownPartner(Name),
+    /// The partner of this name does not name the effector as its own partner.
+    NotMutual(Name),
+    /// Effector and partner of this name are not left and right of the same kind.
+    NotMirrored(Name),
+    /// A second engine, or a second nozzle for the same axis: an aircraft has at most one of each such kind.
+    OnlyOne(EffectorKind),
 }
 
 impl fmt::Display for EffectorListError {
@@ -428,23 +398,23 @@ impl fmt::Display for EffectorListError {
                 "name is not made of small letters and digits, words apart by single spaces, as in `left aileron`",
             ),
             ListProblem::DuplicateName => f.write_str("name stands there twice, expected each once"),
-            ListProblem::DuplicateInstance { instance } => {
+            ListProblem::DuplicateInstance(instance) => {
                 write!(f, "instance = {instance} stands there twice, expected each once")
             }
-            ListProblem::BadInstance { instance } => {
+            ListProblem::BadInstance(instance) => {
                 write!(f, "instance = {instance} is outside 1 to {}", Effector::MAX)
             }
-            ListProblem::UnknownPartner { partner } => {
+            ListProblem::UnknownPartner(partner) => {
                 write!(f, "partner = `{partner}` is no effector of this file")
             }
-            ListProblem::NotMutual { partner } => {
+            ListProblem::NotMutual(partner) => {
                 write!(f, "partner = `{partner}` does not name this one as its partner")
             }
-            ListProblem::NotMirrored { partner } => write!(
+            ListProblem::NotMirrored(partner) => write!(
                 f,
                 "partner = `{partner}` is not of the same kind on the other side, expected one left and one right"
             ),
-            ListProblem::OnlyOne { kind } => {
+            ListProblem::OnlyOne(kind) => {
                 write!(f, "kind = {} stands there twice, expected at most one", kind.key())
             }
         }

@@ -11,25 +11,22 @@ use crate::pace::Pace;
 use crate::time::SimTime;
 
 mod catalogue;
-mod check;
-mod convert;
 mod failure;
 mod grammar;
 mod kind;
-mod parts;
 mod quantity;
 mod target;
 
 pub use crate::sensors::SensorKind;
 pub use catalogue::{CATALOGUE, FaultKind, Side, Travel};
-pub use check::{Refusal, check, check_timing};
 pub use failure::{Failure, Size, SizeError, SizedKind};
-pub use grammar::{FaultDraft, FaultError, FaultField, FaultValue, Numbers};
-pub use kind::{
-    Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, ModeParameter,
-    NumberInfo, NumberParameter, Piece, SIZE_OPTION, Targets,
+pub use grammar::{
+    FaultDraft, FaultError, FaultField, FaultValue, Numbers, Refusal, check, check_timing,
 };
-pub use parts::NUMBERS_MAX;
+pub use kind::{
+    Alternative, Choice, ChoiceParameter, FailureType, KindInfo, Mavlink, NUMBERS_MAX, NumberInfo,
+    NumberParameter, Piece, SIZE_OPTION, Targets,
+};
 pub use quantity::{Measure, Quantity, Range, Reach, Unit};
 pub use target::{AirframePart, Target, TargetClass};
 

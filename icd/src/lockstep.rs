@@ -125,9 +125,9 @@ impl PlantSide {
         match wire::decode(datagram) {
             Ok(Packet::Actuators(packet)) => {
                 if packet.aircraft != self.aircraft {
-                    let (session, sequence) = (packet.session, packet.sequence);
-                    refuse_with(session, sequence, RefusalReason::Aircraft, &mut self.scratch);
-                    return PlantEvent::Refuse(&self.scratch, Refused::Aircraft(packet.aircraft));
+                    let why = Refused::Aircraft(packet.aircraft);
+                    let about = (packet.session, packet.sequence, RefusalReason::Aircraft);
+                    return PlantEvent::Refuse(refusal(about, &mut self.scratch), why);
                 }
                 if self.waiting
                     && packet.session == self.session
@@ -149,9 +149,9 @@ impl PlantSide {
                 }
             }
             Ok(Packet::Sensors(_)) => PlantEvent::Ignored(Ignored::WrongWay),
-            Err(error) => match refuse(&error, &mut self.scratch) {
-                true => PlantEvent::Refuse(&self.scratch, Refused::Packet(error)),
-                false => PlantEvent::Ignored(Ignored::Unreadable(error)),
+            Err(error) => match refusal_of(&error, &mut self.scratch) {
+                Some(bytes) => PlantEvent::Refuse(bytes, Refused::Packet(error)),
+                None => PlantEvent::Ignored(Ignored::Unreadable(error)),
             },
         }
     }
@@ -262,9 +262,9 @@ impl FlightSide {
             Ok(Packet::Refusal(_)) => return FlightEvent::Ignored(Ignored::Foreign),
             Ok(Packet::Actuators(_)) => return FlightEvent::Ignored(Ignored::WrongWay),
             Err(error) => {
-                return match refuse(&error, &mut self.scratch) {
-                    true => FlightEvent::Refuse(&self.scratch, Refused::Packet(error)),
-                    false => FlightEvent::Ignored(Ignored::Unreadable(error)),
+                return match refusal_of(&error, &mut self.scratch) {
+                    Some(bytes) => FlightEvent::Refuse(bytes, Refused::Packet(error)),
+                    None => FlightEvent::Ignored(Ignored::Unreadable(error)),
                 };
             }
         };
@@ -274,9 +274,8 @@ impl FlightSide {
             }
             Some(current) if current.plant == from => self.same_plant(current, packet),
             Some(_) if !is_free => {
-                let (session, sequence) = (packet.session, packet.sequence);
-                refuse_with(session, sequence, RefusalReason::Busy, &mut self.scratch);
-                FlightEvent::Refuse(&self.scratch, Refused::Busy)
+                let about = (packet.session, packet.sequence, RefusalReason::Busy);
+                FlightEvent::Refuse(refusal(about, &mut self.scratch), Refused::Busy)
             }
             _ if packet.aircraft != self.aircraft => self.other_aircraft(&packet),
             _ => {
@@ -288,9 +287,8 @@ impl FlightSide {
     }
 
     fn other_aircraft(&mut self, packet: &SensorPacket) -> FlightEvent<'_> {
-        let (session, sequence) = (packet.session, packet.sequence);
-        refuse_with(session, sequence, RefusalReason::Aircraft, &mut self.scratch);
-        FlightEvent::Refuse(&self.scratch, Refused::Aircraft(packet.aircraft))
+        let about = (packet.session, packet.sequence, RefusalReason::Aircraft);
+        FlightEvent::Refuse(refusal(about, &mut self.scratch), Refused::Aircraft(packet.aircraft))
     }
 
     fn same_plant(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
@@ -350,20 +348,19 @@ impl FlightSide {
     }
 }
 
-/// Writes a refusal for errors that the sender should know about; false for errors that get no answer.
-fn refuse(error: &WireError, out: &mut PacketBytes) -> bool {
-    let (session, sequence, reason) = match *error {
+/// The refusal for an error that the sender should know about; `None` for errors that get no answer.
+fn refusal_of<'a>(error: &WireError, out: &'a mut PacketBytes) -> Option<&'a [u8]> {
+    let about = match *error {
         WireError::Version { session, sequence, .. } => (session, sequence, RefusalReason::Version),
         WireError::Value { session, sequence, .. } => (session, sequence, RefusalReason::Value),
-        _ => return false,
+        _ => return None,
     };
-    refuse_with(session, sequence, reason, out);
-    true
+    Some(refusal(about, out))
 }
 
-fn refuse_with(session: u64, sequence: u64, reason: RefusalReason, out: &mut PacketBytes) {
-    let refusal = RefusalPacket { version: wire::VERSION, session, sequence, reason };
-    wire::encode_refusal(&refusal, out);
+fn refusal((session, sequence, reason): (u64, u64, RefusalReason), out: &mut PacketBytes) -> &[u8] {
+    wire::encode_refusal(&RefusalPacket { version: wire::VERSION, session, sequence, reason }, out);
+    out
 }
 
 #[cfg(test)]

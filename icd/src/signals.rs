@@ -1,4 +1,4 @@
-//! Lists of signals: a struct with a field a signal, the names of the columns and the order of the values, from one list.
+//! Lists from which types follow: signals with the names of their columns, choices with their names in files.
 
 /// A struct of `f64` signals. The name of a field is that of its column in logs and tables, and its last word is the unit.
 #[macro_export]
@@ -23,6 +23,27 @@ macro_rules! signals {
             pub const fn from_values(values: &[f64; Self::NAMES.len()]) -> Self {
                 let [$($name),+] = *values;
                 Self { $($name),+ }
+            }
+        }
+    };
+}
+
+/// An enum whose variants have names in files and options: the list of all, and the name of each.
+#[macro_export]
+macro_rules! named {
+    ($(#[$meta:meta])* $type:ident { $($(#[$doc:meta])* $variant:ident = $key:literal,)+ }) => {
+        $(#[$meta])*
+        pub enum $type {
+            $($(#[$doc])* #[serde(rename = $key)] $variant,)+
+        }
+
+        impl $type {
+            /// All of them, in order.
+            pub const ALL: [Self; [$($key),+].len()] = [$(Self::$variant),+];
+
+            /// Name in files and options.
+            pub const fn key(self) -> &'static str {
+                match self { $(Self::$variant => $key),+ }
             }
         }
     };

@@ -27,6 +27,8 @@
 //!
 //! A sensor packet ends with an envelope and its length, u16: the plant's data for the recorder of the flight
 //! ([`crate::record`]). No other code reads it; it is not part of [`SensorPacket`].
+//!
+//! Reading rejects everything damaged, foreign or not finite.
 
 use arrayvec::ArrayVec;
 
@@ -36,11 +38,9 @@ use crate::fault::{PlantReport, PlantRequest};
 use crate::sensors::{SensorKind, Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};
 
-mod cursor;
 mod fields;
-mod packets;
 
-pub use packets::{decode, encode_actuators, encode_refusal, encode_sensors, envelope};
+use fields::{Field, Reader, Writer};
 
 /// First four bytes of every packet.
 pub const MAGIC: [u8; 4] = *b"2STP";
@@ -186,11 +186,8 @@ pub enum Packet {
 /// Why a datagram is not a packet of this link.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum WireError {
-    /// Too short, or too long for its kind.
-    Length {
-        /// Bytes received.
-        bytes: usize,
-    },
+    /// Of so many bytes: too short, or too long for its kind.
+    Length(usize),
     /// Does not start with [`MAGIC`].
     Magic,
     /// The sender has another version.
@@ -227,7 +224,7 @@ pub enum WireError {
 impl core::fmt::Display for WireError {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self {
-            Self::Length { bytes } => write!(f, "a packet cannot have {bytes} bytes"),
+            Self::Length(bytes) => write!(f, "a packet cannot have {bytes} bytes"),
             Self::Magic => f.write_str("not a packet of the plant link"),
             Self::Version { theirs, .. } => write!(
                 f,
@@ -241,6 +238,233 @@ impl core::fmt::Display for WireError {
 }
 
 impl core::error::Error for WireError {}
+
+const KIND_SENSORS: u8 = 1;
+const KIND_ACTUATORS: u8 = 2;
+const KIND_REFUSAL: u8 = 3;
+
+/// Phases of a flight by their codes.
+const PHASES: [Phase; 3] = [Phase::Flying, Phase::Holding, Phase::OnGround];
+
+/// Reasons of a refusal by their codes, from 1.
+const REASONS: [RefusalReason; 4] =
+    [RefusalReason::Version, RefusalReason::Busy, RefusalReason::Value, RefusalReason::Aircraft];
+
+/// Header and checksum, without a body.
+const FRAME_BYTES: usize = 32 + 4;
+
+/// Largest deviation of the attitude quaternion's squared length from one.
+const QUATERNION_TOLERANCE: f64 = 1.0e-6;
+
+/// Writes a sensor packet into `out`, which is cleared first.
+///
+/// An `envelope` longer than [`ENVELOPE_MAX`] is left out.
+pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBytes) {
+    let phase = packet.phase as u8;
+    let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence, packet.time);
+    write_aircraft(&mut w, &packet.aircraft);
+    w.u32(packet.period.as_micros());
+    write_sensors(&mut w, &packet.sensors);
+    #[expect(clippy::cast_possible_truncation, reason = "at most REPORTS_MAX")]
+    w.u8(packet.reports.len() as u8);
+    for report in &packet.reports {
+        report.write(&mut w);
+    }
+    let envelope = if envelope.len() <= ENVELOPE_MAX { envelope } else { &[] };
+    w.bytes(envelope);
+    #[expect(clippy::cast_possible_truncation, reason = "at most ENVELOPE_MAX")]
+    w.u16(envelope.len() as u16);
+    w.finish();
+}
+
+/// Writes an actuator packet into `out`, which is cleared first.
+pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
+    let mut w = header(out, KIND_ACTUATORS, 0, packet.session, packet.sequence, packet.time);
+    write_aircraft(&mut w, &packet.aircraft);
+    packet.actuators.commands.write(&mut w);
+    packet.request.write(&mut w);
+    w.u8(packet.wants_envelope.into());
+    w.finish();
+}
+
+/// Writes a refusal into `out`, which is cleared first.
+pub fn encode_refusal(packet: &RefusalPacket, out: &mut PacketBytes) {
+    let reason = packet.reason as u8;
+    let mut w = header(out, KIND_REFUSAL, reason, packet.session, packet.sequence, SimTime::ZERO);
+    w.u16(packet.version);
+    w.finish();
+}
+
+fn header(
+    out: &mut PacketBytes,
+    kind: u8,
+    detail: u8,
+    session: u64,
+    sequence: u64,
+    time: SimTime,
+) -> Writer<'_> {
+    out.clear();
+    let mut w = Writer { out, effectors: 0 };
+    w.bytes(&MAGIC);
+    w.u16(VERSION);
+    w.u8(kind);
+    w.u8(detail);
+    w.u64(session);
+    w.u64(sequence);
+    time.write(&mut w);
+    w
+}
+
+fn write_aircraft(w: &mut Writer<'_>, aircraft: &Aircraft) {
+    aircraft.write(w);
+    w.effectors = aircraft.effectors.into();
+}
+
+fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
+    let aircraft = Aircraft::read(r, "aircraft")?;
+    r.effectors = aircraft.effectors.into();
+    Ok(aircraft)
+}
+
+/// Reads one datagram.
+pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
+    let total = datagram.len();
+    if !(FRAME_BYTES..=PACKET_MAX).contains(&total) {
+        return Err(WireError::Length(total));
+    }
+    let mut r = Reader { left: datagram, total, session: 0, sequence: 0, effectors: 0 };
+    if r.u32()?.to_le_bytes() != MAGIC {
+        return Err(WireError::Magic);
+    }
+    let version = r.u16()?;
+    let kind = r.u8()?;
+    let detail = r.u8()?;
+    let session = r.u64()?;
+    let sequence = r.u64()?;
+    // Refusals are the same in all versions.
+    if version != VERSION && kind != KIND_REFUSAL {
+        return Err(WireError::Version { theirs: version, session, sequence });
+    }
+    let (body, crc) = datagram.split_at(total - 4);
+    if crc32fast::hash(body).to_le_bytes() != *crc {
+        return Err(WireError::Crc);
+    }
+    r = Reader { left: &body[24..], session, sequence, ..r };
+    let time = Field::read(&mut r, "time")?;
+    let packet = match kind {
+        KIND_SENSORS => Packet::Sensors(sensor_packet(&mut r, detail, time)?),
+        KIND_ACTUATORS => Packet::Actuators(actuator_packet(&mut r, time)?),
+        KIND_REFUSAL => {
+            let reason = usize::from(detail).checked_sub(1).and_then(|index| REASONS.get(index));
+            let wrong = WireError::Code { field: "refusal reason", value: detail };
+            let reason = *reason.ok_or(wrong)?;
+            Packet::Refusal(RefusalPacket { version: r.u16()?, session, sequence, reason })
+        }
+        value => return Err(WireError::Code { field: "packet kind", value }),
+    };
+    if r.left.is_empty() { Ok(packet) } else { Err(r.length()) }
+}
+
+fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorPacket, WireError> {
+    let wrong = WireError::Code { field: "phase", value: phase };
+    let phase = *PHASES.get(usize::from(phase)).ok_or(wrong)?;
+    let aircraft = read_aircraft(r)?;
+    let micros = r.u32()?;
+    let period = ControlPeriod::from_micros(micros)
+        .map_err(|_| r.value("control_period_us", f64::from(micros)))?;
+    let sensors = read_sensors(r, time)?;
+    let square = sensors.attitude.value.wxyz().iter().map(|v| v * v).sum::<f64>();
+    if (square - 1.0).abs() > QUATERNION_TOLERANCE {
+        return Err(r.value("attitude (squared length)", square));
+    }
+    let mut reports = Reports::new();
+    for _ in 0..r.u8()? {
+        let report = PlantReport::read(r, "report")?;
+        // An autopilot that joins later must not take the start for the present state.
+        if matches!(report, PlantReport::Started { .. }) && r.sequence != 0 {
+            return Err(WireError::Code { field: "report", value: 4 });
+        }
+        reports.try_push(report).map_err(|_| r.length())?;
+    }
+    // The envelope at the end is for the recorder.
+    let (envelope, length) = r.left.split_last_chunk::<2>().ok_or(r.length())?;
+    if envelope.len() != usize::from(u16::from_le_bytes(*length)) || envelope.len() > ENVELOPE_MAX {
+        return Err(r.length());
+    }
+    r.left = &[];
+    let Reader { session, sequence, .. } = *r;
+    Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "few sensors with few numbers")]
+fn write_sensors(w: &mut Writer<'_>, sensors: &Sensors) {
+    let (stamps, values) = (sensors.stamps(), sensors.to_array());
+    w.u8(sensors.present().count() as u8);
+    for sensor in sensors.present() {
+        let Stamp { time, valid } = stamps[sensor as usize];
+        w.u8(sensor as u8);
+        w.u8(sensor.signals().len() as u8);
+        w.u8(valid.into());
+        time.write(w);
+        for value in &values[sensor.places()] {
+            w.f64(*value);
+        }
+    }
+}
+
+/// The samples of a packet; none may be in the future.
+fn read_sensors(r: &mut Reader<'_>, now: SimTime) -> Result<Sensors, WireError> {
+    let mut fitted = [false; Sensors::SENSORS];
+    let mut stamps = [Stamp { time: SimTime::ZERO, valid: false }; Sensors::SENSORS];
+    let mut values = [0.0; Sensors::COUNT];
+    let mut last = None;
+    for _ in 0..r.u8()? {
+        let number = r.u8()?;
+        if last.replace(number) >= Some(number) {
+            return Err(WireError::Code { field: "number of a sensor", value: number });
+        }
+        let count = r.u8()?;
+        let index = usize::from(number);
+        let Some(sensor) = SensorKind::ALL.get(index) else {
+            // Of a later version: validity, time and numbers.
+            r.bytes(1 + 8 + 8 * usize::from(count))?;
+            continue;
+        };
+        if usize::from(count) != sensor.signals().len() {
+            return Err(WireError::Code { field: "count of a sensor's numbers", value: count });
+        }
+        let valid = r.flag(Sensors::VALID[index])?;
+        let time = SimTime::read(r, "time")?;
+        if time > now {
+            return Err(r.value(Sensors::TIMES[index], time.as_seconds() * 1.0e6));
+        }
+        r.finite_f64s(&mut values[sensor.places()], |place| sensor.signals()[place])?;
+        (fitted[index], stamps[index]) = (true, Stamp { time, valid });
+    }
+    let mut sensors = Sensors::new(&stamps, &values);
+    sensors.keep(&fitted);
+    Ok(sensors)
+}
+
+fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, WireError> {
+    let aircraft = read_aircraft(r)?;
+    let actuators = Actuators { commands: Field::read(r, "commands")? };
+    let request = Field::read(r, "request flag")?;
+    let wants_envelope = r.flag("envelope flag")?;
+    let Reader { session, sequence, .. } = *r;
+    Ok(ActuatorPacket { session, sequence, aircraft, time, actuators, request, wants_envelope })
+}
+
+/// The data of a sensor packet for the recorder, still encoded; empty if there are none. Only for a datagram
+/// that [`decode`] has accepted as a sensor packet.
+pub fn envelope(datagram: &[u8]) -> &[u8] {
+    let length_at = datagram.len().saturating_sub(4 + 2);
+    let length = match datagram.get(length_at..).and_then(|end| end.first_chunk::<2>()) {
+        Some(bytes) => usize::from(u16::from_le_bytes(*bytes)),
+        None => 0,
+    };
+    length_at.checked_sub(length).and_then(|from| datagram.get(from..length_at)).unwrap_or(&[])
+}
 
 #[cfg(test)]
 mod tests;

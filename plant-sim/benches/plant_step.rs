@@ -6,9 +6,9 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use icd::{Actuators, Body, ControlPeriod, PerEffector};
 use plant_sim::aerodynamics::{AirState, Surfaces, coefficients};
 use plant_sim::airframe::F16_AIRFRAME;
-use plant_sim::atmosphere::LocalDensity;
+use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::dynamics::StepInputs;
-use plant_sim::earth::slopes::Slopes;
+use plant_sim::earth::Slopes;
 use plant_sim::faults::Effects;
 use plant_sim::tables::aerodynamics::TableAero;
 use plant_sim::tables::thrust::{EngineAir, Propulsion};
@@ -40,7 +40,7 @@ fn bench(c: &mut Criterion) {
             commands,
             wind: icd::Ned::zero(),
             gust: plant_sim::wind::Gust::none(),
-            density: LocalDensity::around(place.geopotential_altitude_m),
+            density: LocalDensity::of(&Atmosphere::STANDARD, place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &trim.rigid.position, &place),
             effects: Effects::none(),
         };
@@ -92,7 +92,7 @@ fn forces(c: &mut Criterion) {
     let engine = engine.build().expect("file of the crate");
     let at = EngineAir { airspeed_m_s: 180.0, density: 0.9, mach: 0.5, altitude_m: 3_000.0 };
     c.bench_function("thrust/tables of the F-16", |b| {
-        b.iter(|| engine.push(black_box(30_000.0), black_box(&at)));
+        b.iter(|| engine.ends(black_box(&at)));
     });
 }
 

@@ -1,90 +1,145 @@
 //! Motion through the air and effective deflections to force and moment, body axes.
 //!
-//! Here are the derivatives of the aircraft without its surfaces, in [`surfaces`] what the surfaces add, and in [`forms`] the
-//! choice between derivatives and tables. Every sum keeps left and right
-//! together, so that a mirrored flight gets mirrored bits.
+//! Here are the derivatives of the aircraft without its surfaces and what the surfaces add, in [`forms`] the choice between
+//! derivatives and tables. Every sum keeps left and right together, so that a mirrored flight gets mirrored bits.
 
+use arrayvec::ArrayVec;
 use icd::frames::atan2;
-use icd::{Body, PerEffector};
+use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
 use crate::rigid_body::Wrench;
 
 pub mod forms;
-pub mod surfaces;
 
 pub use forms::{Aerodynamics, AirForces, Geometry};
-pub use surfaces::{SurfaceDerivatives, Surfaces};
 
 /// Airspeed below which the rate terms of the coefficients grow no further, m/s: it only prevents a division by
 /// zero.
 pub const SLOWEST_M_S: f64 = 0.1;
 
-/// Aerodynamic derivatives of the aircraft without its surfaces, and reference geometry. Derivatives are per radian, of rates per `rate length / 2V`.
-///
-/// Each field gives the letter of the paper's parameter set, by which [`crate::derivatives`] finds
-/// it.
-///
-/// Read from the `[aerodynamics]` table of the airframe file, key by key.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Aero {
-    /// Reference area S, m².
-    pub area_m2: f64,
-    /// Span b, m.
-    pub span_m: f64,
-    /// Mean chord c, m.
-    pub chord_m: f64,
-    /// Angle of attack up to which the coefficients are linear, rad.
-    #[serde(rename = "alpha_linear_deg", with = "degrees")]
-    pub alpha_linear_rad: f64,
-    /// Limit of the effective angle of attack beyond that, rad.
-    #[serde(rename = "alpha_max_deg", with = "degrees")]
-    pub alpha_max_rad: f64,
-    /// Sideslip up to which the coefficients are linear, rad.
-    #[serde(rename = "beta_linear_deg", with = "degrees")]
-    pub beta_linear_rad: f64,
-    /// Limit of the effective sideslip beyond that, rad.
-    #[serde(rename = "beta_max_deg", with = "degrees")]
-    pub beta_max_rad: f64,
-    /// CL0, lift at zero angle of attack.
-    pub c_lift_zero: f64,
-    /// CLa, lift, 1/rad.
-    pub c_lift_alpha: f64,
-    /// CLq, lift of the pitch rate.
-    pub c_lift_q: f64,
-    /// CD0, drag without lift.
-    pub c_drag_zero: f64,
-    /// kCD, drag for the square of the lift without the elevators.
-    pub c_drag_induced: f64,
-    /// CDb, drag of the squared sideslip, 1/rad².
-    pub c_drag_beta: f64,
-    /// CDst, flat-plate drag beyond the linear range.
-    pub c_drag_stall: f64,
-    /// CYb, side force of the sideslip, 1/rad.
-    pub c_side_beta: f64,
-    /// CYp, side force of the roll rate.
-    pub c_side_p: f64,
-    /// CYr, side force of the yaw rate.
-    pub c_side_r: f64,
-    /// Clb, roll of the sideslip (dihedral), 1/rad.
-    pub c_roll_beta: f64,
-    /// Clp, roll damping.
-    pub c_roll_p: f64,
-    /// Clr, roll of the yaw rate.
-    pub c_roll_r: f64,
-    /// Cm0, pitch at zero angle of attack.
-    pub c_pitch_zero: f64,
-    /// Cma, pitch stiffness, 1/rad: negative is stable.
-    pub c_pitch_alpha: f64,
-    /// Cmq, pitch damping.
-    pub c_pitch_q: f64,
-    /// Cnb, yaw stiffness, 1/rad: positive is stable.
-    pub c_yaw_beta: f64,
-    /// Cnp, yaw of the roll rate.
-    pub c_yaw_p: f64,
-    /// Cnr, yaw damping.
-    pub c_yaw_r: f64,
+/// A derivative in a set of them.
+pub struct Derivative<T: 'static> {
+    /// Letters (docs/parameter-set.md), as in `Cma`; of surfaces without that of the kind.
+    pub letters: &'static str,
+    /// Key in the airframe file. That of a drag term begins with `c_drag`.
+    pub key: &'static str,
+    pub field: fn(&mut T) -> &mut f64,
+}
+
+/// A set of derivatives: the struct, and the list of those of its fields that have letters.
+macro_rules! derivatives {
+    ($(#[$meta:meta])* $type:ident {
+        $($(#[$other_meta:meta])* $other:ident,)*
+    } with letters {
+        $($(#[$doc:meta])* $field:ident: $letters:literal,)+
+    }) => {
+        $(#[$meta])*
+        pub struct $type {
+            $($(#[$other_meta])* pub $other: f64,)*
+            $($(#[$doc])* pub $field: f64,)+
+        }
+
+        impl $type {
+            /// All with letters.
+            pub const DERIVATIVES: [Derivative<Self>; [$($letters),+].len()] = [$(Derivative {
+                letters: $letters,
+                key: stringify!($field),
+                field: |set| &mut set.$field,
+            }),+];
+        }
+    };
+}
+
+derivatives! {
+    /// Aerodynamic derivatives of the aircraft without its surfaces, and reference geometry. Derivatives are per radian, of rates per
+    /// `rate length / 2V`; [`crate::derivatives`] finds them by the letters of the paper's parameter set.
+    ///
+    /// Read from the `[aerodynamics]` table of the airframe file, key by key.
+    #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    Aero {
+        /// Reference area S, m².
+        area_m2,
+        /// Span b, m.
+        span_m,
+        /// Mean chord c, m.
+        chord_m,
+        /// Angle of attack up to which the coefficients are linear, rad.
+        #[serde(rename = "alpha_linear_deg", with = "degrees")]
+        alpha_linear_rad,
+        /// Limit of the effective angle of attack beyond that, rad.
+        #[serde(rename = "alpha_max_deg", with = "degrees")]
+        alpha_max_rad,
+        /// Sideslip up to which the coefficients are linear, rad.
+        #[serde(rename = "beta_linear_deg", with = "degrees")]
+        beta_linear_rad,
+        /// Limit of the effective sideslip beyond that, rad.
+        #[serde(rename = "beta_max_deg", with = "degrees")]
+        beta_max_rad,
+    } with letters {
+        /// Lift at zero angle of attack.
+        c_lift_zero: "CL0",
+        /// Lift, 1/rad.
+        c_lift_alpha: "CLa",
+        /// Lift of the pitch rate.
+        c_lift_q: "CLq",
+        /// Drag without lift.
+        c_drag_zero: "CD0",
+        /// Drag for the square of the lift without the elevators.
+        c_drag_induced: "kCD",
+        /// Drag of the squared sideslip, 1/rad².
+        c_drag_beta: "CDb",
+        /// Flat-plate drag beyond the linear range.
+        c_drag_stall: "CDst",
+        /// Side force of the sideslip, 1/rad.
+        c_side_beta: "CYb",
+        /// Side force of the roll rate.
+        c_side_p: "CYp",
+        /// Side force of the yaw rate.
+        c_side_r: "CYr",
+        /// Roll of the sideslip (dihedral), 1/rad.
+        c_roll_beta: "Clb",
+        /// Roll damping.
+        c_roll_p: "Clp",
+        /// Roll of the yaw rate.
+        c_roll_r: "Clr",
+        /// Pitch at zero angle of attack.
+        c_pitch_zero: "Cm0",
+        /// Pitch stiffness, 1/rad: negative is stable.
+        c_pitch_alpha: "Cma",
+        /// Pitch damping.
+        c_pitch_q: "Cmq",
+        /// Yaw stiffness, 1/rad: positive is stable.
+        c_yaw_beta: "Cnb",
+        /// Yaw of the roll rate.
+        c_yaw_p: "Cnp",
+        /// Yaw damping.
+        c_yaw_r: "Cnr",
+    }
+}
+
+derivatives! {
+    /// Derivatives of one effector, 1/rad, and of its drag 1/rad²; zeros if it is not an aerodynamic surface.
+    ///
+    /// The letter of the kind follows the letters of a derivative (docs/parameter-set.md), as in `Cmde` of an elevator.
+    #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+    SurfaceDerivatives {} with letters {
+        /// Lift.
+        c_lift: "CLd",
+        /// Drag of the squared deflection.
+        c_drag: "CDd",
+        /// Side force.
+        c_side: "CYd",
+        /// Roll.
+        c_roll: "Cld",
+        /// Pitch.
+        c_pitch: "Cmd",
+        /// Yaw, in addition to that by the roll.
+        c_yaw: "Cnd",
+        /// Yaw for the roll.
+        yaw_per_roll: "rCnd",
+    }
 }
 
 /// An angle that text files store in degrees, and binary ones unchanged in radians.
@@ -240,6 +295,136 @@ pub fn wrench(
     }
 }
 
+impl SurfaceDerivatives {
+    /// Linear ones: lift, side, roll, pitch, yaw.
+    fn linear(&self) -> [f64; 5] {
+        [self.c_lift, self.c_side, self.c_roll, self.c_pitch, self.c_yaw]
+    }
+}
+
+/// Indices of roll and yaw among the linear derivatives.
+const ROLL: usize = 2;
+const YAW: usize = 4;
+
+/// A left and a right surface: their common and their differential effect.
+#[derive(Debug, Clone, Copy)]
+struct Pair {
+    left: Effector,
+    right: Effector,
+    /// Of the sum of the deflections.
+    together: [f64; 5],
+    /// Of left minus right.
+    against: [f64; 5],
+    /// Of each squared deflection.
+    drag: [f64; 2],
+    yaw_per_roll: f64,
+}
+
+/// A surface without partner.
+#[derive(Debug, Clone, Copy)]
+struct Single {
+    surface: Effector,
+    linear: [f64; 5],
+    drag: f64,
+    yaw_per_roll: f64,
+}
+
+/// The surfaces of an aircraft, ready to be evaluated.
+#[derive(Debug, Clone)]
+pub struct Surfaces {
+    pairs: ArrayVec<Pair, { Effector::MAX / 2 }>,
+    singles: ArrayVec<Single, { Effector::MAX }>,
+}
+
+impl Surfaces {
+    /// For effectors with these derivatives.
+    pub fn new(list: &EffectorList, derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
+        let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
+        // From the last pair to the first: drag adds up in this order.
+        let mut pairs: ArrayVec<Pair, _> = list
+            .pairs()
+            .filter(|[left, _]| is_surface(left))
+            .map(|[left, right]| Pair::new([left, right], derivatives))
+            .collect();
+        pairs.reverse();
+        let single = |surface| {
+            let of = &derivatives[surface];
+            let (linear, drag, yaw_per_roll) = (of.linear(), of.c_drag, of.yaw_per_roll);
+            Single { surface, linear, drag, yaw_per_roll }
+        };
+        Self { pairs, singles: list.singles().filter(is_surface).map(single).collect() }
+    }
+
+    /// The coefficients with the contribution of the surfaces at these deflections, rad.
+    #[inline]
+    fn added_to(&self, clean: Coefficients, deflections: &PerEffector<f64>) -> Coefficients {
+        let mut drag = clean.drag;
+        // Minus zero is the neutral element of addition, to the bit.
+        let mut sum = [-0.0; 5];
+        for pair in &self.pairs {
+            let (left, right) = (deflections[pair.left], deflections[pair.right]);
+            let mut all = [0.0; 5];
+            for (all, (together, against)) in
+                all.iter_mut().zip(pair.together.iter().zip(&pair.against))
+            {
+                *all = together * (left + right) + against * (left - right);
+            }
+            all[YAW] += pair.yaw_per_roll * all[ROLL];
+            for (sum, part) in sum.iter_mut().zip(all) {
+                *sum += part;
+            }
+            // Usually both have equal derivatives, and then mirrored deflections have the same drag to the bit.
+            drag += if pair.drag[0] == pair.drag[1] {
+                pair.drag[0] * (left * left + right * right)
+            } else {
+                pair.drag[0] * left * left + pair.drag[1] * right * right
+            };
+        }
+        let Coefficients { lift, side, roll, pitch, yaw, .. } = clean;
+        let mut total = [lift, side, roll, pitch, yaw];
+        for (total, part) in total.iter_mut().zip(sum) {
+            *total += part;
+        }
+        for single in &self.singles {
+            let deflection = deflections[single.surface];
+            let mut all = single.linear.map(|derivative| derivative * deflection);
+            all[YAW] += single.yaw_per_roll * all[ROLL];
+            for (total, part) in total.iter_mut().zip(all) {
+                *total += part;
+            }
+            drag += single.drag * deflection * deflection;
+        }
+        let [lift, side, roll, pitch, yaw] = total;
+        Coefficients { lift, drag, side, roll, pitch, yaw }
+    }
+}
+
+impl Pair {
+    fn new([left, right]: [Effector; 2], derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
+        let of = |effector: Effector| {
+            let mut of = derivatives[effector];
+            if derivatives[left].yaw_per_roll != derivatives[right].yaw_per_roll {
+                of.c_yaw += of.yaw_per_roll * of.c_roll;
+                of.yaw_per_roll = 0.0;
+            }
+            of
+        };
+        let (ours, theirs) = (of(left), of(right));
+        let both = |mix: fn(f64, f64) -> f64| {
+            let (a, b) = (ours.linear(), theirs.linear());
+            std::array::from_fn(|i| 0.5 * mix(a[i], b[i]))
+        };
+        Self {
+            left,
+            right,
+            together: both(|a, b| a + b),
+            against: both(|a, b| a - b),
+            drag: [ours.c_drag, theirs.c_drag],
+            yaw_per_roll: ours.yaw_per_roll,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -373,5 +558,40 @@ mod tests {
         let wrench = wrench(&geometry(), &air, &velocity, 0.736, &c);
         assert!(wrench.force.0.z < 0.0, "z force {} N", wrench.force.0.z);
         assert!(wrench.force.0.dot(&velocity.0) < 0.0, "drag must take power");
+    }
+}
+
+#[cfg(test)]
+mod surfaces_tests {
+    use super::*;
+    use icd::tvc_jet;
+
+    const CLEAN: Coefficients =
+        Coefficients { lift: 0.0, drag: 0.0, side: 0.0, roll: 0.0, pitch: 0.0, yaw: 0.0 };
+
+    #[test]
+    fn a_pair_that_is_not_mirrored_acts_as_its_two_surfaces() {
+        let mut derivatives = PerEffector::default();
+        derivatives[tvc_jet::LEFT_ELEVATOR] = SurfaceDerivatives {
+            c_lift: 0.1,
+            c_drag: 0.2,
+            c_side: 0.3,
+            c_roll: 0.4,
+            c_pitch: 0.5,
+            c_yaw: 0.6,
+            yaw_per_roll: 0.5,
+        };
+        derivatives[tvc_jet::RIGHT_ELEVATOR] =
+            SurfaceDerivatives { c_roll: -0.7, c_drag: 1.0, ..SurfaceDerivatives::default() };
+        let surfaces = Surfaces::new(&tvc_jet::effectors(), &derivatives);
+        let mut at = PerEffector::default();
+        (at[tvc_jet::LEFT_ELEVATOR], at[tvc_jet::RIGHT_ELEVATOR]) = (0.5, 0.25);
+        let c = surfaces.added_to(CLEAN, &at);
+        let expected = [0.05, 0.05 + 0.0625, 0.15, 0.2 - 0.175, 0.25, 0.3 + 0.1];
+        for (ours, expected) in
+            [c.lift, c.drag, c.side, c.roll, c.pitch, c.yaw].into_iter().zip(expected)
+        {
+            assert!((ours - expected).abs() < 1.0e-15, "{c:?}");
+        }
     }
 }

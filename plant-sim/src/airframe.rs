@@ -1,30 +1,31 @@
 //! The aircraft as data: an airframe file becomes an [`Airframe`].
 
-use host_io::problem::Problem;
+use std::collections::BTreeSet;
 use std::path::Path;
+use std::sync::LazyLock;
 
-use icd::effector_list::Name;
+use host_io::problem::{At as _, Problem, problem};
+use icd::effector_list::{EffectorEntry, Name};
+use icd::fault::AirframePart;
 use icd::wire::Aircraft;
-use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
+use icd::{AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector};
 use nalgebra::{Matrix3, Vector3};
+use serde::de::Error as _;
 use serde::{Deserialize, Serialize};
 
-use crate::aerodynamics::{Aerodynamics, AirForces, Geometry, SurfaceDerivatives};
-use crate::config;
+use crate::aerodynamics::{Aero, Aerodynamics, AirForces, SurfaceDerivatives};
+use crate::config::{self, gather};
 use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
-use crate::limits::FlightLimits;
+use crate::limits::{FlightLimits, LimitsTable};
 use crate::mach::MachEffects;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::MassProperties;
-use crate::servos::{DELAY_MAX_S, Imperfections, Servo};
-use crate::start::Start;
+use crate::servos::{DELAY_MAX_S, Imperfections, SecondOrder, Servo};
+use crate::start::{Start, StartKeys};
+use crate::tables::aerodynamics::TableAero;
 use crate::tables::stored;
-use crate::tables::thrust::Propulsion;
-
-mod file;
-
-pub use file::{AirframeFile, convert_units};
+use crate::tables::thrust::{Propeller, Propulsion, ThrustTables};
 
 /// Text of the airframe file that comes with the crate.
 pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
@@ -144,12 +145,12 @@ pub struct AirData {
 impl Airframe {
     /// Reads an airframe file; errors call it `name`.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
-        file::read(name, config::parse(name, text)?, Some(text))
+        read(name, config::parse(name, text)?, Some(text))
     }
 
     /// Reads a file that was parsed already and may have been changed since.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
-        file::read(name, table, None)
+        read(name, table, None)
     }
 
     /// The aircraft of the paper's cases: [`DEFAULT_AIRFRAME`].
@@ -188,7 +189,10 @@ impl Airframe {
     /// Changes the aerodynamic derivative with these letters (docs/parameter-set.md), as in `Cma`; for surfaces, as in `Cmde`, it changes
     /// each one of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
-        derivatives::change(self, name, change)
+        let Self { effectors, aero, surface_derivatives, .. } = self;
+        let Aerodynamics::Derivatives(aero) = aero else { return false };
+        let place = derivatives::Place::by_name(name);
+        place.is_some_and(|place| place.change(effectors, aero, surface_derivatives, change) > 0)
     }
 
     /// The derivative with these letters, for surfaces that of the first one of the kind; `None` if the aircraft has none.
@@ -216,9 +220,27 @@ impl Airframe {
     }
 
     /// Checks every number; a dispersed airframe has to pass the same check as one from a file.
-    pub fn check(&self) -> Result<(), RangeError> {
-        self.check_mass()?;
-        self.check_aerodynamics()?;
+    pub fn check(&self) -> Result<(), Problem> {
+        let m = &self.mass;
+        check_range("mass", "mass_kg", m.mass_kg, 1.0, 1.0e6)?;
+        check_range("mass", "ixx_kg_m2", m.ixx_kg_m2, 1.0e-3, 1.0e9)?;
+        check_range("mass", "iyy_kg_m2", m.iyy_kg_m2, 1.0e-3, 1.0e9)?;
+        check_range("mass", "izz_kg_m2", m.izz_kg_m2, 1.0e-3, 1.0e9)?;
+        // Beyond the geometric mean no mass distribution has this product of inertia.
+        let limit = 0.99 * (m.ixx_kg_m2 * m.izz_kg_m2).sqrt();
+        check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)?;
+        self.aero.geometry().check()?;
+        if let Some(a) = self.aero.derivatives() {
+            derivatives::check(a, self)?;
+            for (linear_key, max_key, linear, max) in [
+                ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
+                ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
+            ] {
+                let linear = linear.to_degrees();
+                check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
+                check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
+            }
+        }
         if let Some(nozzle) = &self.nozzle {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
@@ -233,7 +255,7 @@ impl Airframe {
             mach.check()?;
         }
         self.check_what_can_go()?;
-        self.design_point.check_table("design_point")?;
+        self.design_point.check("design_point")?;
         self.limits.check()?;
         self.check_effectors()
     }
@@ -263,7 +285,7 @@ impl Airframe {
     }
 
     /// Damage and fuel: with empty tanks there is still a body that can fly.
-    fn check_what_can_go(&self) -> Result<(), RangeError> {
+    fn check_what_can_go(&self) -> Result<(), Problem> {
         self.damage.check()?;
         let Some(fuel) = &self.fuel else { return Ok(()) };
         fuel.check(self.mass.mass_kg)?;
@@ -274,45 +296,9 @@ impl Airframe {
         check_range("fuel", "initial_kg (with [mass])", fuel.initial_kg, 0.0, 0.0)
     }
 
-    fn check_aerodynamics(&self) -> Result<(), RangeError> {
-        let Geometry { area_m2, span_m, chord_m } = self.aero.geometry();
-        check_range("aerodynamics", "area_m2", area_m2, 0.01, 10_000.0)?;
-        check_range("aerodynamics", "span_m", span_m, 0.1, 200.0)?;
-        check_range("aerodynamics", "chord_m", chord_m, 0.01, 100.0)?;
-        let Some(a) = self.aero.derivatives() else { return Ok(()) };
-        derivatives::check(a, self)?;
-        for (linear_key, max_key, linear, max) in [
-            ("alpha_linear_deg", "alpha_max_deg", a.alpha_linear_rad, a.alpha_max_rad),
-            ("beta_linear_deg", "beta_max_deg", a.beta_linear_rad, a.beta_max_rad),
-        ] {
-            let linear = linear.to_degrees();
-            check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
-            check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
-        }
-        Ok(())
-    }
-
-    /// Checks that the tables can be evaluated.
-    pub fn check_tables(&self) -> Result<(), Problem> {
-        AirForces::new(self)?;
-        self.propulsion.as_ref().map(Propulsion::build).transpose()?;
-        Ok(())
-    }
-
-    fn check_mass(&self) -> Result<(), RangeError> {
-        let m = &self.mass;
-        check_range("mass", "mass_kg", m.mass_kg, 1.0, 1.0e6)?;
-        check_range("mass", "ixx_kg_m2", m.ixx_kg_m2, 1.0e-3, 1.0e9)?;
-        check_range("mass", "iyy_kg_m2", m.iyy_kg_m2, 1.0e-3, 1.0e9)?;
-        check_range("mass", "izz_kg_m2", m.izz_kg_m2, 1.0e-3, 1.0e9)?;
-        // Beyond the geometric mean no mass distribution has this product of inertia.
-        let limit = 0.99 * (m.ixx_kg_m2 * m.izz_kg_m2).sqrt();
-        check_range("mass", "ixz_kg_m2", m.ixz_kg_m2, -limit, limit)
-    }
-
     /// No moment of inertia is larger than the sum of the two others: distances are squares of two
     /// coordinates each. A dispersed airframe may exceed this bound, as it is varied about a body that obeys it.
-    fn check_inertia(&self) -> Result<(), RangeError> {
+    fn check_inertia(&self) -> Result<(), Problem> {
         let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = self.mass;
         for (key, value, others) in
             [("ixx_kg_m2", x, y + z), ("iyy_kg_m2", y, x + z), ("izz_kg_m2", z, x + y)]
@@ -322,7 +308,7 @@ impl Airframe {
         Ok(())
     }
 
-    fn check_effectors(&self) -> Result<(), RangeError> {
+    fn check_effectors(&self) -> Result<(), Problem> {
         for effector in self.effectors.all() {
             let section = self.section(effector);
             let servo = &self.servos[effector];
@@ -360,6 +346,305 @@ impl Airframe {
         Ok(())
     }
 }
+
+/// The airframe file as written: the keys that it has, with derivatives ([`Aero`]) or tables ([`TableAero`]) in
+/// `[aerodynamics]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AirframeFile<A> {
+    name: String,
+    mass: Mass,
+    aerodynamics: A,
+    #[serde(default)]
+    effector: Vec<EffectorTable>,
+    nozzle: Option<Nozzle>,
+    /// A body without effectors needs neither this nor the design point nor limits.
+    air_data: Option<AirData>,
+    mach: Option<MachEffects>,
+    design_point: Option<StartKeys<f64>>,
+    limits: Option<LimitsTable>,
+    #[serde(default)]
+    damage: Panels,
+    fuel: Option<Fuel>,
+    propulsion: Option<Propulsion>,
+}
+
+/// One `[[effector]]`.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EffectorTable {
+    name: String,
+    kind: EffectorKind,
+    #[serde(default)]
+    side: LateralSide,
+    partner: Option<String>,
+    instance: u8,
+    #[serde(default)]
+    gains: AxisGains,
+    lag_s: Option<f64>,
+    natural_frequency_rad_s: Option<f64>,
+    damping_ratio: Option<f64>,
+    rate_limit_deg_s: Option<f64>,
+    travel_deg: Option<[f64; 2]>,
+    delay_s: Option<f64>,
+    deadband_deg: Option<f64>,
+    hysteresis_deg: Option<f64>,
+    bias_deg: Option<f64>,
+    stall_dynamic_pressure_pa: Option<f64>,
+    thrust_min_n: Option<f64>,
+    thrust_max_n: Option<f64>,
+    c_lift: Option<f64>,
+    c_drag: Option<f64>,
+    c_side: Option<f64>,
+    c_roll: Option<f64>,
+    c_pitch: Option<f64>,
+    c_yaw: Option<f64>,
+    yaw_per_roll: Option<f64>,
+}
+
+/// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
+fn read(file: &str, table: toml::Table, text: Option<&str>) -> Result<Airframe, Problem> {
+    let has_tables = table
+        .get("aerodynamics")
+        .and_then(toml::Value::as_table)
+        .is_some_and(|part| part.contains_key("sum") || part.contains_key("table"));
+    if has_tables {
+        let parsed: AirframeFile<TableAero> = config::in_units(file, table, text, &KNOWN_KEYS)?;
+        parsed.into_checked(Aerodynamics::Tables).at(file)
+    } else {
+        let parsed: AirframeFile<Aero> = config::in_units(file, table, text, &KNOWN_KEYS)?;
+        parsed.into_checked(Aerodynamics::Derivatives).at(file)
+    }
+}
+
+/// Converts the keys of a parsed file that have units of its sources to those that its reader has.
+pub fn convert_units(file: &str, table: &mut toml::Table) -> Result<(), Problem> {
+    config::convert(file, table, &KNOWN_KEYS).map(drop)
+}
+
+/// The keys of both forms of the file.
+static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+    let mut keys = BTreeSet::new();
+    gather::<AirframeFile<Aero>>("", &mut keys);
+    gather::<AirframeFile<TableAero>>("", &mut keys);
+    gather::<ThrustTables>("propulsion", &mut keys);
+    gather::<Propeller>("propulsion", &mut keys);
+    keys
+});
+
+impl<A> AirframeFile<A> {
+    fn into_checked(self, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
+        let airframe = self.into_airframe(form)?;
+        surfaces_are_there(&airframe)?;
+        airframe.check()?;
+        airframe.check_inertia()?;
+        // Whether the tables can be evaluated.
+        AirForces::new(&airframe)?;
+        airframe.propulsion.as_ref().map(Propulsion::build).transpose()?;
+        Ok(airframe)
+    }
+
+    fn into_airframe(self, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
+        // A body without effectors has no air data sensors, no design point and no limits; an aircraft needs them.
+        for (field, is_there) in [
+            ("air_data", self.air_data.is_some()),
+            ("design_point", self.design_point.is_some()),
+            ("limits", self.limits.is_some()),
+        ] {
+            if !self.effector.is_empty() && !is_there {
+                return Err(toml::de::Error::missing_field(field).into());
+            }
+        }
+        let aero = form(self.aerodynamics);
+        let has_tables = aero.derivatives().is_none();
+        let name = short(&self.name)?;
+        let entries: Vec<EffectorEntry> =
+            self.effector.iter().map(|table| table.entry()).collect::<Result<_, _>>()?;
+        let effectors = match entries.is_empty() {
+            true => EffectorList::default(),
+            false => EffectorList::new(entries)?,
+        };
+        let mut servos = PerEffector::default();
+        let mut surface_derivatives = PerEffector::default();
+        let mut gains = PerEffector::default();
+        for (effector, table) in effectors.all().zip(&self.effector) {
+            servos[effector] = table.servo()?;
+            surface_derivatives[effector] = table.derivatives(has_tables)?;
+            gains[effector] = table.gains;
+        }
+        let nozzle = effectors
+            .all()
+            .find(|effector| effectors.kind(*effector).is_some_and(EffectorKind::is_nozzle));
+        if let (Some(nozzle), None) = (nozzle, self.nozzle) {
+            return Err(problem!(
+                "effector `{}`: [nozzle] is missing, and a nozzle needs its arm_m and thrust_floor_n",
+                effectors.name(nozzle)
+            ));
+        }
+        let excluded = |section, other| Err(problem!("[{section}] has no meaning beside {other}"));
+        if has_tables && self.mach.is_some() {
+            return excluded("mach", "tables in [aerodynamics]: they have the input mach");
+        }
+        if self.propulsion.is_some() && effectors.only(EffectorKind::Engine).is_none() {
+            return excluded("propulsion", "effectors without an engine");
+        }
+        Ok(Airframe {
+            name,
+            mass: self.mass,
+            aero,
+            effectors,
+            servos,
+            surface_derivatives,
+            gains,
+            nozzle: self.nozzle,
+            air_data: self.air_data.unwrap_or(AirData { vanes_m: [0.0; 3], pitot_m: [0.0; 3] }),
+            propulsion: self.propulsion,
+            mach: self.mach,
+            damage: self.damage,
+            fuel: self.fuel,
+            design_point: self
+                .design_point
+                .map_or(Start::NOT_USED, |keys| keys.over(&Start::NOT_USED)),
+            limits: self.limits.map_or(FlightLimits::NONE, LimitsTable::into_limits),
+        })
+    }
+}
+
+/// Checks that the surfaces on the parts of `[damage]` are effectors of the aircraft.
+fn surfaces_are_there(airframe: &Airframe) -> Result<(), Problem> {
+    let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
+    for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
+        let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
+        if found.is_none() {
+            let known: Vec<&str> =
+                airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
+            let key = format!("damage.{}.effector", part.key());
+            let known = known.join(", ");
+            return Err(problem!("{key} = `{name}`, the aircraft has only {known}"));
+        }
+    }
+    Ok(())
+}
+
+/// A name within the length limit.
+fn short(name: &str) -> Result<Name, Problem> {
+    Name::from(name).map_err(|_| {
+        let longest = icd::effector_list::NAME_MAX;
+        problem!("name = `{name}` is too long, at most {longest} bytes")
+    })
+}
+
+impl EffectorTable {
+    fn entry(&self) -> Result<EffectorEntry, Problem> {
+        Ok(EffectorEntry {
+            name: short(&self.name)?,
+            kind: self.kind,
+            side: self.side,
+            partner: self.partner.as_ref().map(|partner| short(partner)).transpose()?,
+            instance: self.instance,
+        })
+    }
+
+    fn error(&self, key: &str, problem: &str) -> Problem {
+        problem!("effector `{}`: {key} {problem}", self.name)
+    }
+
+    /// Checks that the effector has the keys that its kind needs, and no others.
+    fn servo(&self) -> Result<Servo, Problem> {
+        let is_angle = self.kind.is_angle();
+        let keys = [
+            ("rate_limit_deg_s", self.rate_limit_deg_s.is_some(), true),
+            ("travel_deg", self.travel_deg.is_some(), true),
+            ("thrust_min_n", self.thrust_min_n.is_some(), false),
+            ("thrust_max_n", self.thrust_max_n.is_some(), false),
+        ];
+        let is_own = |of_angles: bool| of_angles == is_angle;
+        if let Some((key, ..)) = keys.iter().find(|(_, there, of)| is_own(*of) && !there) {
+            return Err(self.error(key, "is missing"));
+        }
+        if let Some((key, ..)) = keys.iter().find(|(_, there, of)| !is_own(*of) && *there) {
+            return Err(self.error(key, "has no meaning for this kind"));
+        }
+        let (second_order, lag_s) = self.order()?;
+        let imperfections = self.imperfections()?;
+        Ok(if is_angle {
+            let [min, max] = self.travel_deg.unwrap_or_default();
+            Servo {
+                lag_s,
+                rate_limit: self.rate_limit_deg_s.unwrap_or_default().to_radians(),
+                // The negative of the same number has the same bits.
+                min: if min == -max { -max.to_radians() } else { min.to_radians() },
+                max: max.to_radians(),
+                second_order,
+                imperfections,
+            }
+        } else {
+            let (min, max) = (self.thrust_min_n, self.thrust_max_n);
+            let (min, max) = (min.unwrap_or_default(), max.unwrap_or_default());
+            Servo { lag_s, rate_limit: f64::INFINITY, min, max, second_order, imperfections }
+        })
+    }
+
+    /// The order of the servo, and its lag, which a second order replaces.
+    fn order(&self) -> Result<(Option<SecondOrder>, f64), Problem> {
+        match (self.natural_frequency_rad_s, self.damping_ratio, self.lag_s) {
+            (Some(natural_frequency_rad_s), damping_ratio, _) => {
+                let damping_ratio = damping_ratio.unwrap_or(DAMPING_RATIO);
+                let order = SecondOrder { natural_frequency_rad_s, damping_ratio };
+                Ok((Some(order), order.lag_s()))
+            }
+            (None, Some(_), _) => {
+                Err(self.error("damping_ratio", "has no meaning without natural_frequency_rad_s"))
+            }
+            (None, None, Some(lag_s)) => Ok((None, lag_s)),
+            (None, None, None) => Err(self.error("lag_s", "or natural_frequency_rad_s is missing")),
+        }
+    }
+
+    fn imperfections(&self) -> Result<Imperfections, Problem> {
+        let of_angles = [
+            ("deadband_deg", self.deadband_deg),
+            ("hysteresis_deg", self.hysteresis_deg),
+            ("bias_deg", self.bias_deg),
+        ];
+        let stall = [("stall_dynamic_pressure_pa", self.stall_dynamic_pressure_pa)];
+        let angles = of_angles.into_iter().filter(|_| !self.kind.is_angle());
+        let stall = stall.into_iter().filter(|_| !self.kind.is_surface());
+        if let Some((key, _)) = angles.chain(stall).find(|(_, value)| value.is_some()) {
+            return Err(self.error(key, "has no meaning for this kind"));
+        }
+        let [deadband, hysteresis, bias] =
+            of_angles.map(|(_, value)| value.unwrap_or_default().to_radians());
+        Ok(Imperfections {
+            delay_s: self.delay_s.unwrap_or_default(),
+            deadband,
+            hysteresis,
+            bias,
+            stall_pressure_pa: self.stall_dynamic_pressure_pa,
+        })
+    }
+
+    fn derivatives(&self, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
+        let Self { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll, .. } = *self;
+        let given = [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll];
+        let problem = match (self.kind.is_surface(), has_tables) {
+            (false, _) => Some("has no meaning for what is no surface"),
+            (true, true) => Some("has no meaning beside tables in [aerodynamics]"),
+            (true, false) => None,
+        };
+        let mut derivatives = SurfaceDerivatives::default();
+        for (derivative, value) in SurfaceDerivatives::DERIVATIVES.iter().zip(given) {
+            if let (Some(problem), Some(_)) = (problem, value) {
+                return Err(self.error(derivative.key, problem));
+            }
+            *(derivative.field)(&mut derivatives) = value.unwrap_or(0.0);
+        }
+        Ok(derivatives)
+    }
+}
+
+/// Damping ratio of a second-order servo whose file has none: the usual one, with an overshoot of 5 %.
+const DAMPING_RATIO: f64 = 0.7;
 
 #[cfg(test)]
 mod tests;

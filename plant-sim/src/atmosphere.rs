@@ -5,8 +5,10 @@
 //! Earth, where gravity is constant, both are the same. A flight may have air that is warmer or colder by a constant
 //! ([`Atmosphere::new`]).
 
-use crate::range::{RangeError, check_range};
+use host_io::problem::Problem;
 use icd::units::STANDARD_GRAVITY_M_S2;
+
+use crate::range::check_range;
 
 /// Gas constant of dry air, J/(kg K): 8314.32 / 28.9644 (US-1976).
 const GAS_CONSTANT: f64 = 8_314.32 / 28.964_4;
@@ -105,7 +107,7 @@ impl Atmosphere {
     }
 
     /// Checks a temperature offset.
-    pub fn check(offset_k: f64) -> Result<(), RangeError> {
+    pub fn check(offset_k: f64) -> Result<(), Problem> {
         check_range("plant.atmosphere", "temperature_offset_k", offset_k, -60.0, 60.0)
     }
 
@@ -149,16 +151,6 @@ impl Atmosphere {
     }
 }
 
-/// The standard air at a geopotential altitude in m, as [`Atmosphere::air`].
-pub fn isa(geopotential_altitude_m: f64) -> Air {
-    Atmosphere::STANDARD.air(geopotential_altitude_m)
-}
-
-/// Speed of sound of the standard air at a geopotential altitude in m.
-pub fn speed_of_sound(geopotential_altitude_m: f64) -> f64 {
-    Atmosphere::STANDARD.speed_of_sound(geopotential_altitude_m)
-}
-
 /// Pressure altitude: the geopotential altitude, m, with this static pressure, Pa; the nearer end of the model for a pressure
 /// outside it.
 pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
@@ -195,11 +187,6 @@ pub struct LocalDensity {
 const SERIES_M: f64 = 10.0;
 
 impl LocalDensity {
-    /// Of the standard air around a geopotential altitude in m.
-    pub fn around(geopotential_altitude_m: f64) -> Self {
-        Self::of(&Atmosphere::STANDARD, geopotential_altitude_m)
-    }
-
     /// Of this air around a geopotential altitude in m.
     pub fn of(atmosphere: &Atmosphere, geopotential_altitude_m: f64) -> Self {
         let altitude_m = inside(geopotential_altitude_m);
@@ -246,6 +233,11 @@ impl LocalDensity {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The standard air at a geopotential altitude in m.
+    fn isa(geopotential_altitude_m: f64) -> Air {
+        Atmosphere::STANDARD.air(geopotential_altitude_m)
+    }
 
     #[test]
     fn val_isa_agrees_with_the_printed_tables() {
@@ -348,7 +340,7 @@ mod tests {
     fn the_local_series_is_total() {
         for centre in [f64::NAN, f64::INFINITY, 0.0] {
             for altitude in [f64::NAN, f64::NEG_INFINITY, 1e300] {
-                let density = LocalDensity::around(centre).at(altitude);
+                let density = LocalDensity::of(&Atmosphere::STANDARD, centre).at(altitude);
                 assert!(density > 0.0 || altitude.is_nan(), "{density} kg/m3 at {altitude} m");
             }
         }

@@ -14,13 +14,14 @@
 //! aircraft, change lift, drag, damping, stability and the moments of all axes together (B. Etkin, L. Reid, Dynamics of Flight, 3rd
 //! edition 1996, chapters 3 and 5: strip theory of the derivatives).
 
+use host_io::problem::Problem;
 use icd::fault::AirframePart;
 use icd::{Body, Effector, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::faults::Effects;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::{MassProperties, Wrench};
 
 /// Local angle beyond which a lost piece would not have had more lift, rad.
@@ -51,7 +52,6 @@ pub struct Panel {
     /// Its part of the mass of the aircraft, %.
     pub mass_percent: f64,
     /// Name of the surface on it.
-    #[serde(default)]
     pub effector: Option<icd::effector_list::Name>,
     /// Fraction of the span, from the tip, that the surface covers.
     #[serde(default = "whole")]
@@ -126,7 +126,7 @@ impl Panels {
         [self.left_wing, self.right_wing, self.left_tail, self.right_tail, self.fin]
     }
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         for (part, panel) in AirframePart::ALL.into_iter().zip(self.all()) {
             let Some(panel) = panel else { continue };
             let section = format!("damage.{}", part.key());
@@ -149,7 +149,7 @@ impl Panels {
 }
 
 impl Fuel {
-    pub fn check(&self, aircraft_kg: f64) -> Result<(), RangeError> {
+    pub fn check(&self, aircraft_kg: f64) -> Result<(), Problem> {
         check_range("fuel", "initial_kg", self.initial_kg, 0.0, 0.95 * aircraft_kg)?;
         for value in self.at_m {
             check_range("fuel", "at_m", value, -100.0, 100.0)?;

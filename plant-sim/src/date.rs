@@ -3,6 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
+use host_io::problem::{Problem, problem};
 use icd::geomagnetism::{FROM_YEAR, TO_YEAR};
 use serde::{Deserialize, Serialize};
 
@@ -14,23 +15,6 @@ pub struct Date {
     month: u8,
     day: u8,
 }
-
-/// Why a text is no date.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct NoDate(String);
-
-impl fmt::Display for NoDate {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let last = TO_YEAR - 1.0;
-        write!(
-            f,
-            "date = \"{}\", expected YYYY-MM-DD from {FROM_YEAR}-01-01 to {last}-12-31, the years of the World Magnetic Model 2025",
-            self.0
-        )
-    }
-}
-
-impl std::error::Error for NoDate {}
 
 /// Days of the months before each month of a common year.
 const BEFORE: [u16; 12] = [0, 31, 59, 90, 120, 151, 181, 212, 243, 273, 304, 334];
@@ -46,15 +30,6 @@ impl Date {
         let days = BEFORE[usize::from(self.month) - 1] + after_february + u16::from(self.day) - 1;
         f64::from(self.year) + f64::from(days) / if leap { 366.0 } else { 365.0 }
     }
-
-    fn days_of_month(year: u16, month: u8) -> u8 {
-        match month {
-            2 if year.is_multiple_of(4) => 29,
-            2 => 28,
-            4 | 6 | 9 | 11 => 30,
-            _ => 31,
-        }
-    }
 }
 
 impl Default for Date {
@@ -64,10 +39,15 @@ impl Default for Date {
 }
 
 impl FromStr for Date {
-    type Err = NoDate;
+    type Err = Problem;
 
-    fn from_str(text: &str) -> Result<Self, NoDate> {
-        let error = || NoDate(text.to_owned());
+    fn from_str(text: &str) -> Result<Self, Problem> {
+        let last = TO_YEAR - 1.0;
+        let error = || {
+            problem!(
+                "date = \"{text}\", expected YYYY-MM-DD from {FROM_YEAR}-01-01 to {last}-12-31, the years of the World Magnetic Model 2025"
+            )
+        };
         let digits = |range, length| {
             let part: &str = text.get(range).filter(|part: &&str| part.len() == length)?;
             part.bytes().all(|byte| byte.is_ascii_digit()).then(|| part.parse::<u16>().ok())?
@@ -78,14 +58,16 @@ impl FromStr for Date {
         let [year, month, day] =
             [digits(0..4, 4), digits(5..7, 2), digits(8..10, 2)].map(|part| part.unwrap_or(0));
         let (month, day) = (u8::try_from(month).unwrap_or(0), u8::try_from(day).unwrap_or(0));
-        let years = (FROM_YEAR..TO_YEAR).contains(&f64::from(year));
-        if !years || !(1..=12).contains(&month) {
-            return Err(error());
-        }
-        if !(1..=Self::days_of_month(year, month)).contains(&day) {
-            return Err(error());
-        }
-        Ok(Self { year, month, day })
+        let days = match month {
+            2 if year.is_multiple_of(4) => 29,
+            2 => 28,
+            4 | 6 | 9 | 11 => 30,
+            _ => 31,
+        };
+        let is_date = (FROM_YEAR..TO_YEAR).contains(&f64::from(year))
+            && (1..=12).contains(&month)
+            && (1..=days).contains(&day);
+        if is_date { Ok(Self { year, month, day }) } else { Err(error()) }
     }
 }
 
@@ -96,9 +78,9 @@ impl fmt::Display for Date {
 }
 
 impl TryFrom<String> for Date {
-    type Error = NoDate;
+    type Error = Problem;
 
-    fn try_from(text: String) -> Result<Self, NoDate> {
+    fn try_from(text: String) -> Result<Self, Problem> {
         text.parse()
     }
 }

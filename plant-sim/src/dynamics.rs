@@ -9,9 +9,8 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aerodynamics::{AirForces, AirState, Coefficients};
 use crate::airframe::Airframe;
 use crate::atmosphere::{Atmosphere, LocalDensity};
-use crate::damage::Remainder;
-use crate::earth::slopes::Slopes;
-use crate::earth::{Earth, Nearby, Place};
+use crate::damage::{PerPart, Remainder};
+use crate::earth::{Earth, Nearby, Place, Slopes};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
@@ -19,8 +18,6 @@ use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrenc
 use crate::servos::{Inert, ServoDynamics};
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
-
-mod losses;
 
 /// Numbers of the rigid body and of the effectors together: of an aircraft with eight at most, and of any.
 const FEW_STATES: usize = rigid_body::STATES + 8;
@@ -187,18 +184,6 @@ impl Dynamics {
         self.jet.hold_lever(lever);
     }
 
-    /// The lever at which the engine gives a thrust (N) at an airspeed (m/s), a density (kg/m³) and a geopotential altitude
-    /// (m); `None` without a lever or out of its reach.
-    pub fn lever_at(
-        &self,
-        thrust_n: f64,
-        airspeed_m_s: f64,
-        density: f64,
-        altitude_m: f64,
-    ) -> Option<f64> {
-        self.jet.lever_at(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
-    }
-
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
     pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
         if self.profile.is_empty() {
@@ -253,21 +238,9 @@ impl Dynamics {
         let Some(engine) = self.jet.engine() else { return [0.0; 2] };
         let servo = &self.airframe.servos[engine];
         let at = self.engine_air(airspeed_m_s, density, altitude_m);
-        self.jet.thrust_range_n(&at).map_or([servo.min, servo.max], |[least, most]| {
-            [servo.limited(least), servo.limited(most)]
-        })
-    }
-
-    /// Roll moment on the airframe of what turns with the engine at a thrust (N), an airspeed (m/s), a density (kg/m³) and a
-    /// geopotential altitude (m), N m.
-    pub fn engine_roll_n_m(
-        &self,
-        thrust_n: f64,
-        airspeed_m_s: f64,
-        density: f64,
-        altitude_m: f64,
-    ) -> f64 {
-        self.jet.roll_n_m(thrust_n, &self.engine_air(airspeed_m_s, density, altitude_m))
+        self.jet
+            .thrust_range_n(&at)
+            .map_or([servo.min, servo.max], |ends| ends.map(|end| servo.limited(end)))
     }
 
     /// Forces and motion of the body with these effective deflections (rad; thrust in N).
@@ -453,10 +426,27 @@ impl Dynamics {
         (State { rigid: next.rigid.normalised(), ..next }, x)
     }
 
-    /// The air that the engine works in, with its Mach number.
+    /// The air that the engine works in, with its Mach number: airspeed, m/s, density, kg/m³, and geopotential altitude, m.
     #[inline]
-    fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
+    pub(crate) fn engine_air(&self, airspeed_m_s: f64, density: f64, altitude_m: f64) -> EngineAir {
         let mach = airspeed_m_s / self.atmosphere.speed_of_sound(altitude_m);
         EngineAir { airspeed_m_s, density, mach, altitude_m }
+    }
+
+    /// Present mass and inertia.
+    #[inline]
+    pub fn mass(&self) -> &MassProperties {
+        self.remainder.as_ref().map_or(&self.mass, |remainder| &remainder.mass)
+    }
+
+    /// Present centre of gravity from that of the airframe file, m, body axes.
+    pub fn shift_m(&self) -> Vector3<f64> {
+        self.remainder.as_ref().map_or_else(Vector3::zeros, |remainder| remainder.shift_m)
+    }
+
+    /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg; of parts
+    /// that [`Airframe::parts`](crate::Airframe::parts) lets go.
+    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
+        self.remainder = self.airframe.without(torn_off, burnt_kg).map(Box::new);
     }
 }

@@ -23,28 +23,21 @@
 //! oscillation, a drift) keep their value from the start of an integration step throughout that step.
 
 use icd::fault::{
-    FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantReport, Refusal, SensorKind,
-    Target, Timing,
+    self, AirframePart, FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset,
+    PlantReport, Reach, Refusal, SensorKind, Target, Timing,
 };
-use icd::{Effector, EffectorList, PerEffector, SimTime};
+use icd::{Effector, EffectorList, PerEffector, Sensors, SimTime};
+use serde::{Deserialize, Serialize};
+
+use crate::servos::{self, Delayed, Servo};
 
 mod active;
-mod commands;
 mod effects;
-mod entry;
-mod others;
-mod times;
 
 pub use active::SensorEffect;
 pub use effects::{Effects, FaultEffect};
-pub use entry::{Fitted, ScheduledFault, check};
-pub(crate) use times::micros;
 
-use crate::servos::{self, Delayed, Servo};
 use active::ActiveFault;
-
-use entry::{CurrentFault, Fault, slot};
-use times::Plan;
 
 /// Longest delay of a sensor or an effector, s. The buffer of a late effector holds it.
 pub(crate) const DELAY_MAX_S: f64 = FaultKind::DELAY_MAX_S;
@@ -167,9 +160,8 @@ impl Faults {
         fault: &ScheduledFault,
         report: &mut dyn FnMut(PlantReport),
     ) -> Result<(), Refusal> {
-        let ScheduledFault { target, kind, timing } = *fault;
-        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
-        let fault = self.number(target, kind, timing, SimTime::ZERO);
+        check(&self.list, &self.servos, &self.has, fault)?;
+        let fault = self.number(fault, SimTime::ZERO);
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
         let at = fault.plan.onset(0);
@@ -186,17 +178,18 @@ impl Faults {
         context: &mut FaultContext<'_>,
     ) -> FaultReply {
         let reply = match *request {
-            FaultRequest::Clear { target } => entry::check_target(&self.list, &self.has, target)
-                .map(|()| {
+            FaultRequest::Clear { target } => {
+                check_target(&self.list, &self.has, target).map(|()| {
                     self.clear(|other| other == target, context);
                     FaultReply::Cleared { at: context.now }
-                }),
+                })
+            }
             FaultRequest::ClearAll => {
                 self.clear(|_| true, context);
                 Ok(FaultReply::Cleared { at: context.now })
             }
             FaultRequest::Inject { target, kind, timing } => {
-                self.inject(target, kind, timing, context)
+                self.inject(&ScheduledFault { target, kind, timing }, context)
             }
         };
         self.look_ahead(context.now);
@@ -205,24 +198,20 @@ impl Faults {
 
     fn inject(
         &mut self,
-        target: Target,
-        kind: FaultKind,
-        timing: Timing,
+        request: &ScheduledFault,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
-        check(&self.list, &self.servos, &self.has, target, &kind, &timing)?;
+        check(&self.list, &self.servos, &self.has, request)?;
         let now = context.now;
-        if let Onset::At(at) = timing.onset
-            && at > now
-        {
-            return self.schedule_request(target, kind, timing, context);
+        if matches!(request.timing.onset, Onset::At(at) if at > now) {
+            return self.schedule_request(request, context);
         }
-        let in_the_past = match timing.onset {
+        let in_the_past = match request.timing.onset {
             Onset::At(onset) => Some(onset).filter(|onset| *onset < now),
             Onset::AtOnce => None,
         };
-        if let Some(current) = self.current[slot(target)]
-            && current.fault.is_like(&kind, &timing)
+        if let Some(current) = self.current[slot(request.target)]
+            && current.fault.is_like(request)
             // A request repeated after its onset finds the scheduled fault already active.
             && in_the_past.is_none_or(|onset| onset == current.fault.plan.onset(0))
         {
@@ -231,27 +220,25 @@ impl Faults {
         if let Some(onset) = in_the_past {
             return Err(Refusal::OnsetInThePast { onset, now });
         }
-        let fault = self.number(target, kind, timing, now);
+        let fault = self.number(request, now);
         self.begin(fault, 0, context);
         Ok(FaultReply::Applied { at: now })
     }
 
     fn schedule_request(
         &mut self,
-        target: Target,
-        kind: FaultKind,
-        timing: Timing,
+        request: &ScheduledFault,
         context: &mut FaultContext<'_>,
     ) -> Result<FaultReply, Refusal> {
         let same = |other: &&Fault| {
-            other.target == target
-                && other.is_like(&kind, &timing)
-                && other.timing.onset == timing.onset
+            other.target == request.target
+                && other.is_like(request)
+                && other.timing.onset == request.timing.onset
         };
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
-        let fault = self.number(target, kind, timing, context.now);
+        let fault = self.number(request, context.now);
         let at = fault.plan.onset(0);
         self.insert(fault)?;
         (context.report)(fault.entry(FaultState::Scheduled { at }));
@@ -436,7 +423,88 @@ impl Faults {
         self.next_event = of_effectors.chain(of_others).chain(onset).min();
     }
 
-    fn number(&mut self, target: Target, kind: FaultKind, timing: Timing, now: SimTime) -> Fault {
+    /// Sets the commands (inside the travel, rad and N) that apply from `now` on.
+    pub fn command(&mut self, commands: &PerEffector<f64>, now: SimTime) {
+        self.commands = *commands;
+        if !self.alters_commands {
+            self.received = *commands;
+            return;
+        }
+        for effector in self.list.all() {
+            self.receive(effector, now);
+        }
+        self.look_ahead(now);
+    }
+
+    /// The same for one effector, whose command arrives between those of the others.
+    pub fn command_one(&mut self, effector: Effector, command: f64, now: SimTime) {
+        self.commands[effector] = command;
+        self.receive(effector, now);
+        self.look_ahead(now);
+    }
+
+    /// Sets the ends of the travel that the hinge moment leaves an effector, rad or N.
+    pub fn limit_travel(&mut self, effector: Effector, travel: [f64; 2]) {
+        self.travel[effector] = travel;
+    }
+
+    fn receive(&mut self, effector: Effector, now: SimTime) {
+        if let Some(due) = self.active_fault(effector).and_then(|active| active.due(now)) {
+            self.delayed[effector].push(due, self.commands[effector]);
+        }
+        self.update_received(effector, now);
+    }
+
+    /// Sets the command that an effector's servo receives in spite of its fault.
+    fn update_received(&mut self, effector: Effector, now: SimTime) {
+        let command = self.commands[effector];
+        self.received[effector] = match self.active_fault(effector) {
+            None => command,
+            Some(active) if active.is_delayed() => {
+                self.delayed[effector].due(now).unwrap_or(self.received[effector])
+            }
+            Some(active) => active.command(command, now),
+        };
+    }
+
+    /// Whether a sensor has a fault.
+    #[inline]
+    pub fn has_sensor_faults(&self) -> bool {
+        self.alters_sensors
+    }
+
+    /// How much of each part of the airframe is torn off at `now`: the fraction of its span from the tip.
+    pub fn torn_off(&self, now: SimTime) -> [f64; AirframePart::ALL.len()] {
+        AirframePart::ALL.map(|part| {
+            let active = self.current[slot(part)].as_ref().and_then(|one| one.active.as_ref());
+            active.map_or(0.0, |active| active.torn_off(now))
+        })
+    }
+
+    /// The effect on a sensor at `now`, and the time of its onset.
+    pub fn on_sensor(&self, sensor: SensorKind, now: SimTime) -> Option<(SimTime, SensorEffect)> {
+        let active = self.current[slot(sensor)].as_ref()?.active.as_ref()?;
+        Some((active.since(), active.on_sensor(now)))
+    }
+
+    /// The engine gets no fuel any more: it is out, and no repair brings it back.
+    pub fn starve(&mut self, engine: Effector, context: &mut FaultContext<'_>) {
+        if self.active(engine).is_none_or(|(kind, _)| kind != active::STARVED) {
+            let (target, kind, timing) = (engine.into(), active::STARVED, Timing::NOW);
+            let _reply = self.inject(&ScheduledFault { target, kind, timing }, context);
+            self.look_ahead(context.now);
+        }
+    }
+
+    /// Whether an effect that acts on effectors or the airframe changes from step to step.
+    fn vary_after(&self, now: SimTime) -> bool {
+        let parts = || AirframePart::ALL.into_iter().filter_map(|part| self.current[slot(part)]);
+        self.any(|active| active.varies(now))
+            || parts().any(|current| current.active.is_some_and(|active| active.varies(now)))
+    }
+
+    fn number(&mut self, request: &ScheduledFault, now: SimTime) -> Fault {
+        let ScheduledFault { target, kind, timing } = *request;
         // Wraps after four billion faults; the list holds at most 94.
         self.last_id = self.last_id.wrapping_add(1);
         let plan = Plan::new(&timing, now);
@@ -454,6 +522,185 @@ impl Faults {
         self.schedule.insert(place, fault);
         Ok(())
     }
+}
+
+/// A fault of the scenario.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ScheduledFault {
+    /// The effector, sensor or part that fails.
+    pub target: Target,
+    pub kind: FaultKind,
+    /// When, how fast, for how long, how often; at once means at the start of the flight.
+    pub timing: Timing,
+}
+
+impl ScheduledFault {
+    /// In words: `rudder, stuck at 7.0 deg`.
+    pub fn described(&self, effectors: &EffectorList) -> String {
+        let Self { target, kind, .. } = *self;
+        format!("{}, {}", target.name(effectors), kind.described(target.class(effectors)))
+    }
+
+    /// When it first acts.
+    pub fn onset(&self) -> SimTime {
+        Plan::new(&self.timing, SimTime::ZERO).onset(0)
+    }
+}
+
+/// What an aircraft has besides its effectors, in the order of the kinds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fitted {
+    pub sensors: [bool; Sensors::SENSORS],
+    /// Parts of the airframe whose loss its file describes.
+    pub parts: [bool; AirframePart::ALL.len()],
+}
+
+/// Whether this aircraft can have the fault.
+pub fn check(
+    list: &EffectorList,
+    servos: &PerEffector<Servo>,
+    has: &Fitted,
+    request: &ScheduledFault,
+) -> Result<(), Refusal> {
+    let ScheduledFault { target, kind, timing } = request;
+    check_target(list, has, *target)?;
+    let reach = match *target {
+        Target::Effector(effector) => servos[effector].reach(target.class(list)),
+        Target::Sensor(sensor) => Reach::of_sensor(sensor),
+        Target::Part(_) => Reach::PART,
+    };
+    fault::check(kind, timing, &reach)
+}
+
+/// Whether this aircraft has the target.
+fn check_target(list: &EffectorList, has: &Fitted, target: Target) -> Result<(), Refusal> {
+    #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+    let count = list.len() as u8;
+    match target {
+        Target::Effector(effector) if !list.contains(effector) => {
+            Err(Refusal::NoSuchEffector { count })
+        }
+        Target::Sensor(sensor) if !has.sensors[sensor as usize] => Err(Refusal::NoSuchSensor),
+        Target::Part(part) if !has.parts[part as usize] => Err(Refusal::NoSuchPart),
+        Target::Effector(_) | Target::Sensor(_) | Target::Part(_) => Ok(()),
+    }
+}
+
+/// Place of a target in a list of all of them.
+fn slot(target: impl Into<Target>) -> usize {
+    target.into().slot()
+}
+
+/// A fault of the list.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Fault {
+    pub id: u32,
+    pub target: Target,
+    pub kind: FaultKind,
+    /// Its onset is a time, never "at once".
+    pub timing: Timing,
+    pub plan: Plan,
+}
+
+/// The present fault of a target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct CurrentFault {
+    pub fault: Fault,
+    /// Number of the repetition, from 0.
+    pub cycle: u32,
+    /// `None` during the pause between two repetitions.
+    pub active: Option<ActiveFault>,
+}
+
+impl Fault {
+    pub fn entry(&self, state: FaultState) -> PlantReport {
+        let Self { id, target, kind, timing, .. } = *self;
+        PlantReport::Fault(FaultEntry { id, target, kind, timing, state })
+    }
+
+    /// Whether the request was the same, apart from the onset.
+    pub fn is_like(&self, request: &ScheduledFault) -> bool {
+        let timing = Timing { onset: self.timing.onset, ..request.timing };
+        self.kind == request.kind && timing == self.timing
+    }
+}
+
+impl CurrentFault {
+    pub fn state(&self) -> FaultState {
+        let Self { fault: Fault { plan, .. }, cycle, .. } = *self;
+        match &self.active {
+            Some(active) => FaultState::Active { since: active.since() },
+            None => {
+                let since = plan.end(cycle).unwrap_or_default();
+                FaultState::Resting { since, next: plan.onset(cycle + 1) }
+            }
+        }
+    }
+
+    /// The time since which it acts, or the next time at which it will.
+    pub fn at(&self) -> SimTime {
+        match self.state() {
+            FaultState::Resting { next, .. } => next,
+            state => state.time(),
+        }
+    }
+
+    /// When it changes between active and pausing, or ends.
+    pub fn next_change(&self) -> Option<SimTime> {
+        let plan = &self.fault.plan;
+        if self.active.is_some() { plan.end(self.cycle) } else { Some(plan.onset(self.cycle + 1)) }
+    }
+}
+
+/// A [`Timing`] in absolute times. The onset of every repetition is exact: rounding errors do not accumulate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Plan {
+    onset: SimTime,
+    /// Time from no effect to the full fault, µs.
+    pub ramp_us: u64,
+    duration_us: Option<u64>,
+    every_us: u64,
+    /// Number of times that it acts; `None` without end.
+    times: Option<u32>,
+}
+
+impl Plan {
+    /// From a checked timing; "at once" means `now`.
+    pub fn new(timing: &Timing, now: SimTime) -> Self {
+        Self {
+            onset: match timing.onset {
+                Onset::AtOnce => now,
+                Onset::At(at) => at,
+            },
+            ramp_us: micros(timing.ramp_s),
+            duration_us: timing.duration_s.map(micros),
+            every_us: timing.repeat.map_or(0, |repeat| micros(repeat.every_s)),
+            times: timing.repeat.map_or(Some(1), |repeat| repeat.times),
+        }
+    }
+
+    /// Onset of repetition `cycle`, from 0.
+    pub fn onset(&self, cycle: u32) -> SimTime {
+        SimTime::from_micros(
+            self.onset.as_micros().saturating_add(self.every_us * u64::from(cycle)),
+        )
+    }
+
+    /// End of repetition `cycle`; `None` for a fault without end.
+    pub fn end(&self, cycle: u32) -> Option<SimTime> {
+        let duration_us = self.duration_us?;
+        Some(SimTime::from_micros(self.onset(cycle).as_micros().saturating_add(duration_us)))
+    }
+
+    /// Whether another repetition follows repetition `cycle`.
+    pub fn repeats_after(&self, cycle: u32) -> bool {
+        self.times.is_none_or(|times| cycle + 1 < times)
+    }
+}
+
+/// Seconds, rounded to the nearest microsecond; the caller has checked their range.
+pub(crate) fn micros(seconds: f64) -> u64 {
+    SimTime::from_seconds(seconds.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default().as_micros()
 }
 
 #[cfg(test)]

@@ -76,7 +76,7 @@ pub mod truth;
 pub mod wind;
 
 #[cfg(test)]
-mod testing;
+mod tests;
 
 pub use airframe::Airframe;
 pub use date::Date;
@@ -84,7 +84,6 @@ pub use earth::EarthModel;
 pub use faults::ScheduledFault;
 pub use limits::{Attained, Exceeded, FlightLimits};
 pub use plant::Plant;
-pub use range::RangeError;
 pub use release::ReleaseSetup;
 pub use scenario::{PlantPart, Scenario};
 pub use sensors::{GradeName, SensorSettings};

@@ -3,9 +3,10 @@
 use std::f64::consts::PI;
 use std::fmt;
 
+use host_io::problem::Problem;
 use serde::{Deserialize, Serialize};
 
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 const SECTION: &str = "limits";
 
@@ -70,12 +71,7 @@ impl FlightLimits {
 
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
     pub fn are_exceeded(&self, at: &Attained) -> bool {
-        let inside = at.roll_rad.abs() <= self.roll_rad
-            && at.alpha_rad.abs() <= self.alpha_rad
-            && at.beta_rad.abs() <= self.beta_rad
-            && at.pitch_rad.abs() <= self.pitch_rad
-            && at.altitude_m >= self.altitude_min_m;
-        !inside
+        self.exceeded(at).is_some()
     }
 
     /// The first limit that is passed, for display.
@@ -98,7 +94,7 @@ impl FlightLimits {
         angle.or((!(limit..).contains(&value)).then_some(low))
     }
 
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         for (key, angle, max) in [
             ("roll_deg", self.roll_rad, 180.0),
             ("pitch_deg", self.pitch_rad, 90.0),

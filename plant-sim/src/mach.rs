@@ -13,6 +13,7 @@
 
 use std::collections::BTreeMap;
 
+use host_io::problem::{Problem, problem};
 use icd::{EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
@@ -20,7 +21,7 @@ use crate::aerodynamics::{
     Aero, AirState, Coefficients, SurfaceDerivatives, Surfaces, coefficients,
 };
 use crate::derivatives::Place;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
 const MACH_MAX: f64 = 0.95;
@@ -44,16 +45,11 @@ pub struct MachEffects {
 #[serde(try_from = "String", into = "String")]
 pub struct DerivativeKey(Place);
 
-/// A key that no derivative has.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("no derivative is called {0}")]
-pub struct UnknownKey(String);
-
 impl TryFrom<String> for DerivativeKey {
-    type Error = UnknownKey;
+    type Error = Problem;
 
-    fn try_from(key: String) -> Result<Self, UnknownKey> {
-        Place::by_key(&key).map(Self).ok_or(UnknownKey(key))
+    fn try_from(key: String) -> Result<Self, Problem> {
+        Place::by_key(&key).map(Self).ok_or_else(|| problem!("no derivative is called {key}"))
     }
 }
 
@@ -74,7 +70,7 @@ pub(crate) struct MachTable {
 }
 
 impl MachEffects {
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
         for (key, factor) in &self.growth {
             check_range("mach.growth", &key.0.key(), *factor, -FACTOR_MAX, FACTOR_MAX)?;
@@ -130,8 +126,7 @@ mod tests {
     use super::*;
     use crate::Airframe;
     use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
-    use crate::atmosphere;
-    use crate::derivatives::DERIVATIVES;
+    use crate::atmosphere::Atmosphere;
     use icd::tvc_jet;
 
     fn table_of(airframe: &Airframe) -> MachTable {
@@ -165,16 +160,16 @@ mod tests {
     fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
         let airframe = variant();
         let table = table_of(&airframe);
-        let (mut at, mut surfaces) = table.at(264.0 / atmosphere::speed_of_sound(5_000.0));
+        let (mut at, mut surfaces) = table.at(264.0 / Atmosphere::STANDARD.speed_of_sound(5_000.0));
         let mut jet = Airframe::paper().aero.derivatives().unwrap().clone();
-        for d in &DERIVATIVES {
+        for d in &Aero::DERIVATIVES {
             let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
             // The design Mach number stands in the file with ten digits.
             assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
         }
         let mut jet = Airframe::paper().surface_derivatives;
         for effector in tvc_jet::ALL {
-            for field in &SurfaceDerivatives::FIELDS {
+            for field in &SurfaceDerivatives::DERIVATIVES {
                 let ours = *(field.field)(&mut surfaces[effector]);
                 let theirs = *(field.field)(&mut jet[effector]);
                 assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}", field.key);
@@ -206,8 +201,8 @@ mod tests {
     fn the_quick_speed_of_sound_is_that_of_the_atmosphere() {
         for altitude_m in [-6_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, f64::NAN] {
             let (quick, full) = (
-                atmosphere::speed_of_sound(altitude_m),
-                atmosphere::isa(altitude_m).speed_of_sound,
+                Atmosphere::STANDARD.speed_of_sound(altitude_m),
+                Atmosphere::STANDARD.air(altitude_m).speed_of_sound,
             );
             assert_eq!(quick.to_bits(), full.to_bits(), "at {altitude_m} m");
         }

@@ -1,31 +1,32 @@
 //! The plant from outside: sense, advance, truth, faults on request.
+//!
+//! Commands pass servos with [`Imperfections`](crate::servos::Imperfections) by delay, deadband, hysteresis, bias, and the travel that
+//! the hinge moment leaves. A delay is exact to the microsecond, also between ticks. The dynamic pressure is that at the beginning of
+//! each control period.
+//!
+//! Parts are torn off and fuel burns as the flight goes on. When the centre of gravity moves in the airframe, position and velocity
+//! move with it: the rest of the aircraft flies on as it did.
 
 use std::collections::VecDeque;
 
-use icd::fault::PlantReport;
-use icd::fault::Refusal;
-use icd::{Actuators, FaultReply, FaultRequest, Ned, PerEffector, Sensors, SimTime};
+use icd::fault::{PlantReport, Refusal};
+use icd::{Actuators, Effector, FaultReply, FaultRequest, Ned, PerEffector, Sensors, SimTime};
 
+use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
+use crate::damage::PerPart;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
-use crate::earth::Earth;
-use crate::earth::slopes::Slopes;
-use crate::faults::{Effects, FaultContext, Faults, ScheduledFault};
+use crate::earth::{Earth, Slopes};
+use crate::faults::{Effects, FaultContext, Faults, ScheduledFault, micros};
 use crate::release::{Controls, ReleaseSetup};
 use crate::sensors::{SensorSet, SensorSettings};
+use crate::servos::{self, Delayed, Servo};
 use crate::setup::{self, PlantSetup, SetupError};
+use crate::start::Start;
 use crate::step_limit;
-use crate::trim::{self, Trim};
+use crate::trim::{self, Trim, longitudinal};
 use crate::truth::Truth;
-use crate::wind::{self, DiscreteGust, DiscreteGusts, MovingAir, Surroundings, WindSettings};
-
-mod actuation;
-mod losses;
-mod released;
-
-use actuation::CommandPath;
-use losses::Losses;
-use released::released;
+use crate::wind::{self, DiscreteGust, DiscreteGusts, Gust, MovingAir, Surroundings, WindSettings};
 
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
 pub const REPORTS_MAX: usize = 256;
@@ -67,17 +68,12 @@ pub struct Plant {
     broken: Option<&'static str>,
 }
 
-/// The air at the start.
-struct StartAir<'a> {
+/// What every kind of flight has besides its trim.
+struct Settings<'a> {
     wind: &'a WindSettings,
     gusts: &'a [DiscreteGust],
-    /// The steady wind, m/s, local NED.
-    steady: Ned,
+    /// At the start.
     airspeed_m_s: f64,
-}
-
-/// What every kind of flight has besides its start.
-struct Settings<'a> {
     sensors: &'a SensorSettings,
     faults: &'a [ScheduledFault],
     seed: u64,
@@ -96,15 +92,22 @@ impl Plant {
             .in_wind(setup.profile.clone());
         let start = dynamics.earth().place(&dynamics.earth().position(&setup.start.geodetic()));
         let density = dynamics.atmosphere().air(start.geopotential_altitude_m).density;
-        step_limit::check(&dynamics, &setup.start, density, setup.step_us)
-            .map_err(|found| SetupError::TooQuick(Box::new(found)))?;
+        step_limit::check(&dynamics, &setup.start, density, setup.step_us)?;
         let steady = wind::steady(&setup.wind);
-        let trim = trim::solve(&dynamics, &setup.start, &steady)?;
+        let trim = trim::solve(&dynamics, &setup.start, &steady).map_err(SetupError::Trim)?;
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
-        let air = StartAir { wind, gusts, steady, airspeed_m_s: setup.start.airspeed_m_s };
-        let (seed, run, period_us) = (*seed, *run, period.as_micros());
-        let settings = Settings { sensors, faults, seed, run, period_us, step_us: *step_us };
-        Self::begin(dynamics, trim, &air, &settings)
+        let settings = Settings {
+            wind,
+            gusts,
+            airspeed_m_s: setup.start.airspeed_m_s,
+            sensors,
+            faults,
+            seed: *seed,
+            run: *run,
+            period_us: period.as_micros(),
+            step_us: *step_us,
+        };
+        Self::begin(dynamics, trim, &settings)
     }
 
     /// Begins a flight without a controller, in any state. Its control period is its step.
@@ -119,41 +122,42 @@ impl Plant {
             .in_air(Atmosphere::new(setup.temperature_offset_k))
             .in_wind(setup.profile.clone());
         let steady = wind::steady(&setup.wind);
-        let trim = released(&mut dynamics, setup, &steady)?;
-        let airspeed_m_s = trim.airspeed_m_s;
+        let (trim, airspeed_m_s) = released(&mut dynamics, setup, &steady)?;
         let ReleaseSetup { wind, gusts, faults, seed, step_us, .. } = setup;
-        let air = StartAir { wind, gusts, steady, airspeed_m_s };
-        let sensors = &SensorSettings::IDEAL;
-        let (seed, run, step_us) = (*seed, 0, *step_us);
-        let settings = Settings { sensors, faults, seed, run, period_us: step_us, step_us };
-        Self::begin(dynamics, trim.trim, &air, &settings)
+        let settings = Settings {
+            wind,
+            gusts,
+            airspeed_m_s,
+            sensors: &SensorSettings::IDEAL,
+            faults,
+            seed: *seed,
+            run: 0,
+            period_us: *step_us,
+            step_us: *step_us,
+        };
+        Self::begin(dynamics, trim, &settings)
     }
 
     /// Begins with a trim that was found.
-    fn begin(
-        dynamics: Dynamics,
-        trim: Trim,
-        air: &StartAir<'_>,
-        settings: &Settings<'_>,
-    ) -> Result<Self, SetupError> {
-        let Settings { sensors, faults, seed, run, period_us, step_us } = *settings;
-        let state = trim.state();
+    fn begin(dynamics: Dynamics, trim: Trim, settings: &Settings<'_>) -> Result<Self, SetupError> {
+        let Settings { sensors, faults, seed, run, period_us, step_us, .. } = *settings;
+        let (state, steady) = (trim.state(), wind::steady(settings.wind));
         let airframe = dynamics.airframe();
         let (span_m, period_s) = (airframe.aero.geometry().span_m, f64::from(period_us) / 1.0e6);
-        let mut turbulence = MovingAir::new(air.wind, span_m, period_s, seed, run);
-        let mut gusts = DiscreteGusts::new(air.gusts, period_s);
+        let mut turbulence = MovingAir::new(settings.wind, span_m, period_s, seed, run);
+        let mut gusts = DiscreteGusts::new(settings.gusts, period_s);
         let time = SimTime::ZERO;
         let place = dynamics.earth().place(&state.rigid.position);
         let turbulent = turbulence.step(&Surroundings {
-            airspeed_m_s: air.airspeed_m_s,
+            airspeed_m_s: settings.airspeed_m_s,
             height_m: place.altitude_m,
             attitude: dynamics.earth().attitude(&place, &state.rigid.q_e_from_body),
-            wind: dynamics.wind(&air.steady, place.geopotential_altitude_m),
+            wind: dynamics.wind(&steady, place.geopotential_altitude_m),
         });
         let inputs = StepInputs {
             commands: state.positions,
-            wind: air.steady,
-            gust: gusts.step(time, air.airspeed_m_s, turbulent),
+            wind: steady,
+            gust: gusts.step(time, settings.airspeed_m_s, turbulent),
             density: dynamics.density_around(place.geopotential_altitude_m),
             slopes: Slopes::at(dynamics.earth(), &state.rigid.position, &place),
             effects: Effects::none(),
@@ -259,8 +263,9 @@ impl Plant {
     /// Roll moment on the airframe of what turns with the engine at this thrust, airspeed and altitude, N m.
     pub fn engine_roll_n_m(&self, thrust_n: f64) -> f64 {
         let Evaluation { place, density, motion } = &self.present;
-        let altitude_m = place.geopotential_altitude_m;
-        self.dynamics.engine_roll_n_m(thrust_n, motion.air.airspeed_m_s, *density, altitude_m)
+        let (airspeed_m_s, altitude_m) = (motion.air.airspeed_m_s, place.geopotential_altitude_m);
+        let air = self.dynamics.engine_air(airspeed_m_s, *density, altitude_m);
+        self.dynamics.jet().roll_n_m(thrust_n, &air)
     }
 
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
@@ -405,7 +410,12 @@ impl Plant {
     /// Copies the effects of the faults, which stay constant until the next event.
     fn hold_faults(&mut self) {
         self.inputs.effects = *self.faults.effects();
-        self.lose_parts();
+        // The parts that the faults have torn off.
+        let torn_off = self.faults.torn_off(self.time);
+        if torn_off != self.losses.torn_off {
+            self.losses.torn_off = torn_off;
+            self.take_away();
+        }
         self.receive();
     }
 
@@ -440,6 +450,114 @@ impl Plant {
         let report = PlantReport::GroundContact { at: self.time };
         push(&mut self.reports, &mut self.reports_dropped, report);
     }
+
+    /// Sends commands to the effectors, which follow them now or after their delay.
+    fn command(&mut self, actuators: &Actuators) {
+        let Airframe { effectors, servos, .. } = self.dynamics.airframe();
+        let (count, now) = (effectors.len(), self.time);
+        if self.paths.is_empty() {
+            let previous = self.faults.commands();
+            let commands = servos::accepted(count, servos, &actuators.commands, previous);
+            self.faults.command(&commands, now);
+            self.inputs.commands = *self.faults.received();
+            return;
+        }
+        let previous = PerEffector::from_values(self.paths.iter().map(|path| path.sent));
+        let commands = servos::accepted(count, servos, &actuators.commands, &previous);
+        for path in &mut self.paths {
+            path.sent = commands[path.effector];
+            let due = SimTime::from_micros(now.as_micros() + path.delay_us);
+            path.pending.push(due, path.sent);
+        }
+        self.feel_hinge_moments();
+        self.let_commands_arrive();
+    }
+
+    /// When the next command arrives.
+    fn next_arrival(&self) -> Option<SimTime> {
+        self.paths.iter().filter_map(|path| path.pending.next()).min()
+    }
+
+    /// Hands every command that is due to the servos and their faults.
+    fn let_commands_arrive(&mut self) {
+        for path in &mut self.paths {
+            if let Some(command) = path.pending.due(self.time) {
+                self.faults.command_one(path.effector, path.pass(command), self.time);
+            }
+        }
+        self.hold_faults();
+    }
+
+    /// Sets the travel that the hinge moments leave at the present dynamic pressure.
+    fn feel_hinge_moments(&mut self) {
+        let pressure_pa = self.truth.dynamic_pressure_pa();
+        for path in &mut self.paths {
+            path.travel = path.servo.travel_at(pressure_pa);
+            self.faults.limit_travel(path.effector, path.travel);
+        }
+    }
+
+    /// Copies what the servos receive, inside the travel that the hinge moments leave.
+    fn receive(&mut self) {
+        self.inputs.commands = *self.faults.received();
+        for path in &self.paths {
+            let ([low, high], command) = (path.travel, &mut self.inputs.commands[path.effector]);
+            // The command of an engine that is out is below its travel.
+            if path.servo.imperfections.stall_pressure_pa.is_some() {
+                *command = command.max(low).min(high);
+            }
+        }
+    }
+
+    /// States of the actuators besides the positions, for a linearisation: of every second-order servo its rate, rad/s or N/s, of
+    /// every late effector the command that it follows now and those on their way, rad or N.
+    pub fn actuator_states(&mut self) -> impl Iterator<Item = &mut f64> {
+        let inert = &self.dynamics.airframe().servos;
+        let rates = self.rates.iter_mut();
+        let rates = rates.filter(|(effector, _)| inert[*effector].second_order.is_some());
+        let late = self.paths.iter_mut().filter(|path| path.delay_us > 0);
+        let commands = late
+            .flat_map(|path| std::iter::once(&mut path.followed).chain(path.pending.commands()));
+        rates.map(|(_, rate)| rate).chain(commands)
+    }
+
+    /// Sets [`Plant::actuator_states`].
+    pub fn set_actuator_states(&mut self, mut values: impl Iterator<Item = f64>) {
+        for state in self.actuator_states() {
+            *state = values.next().unwrap_or(*state);
+        }
+        for path in self.paths.iter_mut().filter(|path| path.delay_us > 0) {
+            self.faults.command_one(path.effector, path.pass(path.followed), self.time);
+        }
+        self.hold_faults();
+    }
+
+    /// Burns the fuel of one control period at the present thrust. Without fuel the engine is out, whatever is repaired.
+    fn burn_fuel(&mut self) {
+        let Some(fuel) = self.dynamics.airframe().fuel else { return };
+        let period_s = self.period_us as f64 * 1.0e-6;
+        let flow_kg_s = fuel.flow_kg_n_s * self.present.motion.thrust_n.max(0.0);
+        let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.initial_kg);
+        if burnt_kg != self.losses.burnt_kg {
+            self.losses.burnt_kg = burnt_kg;
+            self.take_away();
+        }
+        let Some(engine) = self.dynamics.jet().engine() else { return };
+        if burnt_kg >= fuel.initial_kg {
+            self.with_faults(|faults, context| faults.starve(engine, context));
+        }
+    }
+
+    fn take_away(&mut self) {
+        let before = self.dynamics.shift_m();
+        self.dynamics.take_away(&self.losses.torn_off, self.losses.burnt_kg);
+        let moved = self.dynamics.shift_m() - before;
+        let rigid = &mut self.state.rigid;
+        rigid.position += rigid.e_from_body() * moved;
+        rigid.velocity.0 += rigid.rates.0.cross(&moved);
+        // The step that comes begins with the forces on what is left.
+        self.present = self.dynamics.present(&self.state, &self.inputs);
+    }
 }
 
 fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantReport) {
@@ -448,6 +566,120 @@ fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantRep
         *dropped += 1;
     }
     reports.push_back(report);
+}
+
+/// The way of the commands to one effector, rad or N.
+#[derive(Debug, Clone)]
+struct CommandPath {
+    effector: Effector,
+    servo: Servo,
+    delay_us: u64,
+    pending: Delayed,
+    /// The latest command, which arrives after the delay.
+    sent: f64,
+    /// The last command that the deadband let through.
+    followed: f64,
+    /// The same behind the play.
+    played: f64,
+    /// Ends of the travel that the hinge moment leaves.
+    travel: [f64; 2],
+}
+
+impl CommandPath {
+    /// Those of an aircraft whose effectors are at rest at these positions; none if all its actuators are ideal.
+    pub fn all(airframe: &Airframe, positions: &PerEffector<f64>) -> Vec<Self> {
+        let Airframe { effectors, servos, .. } = airframe;
+        if effectors.all().all(|effector| servos[effector].imperfections.are_none()) {
+            return Vec::new();
+        }
+        let path = |effector: Effector| {
+            let (servo, at) = (servos[effector], positions[effector]);
+            Self {
+                effector,
+                servo,
+                delay_us: micros(servo.imperfections.delay_s),
+                pending: Delayed::new(),
+                sent: at,
+                followed: at,
+                played: at,
+                travel: [servo.min, servo.max],
+            }
+        };
+        effectors.all().map(path).collect()
+    }
+
+    /// What the servo gets of a command that has arrived: deadband, play, bias, travel.
+    fn pass(&mut self, command: f64) -> f64 {
+        let imperfections = &self.servo.imperfections;
+        if (command - self.followed).abs() > imperfections.deadband {
+            self.followed = command;
+        }
+        let half = 0.5 * imperfections.hysteresis;
+        self.played = self.played.max(self.followed - half).min(self.followed + half);
+        self.servo.limited(self.played + imperfections.bias)
+    }
+}
+
+/// What the aircraft has lost.
+#[derive(Debug, Clone, Copy, Default)]
+struct Losses {
+    torn_off: PerPart<f64>,
+    burnt_kg: f64,
+}
+
+/// A body slower than this, m/s, has no aerodynamic motion that the integration would have to follow.
+const SLOWEST_CHECKED_M_S: f64 = 1.0;
+
+/// The state in which a flight without a controller begins, steady only if it asks for that, and its true airspeed, m/s; `dynamics`
+/// gets the lever of its engine.
+fn released(
+    dynamics: &mut Dynamics,
+    setup: &ReleaseSetup,
+    steady: &Ned,
+) -> Result<(Trim, f64), SetupError> {
+    let ReleaseSetup { initial, controls, .. } = setup;
+    let earth = dynamics.earth();
+    let (theta_rad, elevator_rad, controls) = if initial.is_trimmed {
+        let trim =
+            longitudinal::solve(dynamics, initial, controls, steady).map_err(SetupError::Trim)?;
+        (trim.theta_rad, trim.elevator_rad, trim.controls)
+    } else {
+        (initial.attitude.theta, 0.0, *controls)
+    };
+    let rigid = initial.rigid(earth, theta_rad);
+    let here = earth.geodetic(&rigid.position);
+    dynamics.hold_lever(controls.lever);
+    let place = dynamics.earth().place(&rigid.position);
+    let density = dynamics.density_around(place.geopotential_altitude_m);
+    let e = dynamics.evaluate(&rigid, &controls.positions, steady, &Gust::none(), &density);
+    let airspeed_m_s = e.motion.air.airspeed_m_s;
+    let start = Start {
+        altitude_m: place.altitude_m,
+        airspeed_m_s,
+        heading_rad: initial.attitude.psi,
+        latitude_rad: here.latitude_rad,
+        longitude_rad: here.longitude_rad,
+    };
+    if airspeed_m_s >= SLOWEST_CHECKED_M_S {
+        step_limit::check(dynamics, &start, e.density, setup.step_us)?;
+    }
+    let mut positions = controls.positions;
+    if let Some(engine) = dynamics.jet().engine() {
+        // The thrust that a lever gives, so that the log begins with it.
+        positions[engine] = e.motion.thrust_n;
+    }
+    let trim = Trim {
+        alpha_rad: e.motion.air.alpha_rad,
+        theta_rad,
+        elevator_rad,
+        aileron_rad: 0.0,
+        rudder_rad: 0.0,
+        thrust_n: e.motion.thrust_n,
+        positions,
+        turn_rate_rad_s: 0.0,
+        rigid,
+    };
+    Ok((trim, airspeed_m_s))
 }
 
 #[cfg(test)]

@@ -1,72 +1,33 @@
 //! Numbers of the configuration that are outside their range.
 
-use std::fmt;
+use host_io::problem::{Problem, problem};
 
-use arrayvec::ArrayString;
-
-/// A table or key of a file; a longer name is cut.
-pub type Section = ArrayString<40>;
-
-/// The beginning of a text that fits.
-pub fn section(text: &str) -> Section {
-    let mut section = Section::new();
-    for letter in text.chars() {
-        if section.try_push(letter).is_err() {
-            break;
-        }
-    }
-    section
-}
-
-/// A value outside its allowed range; NaN is outside every range.
-///
-/// Values and limits are in the unit that the key names.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RangeError {
-    /// Table of the configuration file, without brackets.
-    pub section: Section,
-    /// Key in that table.
-    pub key: Section,
-    pub value: f64,
-    pub min: f64,
-    pub max: f64,
-}
-
-impl fmt::Display for RangeError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { section, key, value, min, max } = self;
-        let (value, min, max) = (tidy(*value), tidy(*min), tidy(*max));
-        write!(f, "[{section}] {key} = {value} is outside {min} to {max}")
-    }
-}
-
-impl std::error::Error for RangeError {}
-
-/// Rounded to nine decimals: a value in degrees was converted through radians and would show rounding errors.
-fn tidy(value: f64) -> f64 {
-    let rounded = libm::round(value * 1.0e9) / 1.0e9;
-    if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }
-}
-
-/// Checks that `value` is inside `min` to `max`.
+/// Checks that a value is inside `min` to `max`, all three in the unit that the key names; NaN is outside every range. `section` is a
+/// table of the file, without brackets.
 pub fn check_range(
     section: &str,
     key: &str,
     value: f64,
     min: f64,
     max: f64,
-) -> Result<(), RangeError> {
+) -> Result<(), Problem> {
     if (min..=max).contains(&value) {
         Ok(())
     } else {
-        Err(RangeError {
-            section: self::section(section),
-            key: self::section(key),
-            value,
-            min,
-            max,
-        })
+        Err(out_of_range(section, key, [value, min, max]))
     }
+}
+
+/// A value that is outside its range.
+pub(crate) fn out_of_range(section: &str, key: &str, numbers: [f64; 3]) -> Problem {
+    let [value, min, max] = numbers.map(tidy);
+    problem!("[{section}] {key} = {value} is outside {min} to {max}")
+}
+
+/// Rounded to nine decimals: a value in degrees was converted through radians and would show rounding errors.
+fn tidy(value: f64) -> f64 {
+    let rounded = libm::round(value * 1.0e9) / 1.0e9;
+    if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }
 }
 
 #[cfg(test)]

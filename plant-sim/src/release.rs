@@ -2,6 +2,7 @@
 //!
 //! [`crate::Plant::release`] begins it. Equations, air and integration are those of every other flight.
 
+use host_io::problem::Problem;
 use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::Vector3;
@@ -11,7 +12,7 @@ use crate::atmosphere::Atmosphere;
 use crate::earth::{Earth, EarthModel};
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::RigidState;
 use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
@@ -103,7 +104,7 @@ pub struct Controls {
 
 impl ReleaseSetup {
     /// Checks all that can be checked without flying.
-    pub fn check(&self) -> Result<(), RangeError> {
+    pub fn check(&self) -> Result<(), Problem> {
         self.airframe.check()?;
         self.wind.check()?;
         self.profile.check()?;
@@ -118,7 +119,7 @@ impl ReleaseSetup {
     }
 
     /// Checks that the effectors can be where these controls put them.
-    pub fn check_controls(&self, controls: &Controls) -> Result<(), RangeError> {
+    pub fn check_controls(&self, controls: &Controls) -> Result<(), Problem> {
         let Airframe { effectors, servos, .. } = &self.airframe;
         for effector in effectors.all() {
             let servo = &servos[effector];
@@ -152,7 +153,7 @@ impl InitialState {
         }
     }
 
-    fn check(&self) -> Result<(), RangeError> {
+    fn check(&self) -> Result<(), Problem> {
         let here = self.origin();
         check_range(SECTION, "latitude_deg", here.latitude_rad.to_degrees(), -90.0, 90.0)?;
         check_range(SECTION, "longitude_deg", here.longitude_rad.to_degrees(), -360.0, 360.0)?;
@@ -235,7 +236,7 @@ impl Controls {
     }
 }
 
-fn check_vector(key: &str, vector: &Vector3<f64>, most: f64) -> Result<(), RangeError> {
+fn check_vector(key: &str, vector: &Vector3<f64>, most: f64) -> Result<(), Problem> {
     vector.iter().try_for_each(|value| check_range(SECTION, key, *value, -most, most))
 }
 

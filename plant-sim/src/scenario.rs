@@ -4,22 +4,25 @@
 //! ignored, so that neither side needs to know the other's keys. A file with `[checkcase]` is flown without a controller
 //! ([`case`]).
 
-use host_io::problem::{At as _, Problem, problem};
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 use std::sync::LazyLock;
 
+use host_io::problem::{At as _, Problem, problem};
+use icd::fault::{
+    CATALOGUE, FaultDraft, FaultError, FaultValue, KindInfo, Quantity, SensorKind, Target,
+    TargetClass,
+};
 use icd::{ControlPeriod, EffectorList, SimTime};
 use serde::Deserialize;
-use serde::de::{Error as _, IgnoredAny};
+use serde::de::{Deserializer, Error, IgnoredAny, MapAccess, Visitor};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
-use crate::config::keys::gather;
-use crate::config::{self, units};
-use crate::date::NoDate;
+use crate::config::{self, gather};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
-use crate::range::check_range;
+use crate::range::{check_range, out_of_range};
 use crate::sensors::{SensorSettings, SensorsTable};
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
@@ -28,10 +31,8 @@ use crate::wind::{
 };
 
 pub mod case;
-mod fault_table;
 
 use case::{CaseTable, ControlStepTable, InitialTable};
-use fault_table::FaultTable;
 
 /// Level flight without commands and without faults.
 pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
@@ -77,7 +78,8 @@ pub struct PlantPart {
 impl Scenario {
     /// Reads a scenario file for an aircraft with these effectors; errors call it `name`.
     pub fn from_toml(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, Problem> {
-        ScenarioFile::parse(name, text)?.into_scenario(name, effectors)
+        let table = config::parse(name, text)?;
+        ScenarioFile::read(name, table, Some(text))?.into_scenario(effectors).at(name)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
@@ -86,7 +88,7 @@ impl Scenario {
         table: toml::Table,
         effectors: &EffectorList,
     ) -> Result<Self, Problem> {
-        ScenarioFile::of_table(name, table)?.into_scenario(name, effectors)
+        ScenarioFile::read(name, table, None)?.into_scenario(effectors).at(name)
     }
 }
 
@@ -129,44 +131,40 @@ pub struct ScenarioFile {
 }
 
 impl ScenarioFile {
-    fn parse(name: &str, text: &str) -> Result<Self, Problem> {
-        config::parse_in_units(name, text, known_keys())
+    /// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
+    fn read(name: &str, table: toml::Table, text: Option<&str>) -> Result<Self, Problem> {
+        config::in_units(name, table, text, &KNOWN_KEYS)
     }
 
-    fn of_table(name: &str, mut table: toml::Table) -> Result<Self, Problem> {
-        convert_units(name, &mut table)?;
-        config::of_table(name, table)
-    }
-
-    fn into_scenario(self, name: &str, effectors: &EffectorList) -> Result<Scenario, Problem> {
-        let of_cases = [("checkcase", self.checkcase.is_some())].into_iter();
-        if let Some((section, _)) =
-            of_cases.chain(self.plant.of_cases()).find(|(_, is_there)| *is_there)
-        {
+    fn into_scenario(self, effectors: &EffectorList) -> Result<Scenario, Problem> {
+        let of_cases = [
+            ("checkcase", self.checkcase.is_some()),
+            ("plant.initial_state", self.plant.initial_state.is_some()),
+            ("plant.controls", self.plant.controls.is_some()),
+            ("plant.control_step", !self.plant.control_step.is_empty()),
+        ];
+        if let Some((section, _)) = of_cases.iter().find(|(_, is_there)| *is_there) {
             let other = "an autopilot: `sitl study checkcase` flies it";
-            return Err(problem!("{name}: [{section}] has no meaning beside {other}"));
+            return Err(problem!("[{section}] has no meaning beside {other}"));
         }
         if self.plant.seed.is_none() {
-            return Err(toml::de::Error::missing_field("seed")).at(name);
+            return Err(toml::de::Error::missing_field("seed").into());
         }
-        Ok(Scenario { plant: self.plant.into_part(name, effectors)? })
+        Ok(Scenario { plant: self.plant.into_part(effectors)? })
     }
 }
 
 /// Converts the keys of a parsed file that have units of its sources to those that its reader has.
 pub fn convert_units(name: &str, table: &mut toml::Table) -> Result<(), Problem> {
-    units::convert(name, table, known_keys()).map(drop)
+    config::convert(name, table, &KNOWN_KEYS).map(drop)
 }
 
 /// The keys of a scenario file.
-fn known_keys() -> &'static BTreeSet<String> {
-    static KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
-        let mut keys = BTreeSet::new();
-        gather::<ScenarioFile>("", &mut keys);
-        keys
-    });
-    &KEYS
-}
+static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
+    let mut keys = BTreeSet::new();
+    gather::<ScenarioFile>("", &mut keys);
+    keys
+});
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -211,20 +209,11 @@ struct AtmosphereTable {
 }
 
 impl PlantTable {
-    /// Tables that only a check case has, and whether they are there.
-    fn of_cases(&self) -> [(&'static str, bool); 3] {
-        [
-            ("plant.initial_state", self.initial_state.is_some()),
-            ("plant.controls", self.controls.is_some()),
-            ("plant.control_step", !self.control_step.is_empty()),
-        ]
-    }
-
-    fn into_part(self, file: &str, effectors: &EffectorList) -> Result<PlantPart, Problem> {
+    fn into_part(self, effectors: &EffectorList) -> Result<PlantPart, Problem> {
         if let Some(duration_s) = self.duration_s {
-            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS).at(file)?;
+            check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)?;
         }
-        self.start.over(&Start::NOT_USED).check().at(file)?;
+        self.start.over(&Start::NOT_USED).check("plant.start")?;
         let table = self.wind.unwrap_or_default();
         let wind = WindSettings {
             speed_m_s: table.speed_m_s,
@@ -233,17 +222,16 @@ impl PlantTable {
             turbulence_m_s: table.turbulence_m_s,
             turbulence: table.turbulence.and_then(TurbulenceName::level),
         };
-        let profile = WindProfile::new(table.level).at(file)?;
-        wind.check().at(file)?;
+        let profile = WindProfile::new(table.level)?;
+        wind.check()?;
         let temperature_offset_k = self.atmosphere.unwrap_or_default().temperature_offset_k;
-        Atmosphere::check(temperature_offset_k).at(file)?;
-        check_gusts(&self.gust).at(file)?;
-        let mut sensors = self.sensors.unwrap_or_default().settings(file)?;
+        Atmosphere::check(temperature_offset_k)?;
+        check_gusts(&self.gust)?;
+        let mut sensors = self.sensors.unwrap_or_default().settings()?;
         if let Some(date) = &self.date {
-            sensors.date =
-                date.parse().map_err(|error: NoDate| problem!("{file}: [plant] {error}"))?;
+            sensors.date = date.parse().map_err(|error| problem!("[plant] {error}"))?;
         }
-        sensors.check(ControlPeriod::DEFAULT.as_micros()).at(file)?;
+        sensors.check(ControlPeriod::DEFAULT.as_micros())?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
             seed: self.seed.unwrap_or_default(),
@@ -255,10 +243,165 @@ impl PlantTable {
             temperature_offset_k,
             gusts: self.gust,
             sensors,
-            faults: faults
-                .map(|(i, f)| f.read(file, i + 1, effectors))
-                .collect::<Result<_, _>>()?,
+            faults: faults.map(|(i, f)| f.read(i + 1, effectors)).collect::<Result<_, _>>()?,
         })
+    }
+}
+
+// A `[[plant.fault]]` is split into keys and values here; [`icd::fault::FaultDraft`] reads them. Ranges that are independent of the
+// aircraft are checked with file and key; [`crate::Plant::new`] checks whether the aircraft can have the fault.
+
+/// Keys of the target of a fault, one of which is required.
+const TARGETS: [&str; 3] = ["effector", "sensor", "part"];
+/// Key of the kind.
+const KIND: &str = "kind";
+/// Key of the onset.
+const ONSET: &str = Quantity::Onset.keys()[0];
+
+/// Every key, and whether its value is a number.
+static KEYS: LazyLock<Vec<(&'static str, bool)>> = LazyLock::new(|| {
+    let words = TARGETS.into_iter().chain([KIND]).map(|key| (key, false));
+    let of_kinds = CATALOGUE.iter().flat_map(|info| {
+        let sensors = SensorKind::ALL.into_iter().map(TargetClass::Sensor);
+        let classes = [TargetClass::Angle, TargetClass::Thrust, TargetClass::Part];
+        let classes = classes.into_iter().chain(sensors).filter(|class| info.targets.allow(*class));
+        let keys = |class| info.numbers.iter().map(move |number| number.quantity.key(class));
+        let choice = info.choice.map(|choice| (choice.key, false));
+        classes.flat_map(keys).map(|key| (key, true)).chain(choice)
+    });
+    let times = Quantity::TIMING.map(|quantity| (quantity.keys()[0], true));
+    // Several kinds share a key.
+    let mut known = BTreeSet::new();
+    words.chain(of_kinds).chain(times).filter(|(key, _)| known.insert(*key)).collect()
+});
+
+/// Their names.
+static NAMES: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| KEYS.iter().map(|(key, _)| *key).collect());
+
+/// The kinds.
+static KINDS: LazyLock<Vec<&'static str>> =
+    LazyLock::new(|| CATALOGUE.iter().map(|info| info.key).collect());
+
+/// A table as written.
+#[derive(Default)]
+struct FaultTable {
+    kind: Option<&'static KindInfo>,
+    /// Key and name.
+    target: Option<(&'static str, String)>,
+    numbers: Vec<(&'static str, f64)>,
+    words: Vec<(&'static str, String)>,
+}
+
+impl FaultTable {
+    /// The fault; errors use its `number` (from 1).
+    fn read(&self, number: usize, effectors: &EffectorList) -> Result<ScheduledFault, Problem> {
+        let refused = |key: &str, problem: String| {
+            let kind = self.kind.map_or("", |info| info.key);
+            problem!("[[plant.fault]] number {number}, kind {kind}: {key} {problem}")
+        };
+        let info = self.kind.ok_or_else(|| refused(KIND, "is missing".to_owned()))?;
+        let target = self.target(number, effectors)?;
+        let class = target.class(effectors);
+        let error = |error| match error {
+            FaultError::OutOfRange { what, value, min, max, .. } => {
+                out_of_range("plant.fault", what.key(class), [value, min, max])
+            }
+            FaultError::Missing(field) => refused(field.key(class), "is missing".to_owned()),
+            FaultError::Excludes(what, other) => {
+                refused(what.key(class), format!("excludes {}", other.key(class)))
+            }
+            FaultError::NotWhole(what, value) => {
+                refused(what.key(class), format!("= {value} is no whole number"))
+            }
+            FaultError::NoSuchWord(choice) => {
+                let word = self.words.iter().find(|(key, _)| *key == choice.key);
+                let word = word.map_or("", |(_, word)| word);
+                let words: Vec<&str> = choice.alternatives.iter().map(|one| one.key).collect();
+                refused(choice.key, format!("= {word:?} is none of {}", words.join(", ")))
+            }
+            FaultError::NoSuchAlternative => refused(KIND, error.to_string()),
+        };
+        let mut draft = FaultDraft::new(info, class);
+        let numbers = self.numbers.iter().map(|(key, value)| (*key, FaultValue::Number(*value)));
+        let words = self.words.iter().map(|(key, word)| (*key, FaultValue::Word(word)));
+        let mut stray = None;
+        for (key, value) in numbers.chain(words) {
+            if !draft.put(key, value).map_err(error)? {
+                stray = stray.or(Some(key));
+            }
+        }
+        let (kind, timing) = draft.finish().map_err(error)?;
+        match stray {
+            Some(key) => Err(refused(key, "has no meaning here".to_owned())),
+            None => Ok(ScheduledFault { target, kind, timing }),
+        }
+    }
+
+    fn target(&self, number: usize, effectors: &EffectorList) -> Result<Target, Problem> {
+        let (key, name) = self.target.as_ref().map_or((TARGETS[0], ""), |(key, name)| (*key, name));
+        let has_key = |target: &Target| {
+            let place = match target {
+                Target::Effector(_) => 0,
+                Target::Sensor(_) => 1,
+                Target::Part(_) => 2,
+            };
+            TARGETS[place] == key
+        };
+        let all = || Target::all(effectors).filter(has_key);
+        all().find(|target| target.key(effectors) == name).ok_or_else(|| {
+            let known = all().map(|target| target.key(effectors)).collect::<Vec<_>>().join(", ");
+            problem!(
+                "[[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
+            )
+        })
+    }
+}
+
+impl<'de> Deserialize<'de> for FaultTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_struct("FaultTable", &NAMES, Self::default())
+    }
+}
+
+impl<'de> Visitor<'de> for FaultTable {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a table with a fault")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
+        while let Some(name) = map.next_key::<String>()? {
+            let known = KEYS.iter().find(|(key, _)| *key == name);
+            let (key, is_number) = *known.ok_or_else(|| A::Error::unknown_field(&name, &NAMES))?;
+            if is_number {
+                self.numbers.push((key, map.next_value()?));
+            } else {
+                self.words.push((key, map.next_value()?));
+            }
+        }
+        // Only now, because the search for keys reads every key with an empty word.
+        for (_, word) in self.words.extract_if(.., |(key, _)| *key == KIND) {
+            self.kind = KindInfo::by_key(&word);
+            if self.kind.is_none() {
+                return Err(A::Error::unknown_variant(&word, &KINDS));
+            }
+        }
+        for target in self.words.extract_if(.., |(key, _)| TARGETS.contains(key)) {
+            if self.target.replace(target).is_some() {
+                return Err(A::Error::custom(
+                    "a fault is of an effector, of a sensor or of a part",
+                ));
+            }
+        }
+        let has_onset = self.numbers.iter().any(|(key, _)| *key == ONSET);
+        match (&self.target, self.kind, has_onset) {
+            (None, ..) => Err(A::Error::missing_field(TARGETS[0])),
+            (_, None, _) => Err(A::Error::missing_field(KIND)),
+            (.., false) => Err(A::Error::missing_field(ONSET)),
+            _ => Ok(self),
+        }
     }
 }
 

@@ -21,15 +21,12 @@ use crate::noise::{Normals, Source};
 use crate::truth::Truth;
 use crate::wind::Gust;
 
-mod channel;
 mod faulty;
 mod grade;
 mod real;
-mod settings;
 
-pub use grade::{Grade, GradeName, SensorTable};
-pub use settings::SensorSettings;
-pub(crate) use settings::SensorsTable;
+pub(crate) use grade::SensorsTable;
+pub use grade::{Grade, GradeName, SensorSettings, SensorTable};
 
 use faulty::FaultySensors;
 use real::RealSensors;
@@ -99,11 +96,18 @@ impl SensorSet {
         gust: &Gust,
         faults: &Faults,
     ) -> Sensors {
+        let (AirData { vanes_m, pitot_m }, motion) = (self.places, &present.motion);
         let mut sensors = match self.real.take() {
-            None => self.ideal(truth, present, gust),
+            // Everything exactly, apart from the noise of the gyros.
+            None => {
+                let air = [vanes_m, pitot_m].map(|place_m| air_at(place_m, motion, gust));
+                let gyro_error = self.gyro_error();
+                self.exact(truth, present, &air, &gyro_error)
+            }
+            // Everything exactly where it is measured, then with errors: vanes and pitot tube turn with the aircraft.
             Some(mut real) => {
-                let exact = self.where_they_are(truth, present);
-                let sensors = real.sense(&exact);
+                let air = [vanes_m, pitot_m].map(|place_m| air_around(place_m, motion));
+                let sensors = real.sense(&self.exact(truth, present, &air, &Body::zero()));
                 self.real = Some(real);
                 sensors
             }
@@ -119,29 +123,11 @@ impl SensorSet {
         self.real.as_deref().map_or([Body::zero(); 2], RealSensors::inertial_biases)
     }
 
-    /// Everything exactly, apart from the noise of the gyros.
-    fn ideal(&mut self, truth: &Truth, present: &Evaluation, gust: &Gust) -> Sensors {
-        let motion = &present.motion;
-        let vanes = air_at(self.places.vanes_m, motion, gust);
-        let pitot = air_at(self.places.pitot_m, motion, gust);
-        let gyro_error = self.gyro_error();
-        self.exact(truth, present, &vanes, &pitot, &gyro_error)
-    }
-
-    /// Everything exactly, where it is measured: vanes and pitot tube turn with the aircraft.
-    fn where_they_are(&mut self, truth: &Truth, present: &Evaluation) -> Sensors {
-        let motion = &present.motion;
-        let vanes = air_around(self.places.vanes_m, motion);
-        let pitot = air_around(self.places.pitot_m, motion);
-        self.exact(truth, present, &vanes, &pitot, &Body::zero())
-    }
-
     fn exact(
         &mut self,
         truth: &Truth,
         present: &Evaluation,
-        vanes: &AirState,
-        pitot: &AirState,
+        [vanes, pitot]: &[AirState; 2],
         gyro_error: &Body,
     ) -> Sensors {
         let time = truth.time;

@@ -1,8 +1,8 @@
 //! Everything that defines a flight, as plain data, and its errors.
 
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
-use icd::fault::{Refusal, TargetClass};
+use icd::fault::Refusal;
 use icd::wire::Aircraft;
 use icd::{ControlPeriod, EffectorList};
 use serde::{Deserialize, Serialize};
@@ -11,11 +11,9 @@ use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
-use crate::range::RangeError;
 use crate::sensors::SensorSettings;
 use crate::start::Start;
 use crate::step_limit::TooQuick;
-use crate::trim::TrimError;
 use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
 /// Longest default integration step, µs.
@@ -62,67 +60,23 @@ pub struct PlantSetup {
 /// Why a flight cannot start.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SetupError {
-    /// A number outside its range, in the unit of the configuration files.
-    #[error(transparent)]
-    Range(#[from] RangeError),
-    /// The step does not fit the control period.
-    #[error("integration step {step_us} us does not divide the control period of {period_us} us")]
-    Step {
-        /// The refused step, µs.
-        step_us: u32,
-        /// The control period, µs.
-        period_us: u32,
-    },
-    /// A fault that the aircraft cannot have.
-    #[error("fault {number} ({fault}): {}", refusal.described(*class))]
-    Fault {
-        /// Number of the fault, from 1, in the order of the setup.
-        number: usize,
-        /// The fault, in words.
-        fault: String,
-        /// The units of the refusal.
-        class: TargetClass,
-        refusal: Refusal,
-    },
-    /// A fault that will be requested, and that the aircraft cannot have.
-    #[error("{request}: {}", refusal.described(*class))]
-    Request {
-        /// The request, with its place.
-        request: String,
-        /// The units of the refusal.
-        class: TargetClass,
-        refusal: Refusal,
-    },
-    /// The controller's model is of another aircraft.
-    #[error("the airframe is {airframe}, the controller's model is of {model}")]
-    OtherAircraft {
-        /// Name in the airframe file.
-        airframe: Box<Aircraft>,
-        /// Name in the model file.
-        model: Box<Aircraft>,
-    },
-    /// A body that no controller can fly.
-    #[error(
-        "{airframe} has no [[effector]], so no controller can fly it; `sitl study checkcase` does"
-    )]
-    NoEffector {
-        /// Name in the airframe file.
-        airframe: Name,
-    },
+    /// A body that no controller can fly, with its name in the airframe file.
+    #[error("{0} has no [[effector]], so no controller can fly it; `sitl study checkcase` does")]
+    NoEffector(Name),
     /// The integration cannot follow the aircraft.
     #[error(transparent)]
-    TooQuick(Box<TooQuick>),
-    /// Its tables cannot be evaluated.
-    #[error("{0}")]
-    Tables(Problem),
+    TooQuick(#[from] Box<TooQuick>),
     /// Level flight is not possible, so the flight has no start.
-    #[error(transparent)]
-    Trim(#[from] TrimError),
+    #[error("{0}")]
+    Trim(Problem),
+    /// A number, the step, a fault, the model or a table does not fit.
+    #[error("{0}")]
+    Other(Problem),
 }
 
 impl From<Problem> for SetupError {
     fn from(problem: Problem) -> Self {
-        Self::Tables(problem)
+        Self::Other(problem)
     }
 }
 
@@ -130,18 +84,21 @@ impl PlantSetup {
     /// Checks all that can be checked without flying.
     pub fn check(&self) -> Result<(), SetupError> {
         if self.airframe.effectors.is_empty() {
-            return Err(SetupError::NoEffector { airframe: self.airframe.name });
+            return Err(SetupError::NoEffector(self.airframe.name));
         }
         self.airframe.check()?;
-        self.start.check()?;
+        self.start.check("plant.start")?;
         self.wind.check()?;
         self.profile.check()?;
         Atmosphere::check(self.temperature_offset_k)?;
         check_gusts(&self.gusts)?;
         self.sensors.check(self.period.as_micros())?;
-        let period_us = self.period.as_micros();
-        if self.step_us == 0 || !period_us.is_multiple_of(self.step_us) {
-            return Err(SetupError::Step { step_us: self.step_us, period_us });
+        let (step_us, period_us) = (self.step_us, self.period.as_micros());
+        if step_us == 0 || !period_us.is_multiple_of(step_us) {
+            return Err(problem!(
+                "integration step {step_us} us does not divide the control period of {period_us} us"
+            )
+            .into());
         }
         Ok(())
     }
@@ -152,7 +109,7 @@ impl PlantSetup {
         if airframe == model {
             return Ok(());
         }
-        Err(SetupError::OtherAircraft { airframe: Box::new(airframe), model: Box::new(model) })
+        Err(problem!("the airframe is {airframe}, the controller's model is of {model}").into())
     }
 
     /// Checks that the aircraft's effectors can have the faults.
@@ -166,10 +123,9 @@ impl PlantSetup {
 
     /// Checks that the aircraft can have a fault.
     pub fn check_fault(&self, fault: &ScheduledFault) -> Result<(), Refusal> {
-        let ScheduledFault { target, kind, timing } = fault;
         let Airframe { effectors, servos, .. } = &self.airframe;
         let has = self.sensors.fitted_with(&self.airframe);
-        faults::check(effectors, servos, &has, *target, kind, timing)
+        faults::check(effectors, servos, &has, fault)
     }
 }
 
@@ -180,6 +136,6 @@ pub(crate) fn fault_error(
     fault: &ScheduledFault,
     refusal: Refusal,
 ) -> SetupError {
-    let class = fault.target.class(effectors);
-    SetupError::Fault { number: index + 1, fault: fault.described(effectors), class, refusal }
+    let refusal = refusal.described(fault.target.class(effectors));
+    problem!("fault {} ({}): {refusal}", index + 1, fault.described(effectors)).into()
 }

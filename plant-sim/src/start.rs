@@ -1,9 +1,10 @@
 //! The start of a flight.
 
+use host_io::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 use crate::geodesy::Geodetic;
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// The start of a flight: wings level, no sideslip, level flight, trimmed.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -20,55 +21,36 @@ pub struct Start {
     pub longitude_rad: f64,
 }
 
-/// The start in a scenario; missing values are those of the design point of the airframe.
+/// The keys of a start: in an airframe file all of them have values, in a scenario some.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct StartPart {
+pub struct StartKeys<T> {
     /// Altitude, m.
-    pub altitude_m: Option<f64>,
+    pub altitude_m: T,
     /// True airspeed, m/s.
-    pub airspeed_m_s: Option<f64>,
+    pub airspeed_m_s: T,
     /// Heading of the nose, deg.
-    pub heading_deg: Option<f64>,
+    pub heading_deg: T,
     /// Geodetic latitude, deg.
-    pub latitude_deg: Option<f64>,
+    pub latitude_deg: T,
     /// Longitude, deg.
-    pub longitude_deg: Option<f64>,
+    pub longitude_deg: T,
 }
 
-impl StartPart {
+/// The start in a scenario; missing values are those of the design point of the airframe.
+pub type StartPart = StartKeys<Option<f64>>;
+
+impl<T: Copy + Into<Option<f64>>> StartKeys<T> {
     /// The start of a flight with this design point.
     pub fn over(&self, design_point: &Start) -> Start {
-        let angle = |degrees: Option<f64>, other| degrees.map_or(other, f64::to_radians);
+        let number = |value: T, other| value.into().unwrap_or(other);
+        let angle = |degrees: T, other| degrees.into().map_or(other, f64::to_radians);
         Start {
-            altitude_m: self.altitude_m.unwrap_or(design_point.altitude_m),
-            airspeed_m_s: self.airspeed_m_s.unwrap_or(design_point.airspeed_m_s),
+            altitude_m: number(self.altitude_m, design_point.altitude_m),
+            airspeed_m_s: number(self.airspeed_m_s, design_point.airspeed_m_s),
             heading_rad: angle(self.heading_deg, design_point.heading_rad),
             latitude_rad: angle(self.latitude_deg, design_point.latitude_rad),
             longitude_rad: angle(self.longitude_deg, design_point.longitude_rad),
-        }
-    }
-}
-
-/// A start as written in an airframe file.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct StartTable {
-    altitude_m: f64,
-    airspeed_m_s: f64,
-    heading_deg: f64,
-    latitude_deg: f64,
-    longitude_deg: f64,
-}
-
-impl StartTable {
-    pub(crate) fn into_start(self) -> Start {
-        Start {
-            altitude_m: self.altitude_m,
-            airspeed_m_s: self.airspeed_m_s,
-            heading_rad: self.heading_deg.to_radians(),
-            latitude_rad: self.latitude_deg.to_radians(),
-            longitude_rad: self.longitude_deg.to_radians(),
         }
     }
 }
@@ -91,13 +73,8 @@ impl Start {
         }
     }
 
-    /// Checks every number of a scenario's start.
-    pub fn check(&self) -> Result<(), RangeError> {
-        self.check_table("plant.start")
-    }
-
     /// Checks every number; `section` is its table in the file.
-    pub(crate) fn check_table(&self, section: &'static str) -> Result<(), RangeError> {
+    pub(crate) fn check(&self, section: &'static str) -> Result<(), Problem> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
         check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;
         check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;

@@ -1,8 +1,9 @@
 //! Whether the integration can follow an aircraft: its fastest motion in the air against the step.
 
+use host_io::problem::{Problem, problem};
 use icd::{Body, PerEffector};
 
-use crate::aerodynamics::{Aerodynamics, AirState, Coefficients, Geometry};
+use crate::aerodynamics::{Aerodynamics, AirState, Geometry};
 use crate::airframe::Airframe;
 use crate::dynamics::Dynamics;
 use crate::start::Start;
@@ -12,32 +13,14 @@ use crate::start::Start;
 const RATE_TIMES_STEP_MAX: f64 = 1.0;
 
 /// An aircraft that moves faster than the integration can follow.
-#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
-#[error(
-    "[mass] {key} = {value} is too small for [aerodynamics] {derivative_key} = {derivative}: in flight at {airspeed_m_s} m/s and \
-     {altitude_m} m the {motion} would change at {rate:.0} 1/s, and an integration step of {step_us} us can follow \
-     {rate_max:.0} 1/s; at least {min:.4} is needed"
-)]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{problem}")]
 pub struct TooQuick {
-    /// Key of the airframe file.
+    /// Key of the airframe file whose value is too small.
     pub key: &'static str,
-    pub value: f64,
     /// Smallest value with which the motion is slow enough.
     pub min: f64,
-    /// Key of the derivative that makes the force.
-    pub derivative_key: &'static str,
-    pub derivative: f64,
-    pub motion: &'static str,
-    /// Its rate, 1/s.
-    pub rate: f64,
-    /// Largest rate that the step can follow, 1/s.
-    pub rate_max: f64,
-    /// Airspeed of the start, m/s.
-    pub airspeed_m_s: f64,
-    /// Altitude of the start, m.
-    pub altitude_m: f64,
-    /// Integration step, us.
-    pub step_us: u32,
+    pub problem: Problem,
 }
 
 /// Checks the rates of the single motions at the start: damping of heave, sideslip, roll, pitch and yaw, 1/s, and the
@@ -51,114 +34,83 @@ pub fn check(
     start: &Start,
     density: f64,
     step_us: u32,
-) -> Result<(), TooQuick> {
+) -> Result<(), Box<TooQuick>> {
     let Airframe { mass, aero, .. } = dynamics.airframe();
     let Geometry { area_m2, span_m, chord_m } = aero.geometry();
     let v = start.airspeed_m_s;
     let force = 0.5 * density * v * v * area_m2;
     let (per_chord, per_span) = (0.5 * chord_m / v, 0.5 * span_m / v);
     let (pitch, lateral) = (force * chord_m, force * span_m);
-    let aero = Slopes::of(dynamics, start, [per_chord, per_span]);
+    let slopes = slopes(dynamics, start, [per_chord, per_span]);
     let (m, ixx, iyy, izz) = (mass.mass_kg, mass.ixx_kg_m2, mass.iyy_kg_m2, mass.izz_kg_m2);
     let (roll_damping, pitch_damping) = (lateral * per_span, pitch * per_chord);
-    // Value and derivative with their keys, the quantity divided by the value, and whether that is a rate or its square.
+    // Value and derivative with their keys, the quantity divided by the value, and whether that is a rate or its square; in the order
+    // of the slopes.
     let motions = [
-        ("mass_kg", m, "heave", "c_lift_alpha", aero.c_lift_alpha, force / v, false),
-        ("mass_kg", m, "sideslip", "c_side_beta", aero.c_side_beta, force / v, false),
-        ("ixx_kg_m2", ixx, "roll rate", "c_roll_p", aero.c_roll_p, roll_damping, false),
-        ("iyy_kg_m2", iyy, "pitch rate", "c_pitch_q", aero.c_pitch_q, pitch_damping, false),
-        ("iyy_kg_m2", iyy, "pitch", "c_pitch_alpha", aero.c_pitch_alpha, pitch, true),
-        ("izz_kg_m2", izz, "yaw rate", "c_yaw_r", aero.c_yaw_r, roll_damping, false),
-        ("izz_kg_m2", izz, "yaw", "c_yaw_beta", aero.c_yaw_beta, lateral, true),
+        ("mass_kg", m, "heave", "c_lift_alpha", force / v, false),
+        ("mass_kg", m, "sideslip", "c_side_beta", force / v, false),
+        ("ixx_kg_m2", ixx, "roll rate", "c_roll_p", roll_damping, false),
+        ("iyy_kg_m2", iyy, "pitch rate", "c_pitch_q", pitch_damping, false),
+        ("iyy_kg_m2", iyy, "pitch", "c_pitch_alpha", pitch, true),
+        ("izz_kg_m2", izz, "yaw rate", "c_yaw_r", roll_damping, false),
+        ("izz_kg_m2", izz, "yaw", "c_yaw_beta", lateral, true),
     ];
     let rate_max = RATE_TIMES_STEP_MAX * 1.0e6 / f64::from(step_us);
-    for (key, value, motion, derivative_key, derivative, factor, is_square) in motions {
+    for ((key, value, motion, derivative_key, factor, is_square), derivative) in
+        motions.into_iter().zip(slopes)
+    {
         let quotient = (derivative * factor).abs() / value;
         let (rate, limit) = match is_square {
             true => (quotient.sqrt(), rate_max * rate_max),
             false => (quotient, rate_max),
         };
         if rate > rate_max {
-            let (airspeed_m_s, altitude_m) = (v, start.altitude_m);
-            return Err(TooQuick {
-                key,
-                value,
-                min: value * quotient / limit,
-                derivative_key,
-                derivative,
-                motion,
-                rate,
-                rate_max,
-                airspeed_m_s,
-                altitude_m,
-                step_us,
-            });
+            let (min, altitude_m) = (value * quotient / limit, start.altitude_m);
+            let problem = problem!(
+                "[mass] {key} = {value} is too small for [aerodynamics] {derivative_key} = {derivative}: in flight at {v} m/s and \
+                 {altitude_m} m the {motion} would change at {rate:.0} 1/s, and an integration step of {step_us} us can follow \
+                 {rate_max:.0} 1/s; at least {min:.4} is needed"
+            );
+            return Err(Box::new(TooQuick { key, min, problem }));
         }
     }
     Ok(())
 }
 
-/// The derivatives that the rates follow from, named as in an airframe file.
-struct Slopes {
-    c_lift_alpha: f64,
-    c_side_beta: f64,
-    c_roll_p: f64,
-    c_pitch_q: f64,
-    c_pitch_alpha: f64,
-    c_yaw_r: f64,
-    c_yaw_beta: f64,
-}
-
-impl Slopes {
-    /// The derivatives of the file; for tables the central differences at an angle of attack of zero.
-    fn of(dynamics: &Dynamics, start: &Start, [per_chord, per_span]: [f64; 2]) -> Self {
-        if let Aerodynamics::Derivatives(a) = &dynamics.airframe().aero {
-            return Self {
-                c_lift_alpha: a.c_lift_alpha,
-                c_side_beta: a.c_side_beta,
-                c_roll_p: a.c_roll_p,
-                c_pitch_q: a.c_pitch_q,
-                c_pitch_alpha: a.c_pitch_alpha,
-                c_yaw_r: a.c_yaw_r,
-                c_yaw_beta: a.c_yaw_beta,
-            };
-        }
-        let (airspeed_m_s, altitude_m) = (start.airspeed_m_s, start.altitude_m);
-        let at = |alpha_rad, beta_rad, rates| {
-            let air = AirState { airspeed_m_s, alpha_rad, beta_rad, rates };
-            dynamics.coefficients(&air, altitude_m, &PerEffector::default())
-        };
-        let still = Body::zero();
-        let d_alpha = difference(|d| at(d, 0.0, still));
-        let d_beta = difference(|d| at(0.0, d, still));
-        let d_p = difference(|d| at(0.0, 0.0, Body::new(d / per_span, 0.0, 0.0)));
-        let d_q = difference(|d| at(0.0, 0.0, Body::new(0.0, d / per_chord, 0.0)));
-        let d_r = difference(|d| at(0.0, 0.0, Body::new(0.0, 0.0, d / per_span)));
-        Self {
-            c_lift_alpha: d_alpha.lift,
-            c_side_beta: d_beta.side,
-            c_roll_p: d_p.roll,
-            c_pitch_q: d_q.pitch,
-            c_pitch_alpha: d_alpha.pitch,
-            c_yaw_r: d_r.yaw,
-            c_yaw_beta: d_beta.yaw,
-        }
+/// The derivatives that the rates follow from: those of the file; for tables the central differences at an angle of attack of zero.
+fn slopes(dynamics: &Dynamics, start: &Start, [per_chord, per_span]: [f64; 2]) -> [f64; 7] {
+    if let Aerodynamics::Derivatives(a) = &dynamics.airframe().aero {
+        return [
+            a.c_lift_alpha,
+            a.c_side_beta,
+            a.c_roll_p,
+            a.c_pitch_q,
+            a.c_pitch_alpha,
+            a.c_yaw_r,
+            a.c_yaw_beta,
+        ];
     }
+    let (airspeed_m_s, altitude_m) = (start.airspeed_m_s, start.altitude_m);
+    let at = |alpha_rad, beta_rad, rates| {
+        let air = AirState { airspeed_m_s, alpha_rad, beta_rad, rates };
+        dynamics.coefficients(&air, altitude_m, &PerEffector::default())
+    };
+    let still = Body::zero();
+    [
+        difference(|d| at(d, 0.0, still).lift),
+        difference(|d| at(0.0, d, still).side),
+        difference(|d| at(0.0, 0.0, Body::new(d / per_span, 0.0, 0.0)).roll),
+        difference(|d| at(0.0, 0.0, Body::new(0.0, d / per_chord, 0.0)).pitch),
+        difference(|d| at(d, 0.0, still).pitch),
+        difference(|d| at(0.0, 0.0, Body::new(0.0, 0.0, d / per_span)).yaw),
+        difference(|d| at(0.0, d, still).yaw),
+    ]
 }
 
-/// Central difference of the coefficients over an angle, or a rate over 2V.
-fn difference(at: impl Fn(f64) -> Coefficients) -> Coefficients {
+/// Central difference of a coefficient over an angle, or a rate over 2V.
+fn difference(at: impl Fn(f64) -> f64) -> f64 {
     const STEP: f64 = 1.0e-2;
-    let (above, below) = (at(STEP), at(-STEP));
-    let slope = |of: fn(&Coefficients) -> f64| (of(&above) - of(&below)) / (2.0 * STEP);
-    Coefficients {
-        lift: slope(|c| c.lift),
-        drag: slope(|c| c.drag),
-        side: slope(|c| c.side),
-        roll: slope(|c| c.roll),
-        pitch: slope(|c| c.pitch),
-        yaw: slope(|c| c.yaw),
-    }
+    (at(STEP) - at(-STEP)) / (2.0 * STEP)
 }
 
 #[cfg(test)]

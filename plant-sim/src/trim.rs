@@ -1,20 +1,19 @@
 //! Steady level flight: the start of every flight.
 
+use host_io::problem::{Problem, problem};
+use icd::units::DEG_PER_RAD;
 use icd::{Attitude, Body, EulerAngles, Ned, PerEffector};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, State};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 use crate::rigid_body::RigidState;
 use crate::start::Start;
 use crate::wind::Gust;
 
 pub mod longitudinal;
-mod nearest;
-
-pub use nearest::{AtLimit, Nearest};
 
 /// Newton steps before the search gives up; it needs five.
 const STEPS_MAX: u32 = 40;
@@ -27,6 +26,32 @@ const SINGULAR: f64 = 1.0e-9;
 
 /// Longest Newton step in angle of attack, rad: the bent aerodynamics must not make the search diverge.
 const ALPHA_STEP_MAX_RAD: f64 = 0.1;
+
+/// Steps of the search for the nearest flight.
+const NEAREST_STEPS_MAX: u32 = 200;
+
+/// Largest turn rate in that search, rad/s: a trim balances a Coriolis force.
+const TURN_RATE_MAX_RAD_S: f64 = 0.1;
+
+/// Names and units of the unknowns, and the number of units in one SI unit.
+const QUANTITIES: [(&str, &str, f64); 6] = [
+    ("angle of attack", "deg", DEG_PER_RAD),
+    ("elevator command", "deg", DEG_PER_RAD),
+    ("thrust", "N", 1.0),
+    ("aileron command", "deg", DEG_PER_RAD),
+    ("rudder command", "deg", DEG_PER_RAD),
+    ("turn rate", "deg/s", DEG_PER_RAD),
+];
+
+/// Names and units of the accelerations that should be zero.
+const ACCELERATIONS: [(&str, &str); 6] = [
+    ("u'", "m/s2"),
+    ("v'", "m/s2"),
+    ("w'", "m/s2"),
+    ("p'", "rad/s2"),
+    ("q'", "rad/s2"),
+    ("r'", "rad/s2"),
+];
 
 /// Steady flight at constant altitude: wings level, no sideslip, still nozzle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,50 +89,11 @@ impl Trim {
     }
 }
 
-/// Why there is no steady flight.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TrimError {
-    /// The aircraft can hold none.
-    #[error("no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}")]
-    NotConverged {
-        /// Requested airspeed, m/s.
-        airspeed_m_s: f64,
-        /// Requested altitude, m.
-        altitude_m: f64,
-        nearest: Box<Nearest>,
-    },
-    /// No pitch angle, elevator and thrust hold a given velocity.
-    #[error(
-        "no pitch angle, elevator and thrust make the initial state steady: the nearest one still has {along_m_s2:.3e} m/s2 along \
-         the track, {down_m_s2:.3e} m/s2 down and {pitch_rad_s2:.3e} rad/s2 in pitch"
-    )]
-    NoLongitudinal {
-        /// Acceleration along the track, m/s².
-        along_m_s2: f64,
-        /// Acceleration downwards, m/s².
-        down_m_s2: f64,
-        /// Pitch acceleration, rad/s².
-        pitch_rad_s2: f64,
-    },
-    /// It exists, but an effector cannot hold it.
-    #[error(
-        "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
-    )]
-    OutOfReach {
-        /// Requested airspeed, m/s.
-        airspeed_m_s: f64,
-        /// Requested altitude, m.
-        altitude_m: f64,
-        /// The quantity and its range.
-        source: Box<RangeError>,
-    },
-}
-
 /// In the order of the unknowns: angle of attack, elevator, thrust, aileron, rudder, turn rate.
 type Unknowns = SVector<f64, 6>;
 
 /// Inputs of the search besides the aircraft.
-struct Problem<'a> {
+struct LevelSearch<'a> {
     dynamics: &'a Dynamics,
     start: &'a Start,
     /// Steady wind without that of the levels, m/s, and with it.
@@ -125,7 +111,7 @@ struct Problem<'a> {
 /// Airspeed and heading are those of the aircraft in the air; over the ground the wind is added. Newton's
 /// method with a numerical Jacobian. On the flat Earth the lateral unknowns come out exactly zero, because
 /// mirrored flights have mirrored bits.
-pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, TrimError> {
+pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Problem> {
     let earth = dynamics.earth();
     let place = earth.place(&earth.position(&start.geodetic()));
     let altitude_m = place.geopotential_altitude_m;
@@ -133,50 +119,54 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Tri
     let sine = (total_wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
     let density = dynamics.density_around(altitude_m);
     let (dynamics, climb_rad) = (&dynamics.with_any_thrust(), libm::asin(sine));
-    let problem = Problem { dynamics, start, wind, total_wind, climb_rad, density, altitude_m };
+    let search = LevelSearch { dynamics, start, wind, total_wind, climb_rad, density, altitude_m };
     let mut x = Unknowns::zeros();
     x[0] = 0.03;
     if let Some(engine) = dynamics.jet().engine() {
         let engine = &dynamics.airframe().servos[engine];
         x[2] = 0.5 * (engine.min + engine.max);
     }
-    let mut residual = problem.residual(&x);
+    let mut residual = search.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
-            return problem.held(&x);
+            return search.held(&x);
         }
-        let jacobian = problem.jacobian(&x);
+        let jacobian = search.jacobian(&x);
         // An aircraft that lacks a control has a singular Jacobian; then the shortest step is used.
         let shortest = || jacobian.svd(true, true).solve(&residual, SINGULAR).ok();
         let Some(step) = jacobian.lu().solve(&residual).or_else(shortest) else { break };
         let scale = (ALPHA_STEP_MAX_RAD / step[0].abs()).min(1.0);
         x -= step * scale;
-        residual = problem.residual(&x);
+        residual = search.residual(&x);
     }
-    let (x, nearest) = problem.nearest();
-    if Unknowns::from(nearest.residuals.0).amax() < TOLERANCE {
-        return problem.held(&x);
+    let (x, residual, nearest) = search.nearest();
+    if residual.amax() < TOLERANCE {
+        return search.held(&x);
     }
     let Start { airspeed_m_s, altitude_m, .. } = *start;
-    Err(TrimError::NotConverged { airspeed_m_s, altitude_m, nearest: Box::new(nearest) })
+    Err(problem!(
+        "no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}"
+    ))
 }
 
-impl Problem<'_> {
-    /// The trim, if the aircraft can hold it.
-    fn held(&self, x: &Unknowns) -> Result<Trim, TrimError> {
-        let trim = self.trim(x);
-        let Start { airspeed_m_s, altitude_m, .. } = *self.start;
-        let refused =
-            |source| TrimError::OutOfReach { airspeed_m_s, altitude_m, source: Box::new(source) };
-        self.in_reach(&trim).map_err(refused)?;
-        Ok(trim)
-    }
+/// An effector cannot hold a steady flight that exists.
+fn out_of_reach(airspeed_m_s: f64, altitude_m: f64, source: &Problem) -> Problem {
+    problem!(
+        "steady level flight at {airspeed_m_s} m/s and {altitude_m} m needs more than the aircraft has: {source}"
+    )
+}
 
-    /// Checks that the effectors can reach the positions of the trim.
-    fn in_reach(&self, trim: &Trim) -> Result<(), RangeError> {
+impl LevelSearch<'_> {
+    /// The trim, if the effectors of the aircraft can reach its positions.
+    fn held(&self, x: &Unknowns) -> Result<Trim, Problem> {
+        let trim = self.trim(x);
+        let (thrust_range_n, pressure_pa) = (self.thrust_range_n(), self.pressure_pa());
         let airframe = self.dynamics.airframe();
-        let pressure_pa = self.pressure_pa();
-        check_reach(airframe, &trim.positions, self.thrust_range_n(), pressure_pa, trim.alpha_rad)
+        check_reach(airframe, &trim.positions, thrust_range_n, pressure_pa, trim.alpha_rad)
+            .map_err(|source| {
+                out_of_reach(self.start.airspeed_m_s, self.start.altitude_m, &source)
+            })?;
+        Ok(trim)
     }
 
     /// Dynamic pressure, Pa.
@@ -243,18 +233,97 @@ impl Problem<'_> {
     }
 
     fn jacobian(&self, x: &Unknowns) -> SMatrix<f64, 6, 6> {
-        // Large enough to be above rounding, small against the curvature; central differences.
-        const STEPS: [f64; 6] = [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6];
-        let mut jacobian = SMatrix::<f64, 6, 6>::zeros();
-        for (i, step) in STEPS.into_iter().enumerate() {
-            let (mut above, mut below) = (*x, *x);
-            above[i] += step;
-            below[i] -= step;
-            let slope = (self.residual(&above) - self.residual(&below)) / (2.0 * step);
-            jacobian.set_column(i, &slope);
-        }
-        jacobian
+        jacobian(x, [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6], |x| self.residual(x))
     }
+
+    /// If there is no steady level flight: the flight that comes closest to it, its residual, and what prevents a steady one in words.
+    ///
+    /// Least squares of the residuals with every unknown inside its range (Levenberg and Marquardt, projected).
+    fn nearest(&self) -> (Unknowns, Unknowns, String) {
+        let [low, high] = self.ranges();
+        let inside = |x: Unknowns| x.zip_zip_map(&low, &high, |x, low, high| x.max(low).min(high));
+        let mut x = inside(Unknowns::new(0.05, 0.0, 0.5 * (low[2] + high[2]), 0.0, 0.0, 0.0));
+        let mut residual = self.residual(&x);
+        let mut damping = 1.0e-3;
+        for _ in 0..NEAREST_STEPS_MAX {
+            if residual.amax() < TOLERANCE {
+                break;
+            }
+            let mut jacobian = self.jacobian(&x);
+            let gradient = jacobian.tr_mul(&residual);
+            for (i, mut column) in jacobian.column_iter_mut().enumerate() {
+                // The unknown is at an end of its range, and the residual would decrease beyond it.
+                let is_held =
+                    (x[i] <= low[i] && gradient[i] > 0.0) || (x[i] >= high[i] && gradient[i] < 0.0);
+                if is_held {
+                    column.fill(0.0);
+                }
+            }
+            let mut normal = jacobian.tr_mul(&jacobian);
+            for i in 0..6 {
+                normal[(i, i)] += damping * normal[(i, i)].max(1.0e-12);
+            }
+            let Some(step) = normal.lu().solve(&jacobian.tr_mul(&residual)) else { break };
+            let next = inside(x - step);
+            let then = self.residual(&next);
+            if then.norm() < residual.norm() {
+                (x, residual, damping) = (next, then, (damping / 3.0).max(1.0e-12));
+            } else {
+                damping *= 4.0;
+            }
+        }
+        let mut text = String::new();
+        for (i, (quantity, unit, per_si)) in QUANTITIES.into_iter().enumerate() {
+            // A control that the aircraft lacks limits nothing.
+            if (x[i] <= low[i] || x[i] >= high[i]) && low[i] < high[i] {
+                // An angle of a file was converted through radians.
+                let limit = libm::round(x[i] * per_si * 1.0e9) / 1.0e9;
+                text += &format!("the {quantity} is at its limit of {limit} {unit}, ");
+            }
+        }
+        let left = residual.iter().zip(ACCELERATIONS);
+        let left = left.map(|(value, (name, unit))| format!("{name} = {value:.3e} {unit}"));
+        text += &format!("and {} are left", left.collect::<Vec<_>>().join(", "));
+        (x, residual, text)
+    }
+
+    /// Smallest and largest of each unknown.
+    fn ranges(&self) -> [Unknowns; 2] {
+        let (airframe, pressure_pa) = (self.dynamics.airframe(), self.pressure_pa());
+        let command = |command: usize| {
+            let ends = airframe.effectors.all().filter_map(|effector| {
+                let gains = &airframe.gains[effector];
+                let gain = [gains.roll, gains.pitch, gains.yaw][command];
+                let [low, high] = airframe.servos[effector].travel_at(pressure_pa);
+                let ends = [low / gain, high / gain];
+                (gain != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
+            });
+            // The trim has to be inside the travel of each effector that it uses.
+            ends.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])]).unwrap_or([0.0; 2])
+        };
+        let alpha = airframe.limits.alpha_rad;
+        let [aileron, elevator, rudder] = [0, 1, 2].map(command);
+        let turn = [-TURN_RATE_MAX_RAD_S, TURN_RATE_MAX_RAD_S];
+        let all = [[-alpha, alpha], elevator, self.thrust_range_n(), aileron, rudder, turn];
+        [0, 1].map(|end| Unknowns::from(all.map(|range| range[end])))
+    }
+}
+
+/// Slopes of the residuals by central differences. The steps of the unknowns are large enough to be above rounding, and small against
+/// the curvature.
+fn jacobian<const N: usize>(
+    x: &SVector<f64, N>,
+    steps: [f64; N],
+    residual: impl Fn(&SVector<f64, N>) -> SVector<f64, N>,
+) -> SMatrix<f64, N, N> {
+    let mut jacobian = SMatrix::<f64, N, N>::zeros();
+    for (i, step) in steps.into_iter().enumerate() {
+        let (mut above, mut below) = (*x, *x);
+        above[i] += step;
+        below[i] -= step;
+        jacobian.set_column(i, &((residual(&above) - residual(&below)) / (2.0 * step)));
+    }
+    jacobian
 }
 
 /// Checks that effectors and angle of attack (rad) are inside their limits; `thrust_range` is that of the engine, N,
@@ -265,7 +334,7 @@ fn check_reach(
     thrust_range: [f64; 2],
     pressure_pa: f64,
     alpha_rad: f64,
-) -> Result<(), RangeError> {
+) -> Result<(), Problem> {
     let list = &airframe.effectors;
     for effector in list.all() {
         let servo = &airframe.servos[effector];

@@ -130,6 +130,59 @@ impl Truth {
             density_kg_m3: e.density,
         }
     }
+
+    /// The values in the order of [`icd::record::truth_fields`]. `on_ground` and `broken` are those of the plant at that
+    /// time ([`crate::Plant::on_ground`], [`crate::Plant::is_broken`]).
+    pub fn to_row(&self, on_ground: bool, broken: bool) -> TruthRow {
+        let count = self.effectors;
+        let codes = self.fault_codes.first(count).iter().map(|code| f64::from(*code));
+        let effectors = [&self.deflections, &self.positions].map(|all| all.first(count));
+        let head = self.head().values().into_iter().chain(effectors.into_iter().flatten().copied());
+        head.chain(codes).chain(self.end(on_ground, broken).values()).collect()
+    }
+
+    fn head(&self) -> TruthHead {
+        let (w, v, r) = (&self.body_rates.0, &self.velocity.0, &self.position.0);
+        let (w_dot, f) = (&self.angular_acceleration.0, &self.specific_force.0);
+        let (wind, euler) = (&self.wind.0, self.euler());
+        TruthHead {
+            p_rad_s: w.x,
+            q_rad_s: w.y,
+            r_rad_s: w.z,
+            roll_rad: euler.phi,
+            pitch_rad: euler.theta,
+            yaw_rad: euler.psi,
+            airspeed_m_s: self.airspeed_m_s,
+            alpha_rad: self.alpha_rad,
+            beta_rad: self.beta_rad,
+            altitude_m: self.altitude_m,
+            latitude_rad: self.latitude_rad,
+            longitude_rad: self.longitude_rad,
+            velocity_north_m_s: v.x,
+            velocity_east_m_s: v.y,
+            velocity_down_m_s: v.z,
+            position_north_m: r.x,
+            position_east_m: r.y,
+            position_down_m: r.z,
+            p_dot_rad_s2: w_dot.x,
+            q_dot_rad_s2: w_dot.y,
+            r_dot_rad_s2: w_dot.z,
+            force_x_m_s2: f.x,
+            force_y_m_s2: f.y,
+            force_z_m_s2: f.z,
+            load_factor_g: self.normal_load_factor_g,
+            wind_north_m_s: wind.x,
+            wind_east_m_s: wind.y,
+            wind_down_m_s: wind.z,
+            density_kg_m3: self.density_kg_m3,
+        }
+    }
+
+    fn end(&self, on_ground: bool, broken: bool) -> TruthEnd {
+        let [q_w, q_x, q_y, q_z] = self.attitude.wxyz();
+        let [on_ground, broken] = [on_ground, broken].map(|flag| f64::from(u8::from(flag)));
+        TruthEnd { q_w, q_x, q_y, q_z, on_ground, broken }
+    }
 }
 
 impl From<&Truth> for Attained {
@@ -142,67 +195,6 @@ impl From<&Truth> for Attained {
             beta_rad: truth.beta_rad,
             altitude_m: truth.altitude_m,
         }
-    }
-}
-
-impl Truth {
-    /// The values in the order of [`icd::record::truth_fields`]. `on_ground` and `broken` are those of the plant at that
-    /// time ([`crate::Plant::on_ground`], [`crate::Plant::is_broken`]).
-    pub fn to_row(&self, on_ground: bool, broken: bool) -> TruthRow {
-        let count = self.effectors;
-        let codes = self.fault_codes.first(count).iter().map(|code| f64::from(*code));
-        let effectors = [&self.deflections, &self.positions].map(|all| all.first(count));
-        let head = self.head().values().into_iter().chain(effectors.into_iter().flatten().copied());
-        head.chain(codes).chain(self.end(on_ground, broken).values()).collect()
-    }
-
-    fn head(&self) -> TruthHead {
-        let [p_rad_s, q_rad_s, r_rad_s] = self.body_rates.0.into();
-        let [velocity_north_m_s, velocity_east_m_s, velocity_down_m_s] = self.velocity.0.into();
-        let [position_north_m, position_east_m, position_down_m] = self.position.0.into();
-        let [p_dot_rad_s2, q_dot_rad_s2, r_dot_rad_s2] = self.angular_acceleration.0.into();
-        let [force_x_m_s2, force_y_m_s2, force_z_m_s2] = self.specific_force.0.into();
-        let [wind_north_m_s, wind_east_m_s, wind_down_m_s] = self.wind.0.into();
-        let EulerAngles { phi: roll_rad, theta: pitch_rad, psi: yaw_rad } = self.euler();
-        let Self { airspeed_m_s, alpha_rad, beta_rad, altitude_m, .. } = *self;
-        let Self { latitude_rad, longitude_rad, density_kg_m3, .. } = *self;
-        TruthHead {
-            p_rad_s,
-            q_rad_s,
-            r_rad_s,
-            roll_rad,
-            pitch_rad,
-            yaw_rad,
-            airspeed_m_s,
-            alpha_rad,
-            beta_rad,
-            altitude_m,
-            latitude_rad,
-            longitude_rad,
-            velocity_north_m_s,
-            velocity_east_m_s,
-            velocity_down_m_s,
-            position_north_m,
-            position_east_m,
-            position_down_m,
-            p_dot_rad_s2,
-            q_dot_rad_s2,
-            r_dot_rad_s2,
-            force_x_m_s2,
-            force_y_m_s2,
-            force_z_m_s2,
-            load_factor_g: self.normal_load_factor_g,
-            wind_north_m_s,
-            wind_east_m_s,
-            wind_down_m_s,
-            density_kg_m3,
-        }
-    }
-
-    fn end(&self, on_ground: bool, broken: bool) -> TruthEnd {
-        let [q_w, q_x, q_y, q_z] = self.attitude.wxyz();
-        let [on_ground, broken] = [on_ground, broken].map(|flag| f64::from(u8::from(flag)));
-        TruthEnd { q_w, q_x, q_y, q_z, on_ground, broken }
     }
 }
 

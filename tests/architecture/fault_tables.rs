@@ -227,7 +227,7 @@ fn types() -> String {
         });
         [
             failure_type.code().to_string(),
-            failure_type.name().to_owned(),
+            failure_type.key().to_owned(),
             of(Angle),
             of(Thrust),
             of(SENSOR),
@@ -266,7 +266,7 @@ fn values() -> String {
         let choice = choice.filter_map(|one| Some(format!("{} {}", one.value?.1, one.key)));
         [
             value.to_string(),
-            format!("{} {}", failure_type.code(), failure_type.name()),
+            format!("{} {}", failure_type.code(), failure_type.key()),
             name(kind),
             size.unwrap_or_else(|| joined(choice, ", ")),
         ]
@@ -347,7 +347,7 @@ fn shell() -> String {
             .into_iter()
             .filter_map(|kind| Some([code(kind.mavlink.word?), name(kind), units(kind)]));
         let own: Vec<_> = own.collect();
-        std::iter::once([code(failure_type.name()), meaning, only]).chain(own)
+        std::iter::once([code(failure_type.key()), meaning, only]).chain(own)
     });
     table(["type", "kind", "numbers"], rows)
 }

@@ -6,15 +6,18 @@
 //! the list, with the next free code; codes, modes and numbers of values are never used twice. A kind with two
 //! alternatives has two codes and two modes in a row.
 
+use core::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use super::kind::FailureType as T;
 use super::kind::Piece::{Choice as C, Number as N, Optional, Words as W};
 use super::kind::{
-    Alternative, Choice, ChoiceParameter, KindInfo, Mavlink, NumberInfo, NumberParameter, Targets,
+    Alternative, Choice, ChoiceParameter, KindInfo, Mavlink, NUMBERS_MAX, NumberInfo,
+    NumberParameter, Part, Parts, SIZE_OPTION, Targets, choices, kinds,
 };
-use super::parts::{Part, Parts, choices, kinds};
-use super::quantity::{Quantity as Q, Range};
+use super::quantity::{Quantity as Q, Range, Tidy};
+use super::target::TargetClass;
 
 /// How a stuck effector reaches its angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -35,11 +38,6 @@ pub enum Side {
 }
 
 choices! { Travel: Jump, AtActuatorRate; Side: Positive, Negative; }
-
-impl FaultKind {
-    /// Longest delay, s.
-    pub const DELAY_MAX_S: f64 = 1.0;
-}
 
 kinds! {
     /// Stuck at its position at the onset: a jam.
@@ -67,16 +65,10 @@ kinds! {
         key: "stuck_at",
         targets: Targets::ANGLES,
         phrase: &[W(&["stuck at"]), N(Q::Angle), C],
-        numbers: &[NumberInfo {
-            quantity: Q::Angle,
-            range: Range::Travel,
-            decimals: Some(1),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_STUCK_DEG", min: -90.0, max: 90.0, default: 0.0,
-                meaning: "Angle of STUCK with FLT_STUCK_MODE 1; the engine sticks where it is",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Angle, Range::Travel, Some(1), NumberParameter {
+            name: "FLT_STUCK_DEG", min: -90.0, max: 90.0, default: 0.0,
+            meaning: "Angle of STUCK with FLT_STUCK_MODE 1; the engine sticks where it is",
+        })],
         choice: Some(Choice {
             key: "travel",
             title: "how it comes to its angle",
@@ -150,16 +142,10 @@ kinds! {
         key: "partial_loss",
         targets: Targets::EFFECTORS,
         phrase: &[N(Q::Remaining), W(&["left"])],
-        numbers: &[NumberInfo {
-            quantity: Q::Remaining,
-            range: Range::Fixed([0.0, 1.0]),
-            decimals: Some(0),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_LOE_PCT", min: 0.0, max: 100.0, default: 50.0,
-                meaning: "Effect that is left after a loss of effectiveness",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Remaining, Range::Fixed([0.0, 1.0]), Some(0), NumberParameter {
+            name: "FLT_LOE_PCT", min: 0.0, max: 100.0, default: 50.0,
+            meaning: "Effect that is left after a loss of effectiveness",
+        })],
         choice: None,
         servo: "follows the commands",
         acts: "that part of its position; of the engine that part of its thrust",
@@ -195,16 +181,10 @@ kinds! {
         key: "slow",
         targets: Targets::EFFECTORS,
         phrase: &[W(&["slow"]), N(Q::Rate)],
-        numbers: &[NumberInfo {
-            quantity: Q::Rate,
-            range: Range::Speed,
-            decimals: Some(1),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_RATE_DPS", min: 0.01, max: 1_000.0, default: 10.0,
-                meaning: "Largest speed of SLOW; of the engine FLT_ENG_PCT",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Rate, Range::Speed, Some(1), NumberParameter {
+            name: "FLT_RATE_DPS", min: 0.01, max: 1_000.0, default: 10.0,
+            meaning: "Largest speed of SLOW; of the engine FLT_ENG_PCT",
+        })],
         choice: None,
         servo: "follows the commands no faster than this",
         acts: "its position",
@@ -221,16 +201,10 @@ kinds! {
         key: "delayed",
         targets: Targets::EVERY,
         phrase: &[W(&["delayed"]), Optional("by"), N(Q::Delay)],
-        numbers: &[NumberInfo {
-            quantity: Q::Delay,
-            range: Range::Fixed([0.0, FaultKind::DELAY_MAX_S]),
-            decimals: Some(0),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_DELAY_MS", min: 0.0, max: 1_000.0, default: 200.0,
-                meaning: "Delay of DELAYED",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Delay, Range::Fixed([0.0, FaultKind::DELAY_MAX_S]), Some(0), NumberParameter {
+            name: "FLT_DELAY_MS", min: 0.0, max: 1_000.0, default: 200.0,
+            meaning: "Delay of DELAYED",
+        })],
         choice: None,
         servo: "follows the commands of so long ago; until the first is due, the last one from before the onset",
         acts: "its position",
@@ -250,26 +224,14 @@ kinds! {
         targets: Targets::EVERY,
         phrase: &[W(&["intermittent"]), N(Q::Present), W(&["of"]), N(Q::Period)],
         numbers: &[
-            NumberInfo {
-                quantity: Q::Period,
-                range: Range::Fixed([0.02, 60.0]),
-                decimals: None,
-                option: "-p",
-                parameter: NumberParameter {
-                    name: "FLT_PERIOD_S", min: 0.02, max: 60.0, default: 1.0,
-                    meaning: "Period of INTERMITTENT",
-                },
-            },
-            NumberInfo {
-                quantity: Q::Present,
-                range: Range::Fixed([0.0, 1.0]),
-                decimals: Some(0),
-                option: "-v",
-                parameter: NumberParameter {
-                    name: "FLT_DUTY_PCT", min: 0.0, max: 100.0, default: 50.0,
-                    meaning: "Part of each period of INTERMITTENT in which commands get through",
-                },
-            },
+            NumberInfo::new("-p", Q::Period, Range::Fixed([0.02, 60.0]), None, NumberParameter {
+                name: "FLT_PERIOD_S", min: 0.02, max: 60.0, default: 1.0,
+                meaning: "Period of INTERMITTENT",
+            }),
+            NumberInfo::new(SIZE_OPTION, Q::Present, Range::Fixed([0.0, 1.0]), Some(0), NumberParameter {
+                name: "FLT_DUTY_PCT", min: 0.0, max: 100.0, default: 50.0,
+                meaning: "Part of each period of INTERMITTENT in which commands get through",
+            }),
         ],
         choice: None,
         servo: "stands still in the gap at the begin of each period, else follows the commands",
@@ -290,26 +252,14 @@ kinds! {
         targets: Targets::EFFECTORS,
         phrase: &[W(&["oscillating"]), N(Q::Amplitude), W(&["at"]), N(Q::Frequency)],
         numbers: &[
-            NumberInfo {
-                quantity: Q::Amplitude,
-                range: Range::HalfTravel,
-                decimals: Some(1),
-                option: "-v",
-                parameter: NumberParameter {
-                    name: "FLT_OSC_DEG", min: 0.01, max: 90.0, default: 5.0,
-                    meaning: "Amplitude of GARBAGE; of the engine FLT_ENG_PCT",
-                },
-            },
-            NumberInfo {
-                quantity: Q::Frequency,
-                range: Range::Fixed([0.001, 20.0]),
-                decimals: None,
-                option: "-f",
-                parameter: NumberParameter {
-                    name: "FLT_OSC_HZ", min: 0.01, max: 20.0, default: 2.0,
-                    meaning: "Frequency of GARBAGE",
-                },
-            },
+            NumberInfo::new(SIZE_OPTION, Q::Amplitude, Range::HalfTravel, Some(1), NumberParameter {
+                name: "FLT_OSC_DEG", min: 0.01, max: 90.0, default: 5.0,
+                meaning: "Amplitude of GARBAGE; of the engine FLT_ENG_PCT",
+            }),
+            NumberInfo::new("-f", Q::Frequency, Range::Fixed([0.001, 20.0]), None, NumberParameter {
+                name: "FLT_OSC_HZ", min: 0.01, max: 20.0, default: 2.0,
+                meaning: "Frequency of GARBAGE",
+            }),
         ],
         choice: None,
         servo: "follows the commands",
@@ -327,16 +277,10 @@ kinds! {
         key: "drifting",
         targets: Targets::EVERY,
         phrase: &[W(&["drifting"]), N(Q::Rate)],
-        numbers: &[NumberInfo {
-            quantity: Q::Rate,
-            range: Range::SpeedEitherWay,
-            decimals: Some(2),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_DRIFT_DPS", min: -100.0, max: 100.0, default: 1.0,
-                meaning: "Speed and direction of DRIFT; of the engine FLT_ENG_PCT",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Rate, Range::SpeedEitherWay, Some(2), NumberParameter {
+            name: "FLT_DRIFT_DPS", min: -100.0, max: 100.0, default: 1.0,
+            meaning: "Speed and direction of DRIFT; of the engine FLT_ENG_PCT",
+        })],
         choice: None,
         servo: "follows the commands",
         acts: "its position plus speed times time, inside the travel",
@@ -353,16 +297,10 @@ kinds! {
         key: "biased",
         targets: Targets::EVERY,
         phrase: &[W(&["biased"]), Optional("by"), N(Q::Bias)],
-        numbers: &[NumberInfo {
-            quantity: Q::Bias,
-            range: Range::HalfTravelEitherWay,
-            decimals: Some(1),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_BIAS_DEG", min: -90.0, max: 90.0, default: 5.0,
-                meaning: "Bias of WRONG with FLT_WRONG_MODE 1; of the engine FLT_ENG_PCT",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Bias, Range::HalfTravelEitherWay, Some(1), NumberParameter {
+            name: "FLT_BIAS_DEG", min: -90.0, max: 90.0, default: 5.0,
+            meaning: "Bias of WRONG with FLT_WRONG_MODE 1; of the engine FLT_ENG_PCT",
+        })],
         choice: None,
         servo: "follows the commands",
         acts: "its position plus the bias, inside the travel",
@@ -382,16 +320,10 @@ kinds! {
         key: "limited_travel",
         targets: Targets::EFFECTORS,
         phrase: &[W(&["limited to"]), N(Q::Limit)],
-        numbers: &[NumberInfo {
-            quantity: Q::Limit,
-            range: Range::UpToTravel,
-            decimals: Some(1),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_LIMIT_DEG", min: 0.0, max: 90.0, default: 5.0,
-                meaning: "Largest deflection of WRONG with FLT_WRONG_MODE 4; of the engine FLT_ENG_PCT",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Limit, Range::UpToTravel, Some(1), NumberParameter {
+            name: "FLT_LIMIT_DEG", min: 0.0, max: 90.0, default: 5.0,
+            meaning: "Largest deflection of WRONG with FLT_WRONG_MODE 4; of the engine FLT_ENG_PCT",
+        })],
         choice: None,
         servo: "follows the commands up to the limit; pushed back to it at once",
         acts: "its position",
@@ -439,16 +371,10 @@ kinds! {
         key: "noisy",
         targets: Targets::SENSORS,
         phrase: &[W(&["noisy"]), Optional("by"), N(Q::Noise)],
-        numbers: &[NumberInfo {
-            quantity: Q::Noise,
-            range: Range::HalfTravel,
-            decimals: None,
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_SENSOR", min: -100_000.0, max: 100_000.0, default: 1.0,
-                meaning: "Bias of WRONG, speed of DRIFT, noise of GARBAGE of a sensor, in the unit of its output: deg/s, m/s2, deg, m, Pa, kN, nT",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Noise, Range::HalfTravel, None, NumberParameter {
+            name: "FLT_SENSOR", min: -100_000.0, max: 100_000.0, default: 1.0,
+            meaning: "Bias of WRONG, speed of DRIFT, noise of GARBAGE of a sensor, in the unit of its output: deg/s, m/s2, deg, m, Pa, kN, nT",
+        })],
         choice: None,
         servo: "(only of sensors)",
         acts: "its sample plus white noise on each axis",
@@ -465,22 +391,104 @@ kinds! {
         key: "torn_off",
         targets: Targets::PARTS,
         phrase: &[W(&["torn off"]), Optional("by"), N(Q::Lost)],
-        numbers: &[NumberInfo {
-            quantity: Q::Lost,
-            range: Range::Fixed([0.0, 1.0]),
-            decimals: Some(0),
-            option: "-v",
-            parameter: NumberParameter {
-                name: "FLT_TORN_PCT", min: 0.0, max: 100.0, default: 30.0,
-                meaning: "Part of the span of a wing, tail or fin that is torn off, from its tip",
-            },
-        }],
+        numbers: &[NumberInfo::new(SIZE_OPTION, Q::Lost, Range::Fixed([0.0, 1.0]), Some(0), NumberParameter {
+            name: "FLT_TORN_PCT", min: 0.0, max: 100.0, default: 30.0,
+            meaning: "Part of the span of a wing, tail or fin that is torn off, from its tip",
+        })],
         choice: None,
         servo: "(only of parts of the airframe)",
         acts: "what is left of the part",
         ramp: "the lost end grows from 0",
         mavlink: Mavlink { word: Some("torn"), user_1: Some(12), ..Mavlink::new(T::Off) },
     };
+}
+
+impl FaultKind {
+    /// Longest delay, s.
+    pub const DELAY_MAX_S: f64 = 1.0;
+
+    /// Number in packets and logs, from 1; 0 stands for no fault.
+    pub fn code(&self) -> u8 {
+        self.info().code + self.parts().choice
+    }
+
+    /// The numbers of the kind in the order of its fields; 0 for those it does not have.
+    pub fn values(&self) -> [f64; NUMBERS_MAX] {
+        self.parts().values
+    }
+
+    /// The kind with this number and these values; `None` if there is none.
+    pub fn from_code(code: u8, values: [f64; NUMBERS_MAX]) -> Option<Self> {
+        let is_it = |info: &KindInfo| (info.code..info.code + info.alternatives()).contains(&code);
+        let place = CATALOGUE.iter().position(is_it)?;
+        let choice = code - CATALOGUE[place].code;
+        Self::from_parts(place, Parts { choice, values, next: 0 })
+    }
+
+    /// Whether it has a size, which a ramp can increase from nothing.
+    pub fn has_size(&self) -> bool {
+        self.info().has_size()
+    }
+
+    /// As a phrase of the script language, with the units of the target's class.
+    pub const fn described(&self, class: TargetClass) -> Described {
+        Described { kind: *self, class }
+    }
+}
+
+impl KindInfo {
+    /// The kind with this alternative (from 0) and these numbers, SI units; `None` without such an alternative.
+    pub fn with(&self, alternative: u8, values: [f64; NUMBERS_MAX]) -> Option<FaultKind> {
+        let code = self.code.checked_add(alternative)?;
+        FaultKind::from_code(code, values).filter(|kind| kind.info().code == self.code)
+    }
+
+    /// The entry with this name in scenario files.
+    pub fn by_key(key: &str) -> Option<&'static Self> {
+        CATALOGUE.iter().find(|info| info.key == key)
+    }
+}
+
+/// A kind of fault as a phrase of the script language.
+#[derive(Debug, Clone, Copy)]
+pub struct Described {
+    pub(super) kind: FaultKind,
+    pub(super) class: TargetClass,
+}
+
+impl fmt::Display for Described {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (info, Parts { choice, values, .. }) = (self.kind.info(), self.kind.parts());
+        let mut before = "";
+        for piece in info.phrase.iter().copied() {
+            let words = match piece {
+                W(words) => words.first().copied(),
+                Optional(word) => Some(word),
+                C => info
+                    .choice
+                    .and_then(|all| all.alternatives.get(usize::from(choice)))
+                    .and_then(|one| one.words.first().copied()),
+                N(quantity) => {
+                    let mut numbers = info.numbers.iter().zip(values);
+                    if let Some((number, si)) = numbers.find(|(n, _)| n.quantity == quantity) {
+                        let unit = quantity.measure().unit(self.class);
+                        let value = unit.from_si(si);
+                        match number.decimals.map(usize::from) {
+                            Some(decimals) => write!(f, "{before}{value:.decimals$} {}", unit.name),
+                            None => write!(f, "{before}{} {}", Tidy(value), unit.name),
+                        }?;
+                        before = " ";
+                    }
+                    None
+                }
+            };
+            if let Some(words) = words {
+                write!(f, "{before}{words}")?;
+                before = " ";
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

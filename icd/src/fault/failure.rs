@@ -48,13 +48,8 @@ pub enum SizeError<'a> {
     NotOfType(Failure, &'a str),
     /// The text has no number.
     NotANumber(&'a str),
-    /// No kind of value has this number.
-    NoKind {
-        /// The number.
-        code: i32,
-        /// The last valid one.
-        last: u8,
-    },
+    /// No kind of value has this number; the last valid one.
+    NoKind(i32, u8),
     /// No alternative of this kind has this number.
     NoAlternative(&'static KindInfo),
 }
@@ -77,7 +72,7 @@ impl Failure {
     /// Name in the shell.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Type(failure_type) => failure_type.name(),
+            Self::Type(failure_type) => failure_type.key(),
             Self::Kind(kind) => kind.mavlink.word.unwrap_or(kind.key),
         }
     }
@@ -141,7 +136,7 @@ impl SizedKind {
         let last = known.clone().map(|(_, known)| known).max().unwrap_or(0);
         let (kind, _) = known
             .find(|(_, known)| i32::from(*known) == code)
-            .ok_or(SizeError::NoKind { code, last })?;
+            .ok_or(SizeError::NoKind(code, last))?;
         if kind.size().is_some() {
             return Ok(Self { kind, size: Size::Number(number) });
         }
@@ -211,7 +206,7 @@ impl fmt::Display for SizeError<'_> {
                 f,
                 "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
             ),
-            Self::NoKind { code, last } => write!(f, "no value of kind {code}, p4 is 1 to {last}"),
+            Self::NoKind(code, last) => write!(f, "no value of kind {code}, p4 is 1 to {last}"),
             Self::NoAlternative(kind) => {
                 write!(f, "p5 of {} is ", kind.key)?;
                 numbers(f, kind)

@@ -1,7 +1,10 @@
-//! The parts of an entry of the catalogue.
+//! The parts of an entry of the catalogue, and the macros that generate types from its entries.
+
+use serde::{Deserialize, Serialize};
 
 use super::quantity::{Quantity, Range};
 use super::target::TargetClass;
+use crate::named;
 
 /// An entry of the catalogue.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,6 +72,18 @@ pub struct NumberInfo {
     pub parameter: NumberParameter,
 }
 
+impl NumberInfo {
+    pub(super) const fn new(
+        option: &'static str,
+        quantity: Quantity,
+        range: Range,
+        decimals: Option<u8>,
+        parameter: NumberParameter,
+    ) -> Self {
+        Self { quantity, range, decimals, option, parameter }
+    }
+}
+
 /// A parameter with a number, in the unit of effectors that turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NumberParameter {
@@ -112,7 +127,7 @@ pub struct Alternative {
     pub label: &'static str,
 }
 
-/// A parameter with a choice; its values number the alternatives from 0.
+/// A parameter with a choice; its values number the alternatives of a kind, or the kinds of a type, from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ChoiceParameter {
     /// Name.
@@ -197,53 +212,32 @@ impl KindInfo {
 /// Option of the shell for the size of a fault.
 pub const SIZE_OPTION: &str = "-v";
 
-/// FAILURE_TYPE of MAVLink.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum FailureType {
-    /// Repaired.
-    Ok = 0,
-    /// Servo: floats. Motor: flame-out.
-    Off = 1,
-    /// Stuck.
-    Stuck = 2,
-    /// Oscillates.
-    Garbage = 3,
-    /// Does not follow its commands.
-    Wrong = 4,
-    /// Slow.
-    Slow = 5,
-    /// Follows its commands late.
-    Delayed = 6,
-    /// Follows its commands for a part of the time.
-    Intermittent = 7,
-    /// Drifts away from its commands.
-    Drift = 8,
-}
-
-/// The parameter that selects one of several kinds of a type.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ModeParameter {
-    /// Name.
-    pub name: &'static str,
-    /// Its description.
-    pub meaning: &'static str,
+named! {
+    /// FAILURE_TYPE of MAVLink, by its number, with its name in PX4's shell.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    FailureType {
+        /// Repaired.
+        Ok = "ok",
+        /// Servo: floats. Motor: flame-out.
+        Off = "off",
+        /// Stuck.
+        Stuck = "stuck",
+        /// Oscillates.
+        Garbage = "garbage",
+        /// Does not follow its commands.
+        Wrong = "wrong",
+        /// Slow.
+        Slow = "slow",
+        /// Follows its commands late.
+        Delayed = "delayed",
+        /// Follows its commands for a part of the time.
+        Intermittent = "intermittent",
+        /// Drifts away from its commands.
+        Drift = "drift",
+    }
 }
 
 impl FailureType {
-    /// All of them, by their number.
-    pub const ALL: [Self; 9] = [
-        Self::Ok,
-        Self::Off,
-        Self::Stuck,
-        Self::Garbage,
-        Self::Wrong,
-        Self::Slow,
-        Self::Delayed,
-        Self::Intermittent,
-        Self::Drift,
-    ];
-
     /// Number in MAVLink.
     pub const fn code(self) -> u8 {
         self as u8
@@ -254,34 +248,123 @@ impl FailureType {
         Self::ALL.into_iter().find(|known| i32::from(known.code()) == code)
     }
 
-    /// Name in PX4's shell.
-    pub const fn name(self) -> &'static str {
-        const NAMES: [&str; 9] =
-            ["ok", "off", "stuck", "garbage", "wrong", "slow", "delayed", "intermittent", "drift"];
-        NAMES[self as usize]
-    }
-
     /// Name, with an explanation where it needs one.
     pub const fn label(self) -> &'static str {
         match self {
             Self::Off => "off: floats, flame-out, no samples, torn off",
             Self::Garbage => "garbage: oscillates, noise",
             Self::Wrong => "wrong: see FLT_WRONG_MODE; bias of a sensor",
-            other => other.name(),
+            other => other.key(),
         }
     }
 
     /// The parameter that selects one of several kinds.
-    pub const fn mode(self) -> Option<ModeParameter> {
+    pub const fn mode(self) -> Option<ChoiceParameter> {
         match self {
-            Self::Stuck => Some(ModeParameter {
+            Self::Stuck => Some(ChoiceParameter {
                 name: "FLT_STUCK_MODE",
                 meaning: "Where STUCK holds an effector",
             }),
             Self::Wrong => {
-                Some(ModeParameter { name: "FLT_WRONG_MODE", meaning: "What WRONG means" })
+                Some(ChoiceParameter { name: "FLT_WRONG_MODE", meaning: "What WRONG means" })
             }
             _ => None,
         }
     }
 }
+
+/// Most numbers that a kind can have.
+pub const NUMBERS_MAX: usize = 2;
+
+/// A kind taken apart.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Parts {
+    pub choice: u8,
+    pub values: [f64; NUMBERS_MAX],
+    pub next: usize,
+}
+
+/// A field of a kind.
+pub(super) trait Part: Sized {
+    fn put(self, parts: &mut Parts);
+    fn take(parts: &mut Parts) -> Option<Self>;
+}
+
+impl Part for f64 {
+    fn put(self, parts: &mut Parts) {
+        if let Some(value) = parts.values.get_mut(parts.next) {
+            *value = self;
+            parts.next += 1;
+        }
+    }
+
+    fn take(parts: &mut Parts) -> Option<Self> {
+        let value = parts.values.get(parts.next).copied();
+        parts.next += 1;
+        value
+    }
+}
+
+/// Enums without fields as fields of a kind.
+macro_rules! choices {
+    ($($name:ident: $($variant:ident),+;)+) => {
+        $(impl Part for $name {
+            fn put(self, parts: &mut Parts) {
+                parts.choice = self as u8;
+            }
+
+            fn take(parts: &mut Parts) -> Option<Self> {
+                [$(Self::$variant),+].get(usize::from(parts.choice)).copied()
+            }
+        })+
+    };
+}
+
+/// The enum of the kinds, the catalogue, and the conversion between a kind and its code and numbers.
+macro_rules! kinds {
+    ($(
+        $(#[$doc:meta])* $name:ident
+        $({ $($(#[$field_doc:meta])* $field:ident: $type:ty),+ $(,)? })?
+        => $info:expr;
+    )+) => {
+        /// How an effector or a sensor fails. Values are rad, rad/s for effectors that turn; N, N/s for an engine; the SI unit of
+        /// its output, and that per second, for a sensor.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        pub enum FaultKind {
+            $($(#[$doc])* $name $({ $($(#[$field_doc])* $field: $type),+ })?),+
+        }
+
+        /// Index in the catalogue.
+        #[derive(Clone, Copy)]
+        enum Place { $($name),+ }
+
+        /// The entry of each kind of fault, in the order of [`FaultKind`].
+        pub static CATALOGUE: [KindInfo; [$(Place::$name),+].len()] = [$($info),+];
+
+        impl FaultKind {
+            /// Its entry in the catalogue.
+            pub fn info(&self) -> &'static KindInfo {
+                match self { $(Self::$name { .. } => &CATALOGUE[Place::$name as usize]),+ }
+            }
+
+            pub(super) fn parts(&self) -> Parts {
+                let mut parts = Parts::default();
+                match *self {
+                    $(Self::$name $({ $($field),+ })? => { $($($field.put(&mut parts);)+)? })+
+                }
+                parts
+            }
+
+            pub(super) fn from_parts(place: usize, mut parts: Parts) -> Option<Self> {
+                // Not every kind has parts.
+                let _parts = &mut parts;
+                $(if place == Place::$name as usize {
+                    return Some(Self::$name $({ $($field: Part::take(_parts)?),+ })?);
+                })+
+                None
+            }
+        }
+    };
+}
+
+pub(super) use {choices, kinds};

@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::target::TargetClass;
 use crate::sensors::SensorKind;
+use crate::units::DEG;
 
 /// The enum of the quantities, with their names, measures and keys.
 macro_rules! quantities {
@@ -150,7 +151,6 @@ impl Unit {
 impl Measure {
     /// The operator's unit.
     pub const fn unit(self, class: TargetClass) -> Unit {
-        const DEG: f64 = 1.0_f64.to_radians();
         match (self, class) {
             (Self::Position, TargetClass::Sensor(sensor)) => sensor.unit(),
             (Self::Speed, TargetClass::Sensor(sensor)) => sensor.unit_of_rate(),
@@ -268,58 +268,50 @@ impl Reach {
     }
 }
 
-impl SensorKind {
-    /// The operator's unit of its output.
-    pub const fn unit(self) -> Unit {
-        const DEG: f64 = 1.0_f64.to_radians();
-        match self {
-            Self::Gyro => Unit::new("deg/s", DEG, 1.0),
-            Self::Accelerometer => Unit::new("m/s2", 1.0, 1.0),
-            Self::Attitude | Self::Vanes => Unit::new("deg", DEG, 1.0),
-            Self::Gnss => Unit::new("m", 1.0, 1.0),
-            Self::Barometer | Self::Pitot => Unit::new("Pa", 1.0, 1.0),
-            Self::EngineMonitor => Unit::new("kN", 1.0e3, 1.0),
-            Self::Magnetometer => Unit::new("nT", 1.0, 1.0),
-        }
-    }
+/// The table of the faults of sensors: unit of the output for operators with its value in SI units, unit of a drift, largest error in
+/// the unit, keys of bias, drift and noise in scenario files, and the unit of MAVLink with its name in PX4's shell.
+macro_rules! sensor_faults {
+    ($($sensor:ident: $unit:literal = $si:expr, $per_second:literal, $largest:literal, $keys:expr, $failure_unit:expr;)+) => {
+        impl SensorKind {
+            /// The operator's unit of its output.
+            pub const fn unit(self) -> Unit {
+                match self { $(Self::$sensor => Unit::new($unit, $si, 1.0)),+ }
+            }
 
-    /// The operator's unit of a drift of its output.
-    pub const fn unit_of_rate(self) -> Unit {
-        let Unit { times, over, .. } = self.unit();
-        let name = match self {
-            Self::Gyro => "deg/s2",
-            Self::Accelerometer => "m/s3",
-            Self::Attitude | Self::Vanes => "deg/s",
-            Self::Gnss => "m/s",
-            Self::Barometer | Self::Pitot => "Pa/s",
-            Self::EngineMonitor => "kN/s",
-            Self::Magnetometer => "nT/s",
-        };
-        Unit { name, times, over }
-    }
+            /// The operator's unit of a drift of its output.
+            pub const fn unit_of_rate(self) -> Unit {
+                match self { $(Self::$sensor => Unit::new($per_second, $si, 1.0)),+ }
+            }
 
-    /// Largest error that a fault can give its output, in the operator's unit; of a drift, per second.
-    pub const fn largest(self) -> f64 {
-        match self {
-            Self::Gyro | Self::Accelerometer | Self::EngineMonitor => 1_000.0,
-            Self::Attitude => 180.0,
-            Self::Vanes => 90.0,
-            Self::Gnss | Self::Barometer | Self::Pitot | Self::Magnetometer => 100_000.0,
-        }
-    }
+            /// Largest error that a fault can give its output, in the operator's unit; of a drift, per second.
+            pub const fn largest(self) -> f64 {
+                match self { $(Self::$sensor => $largest),+ }
+            }
 
-    /// Keys of bias, drift and noise in scenario files.
-    pub const fn keys(self) -> [&'static str; 3] {
-        match self {
-            Self::Gyro => ["bias_deg_s", "rate_deg_s2", "noise_deg_s"],
-            Self::Accelerometer => ["bias_m_s2", "rate_m_s3", "noise_m_s2"],
-            Self::Attitude | Self::Vanes => ["bias_deg", "rate_deg_s", "noise_deg"],
-            Self::Gnss => ["bias_m", "rate_m_s", "noise_m"],
-            Self::Barometer | Self::Pitot => ["bias_pa", "rate_pa_s", "noise_pa"],
-            Self::EngineMonitor => ["bias_kn", "rate_kn_s", "noise_kn"],
-            Self::Magnetometer => ["bias_nt", "rate_nt_s", "noise_nt"],
+            /// Keys of bias, drift and noise in scenario files.
+            pub const fn keys(self) -> [&'static str; 3] {
+                match self { $(Self::$sensor => $keys),+ }
+            }
+
+            /// FAILURE_UNIT of MAVLink and its name in PX4's shell. Sensors without a number in MAVLink have one of this project, from
+            /// 1000 on.
+            pub const fn failure_unit(self) -> (u16, &'static str) {
+                match self { $(Self::$sensor => $failure_unit),+ }
+            }
         }
-    }
+    };
+}
+
+sensor_faults! {
+    Gyro: "deg/s" = DEG, "deg/s2", 1_000.0, ["bias_deg_s", "rate_deg_s2", "noise_deg_s"], (0, "gyro");
+    Accelerometer: "m/s2" = 1.0, "m/s3", 1_000.0, ["bias_m_s2", "rate_m_s3", "noise_m_s2"], (1, "accel");
+    Magnetometer: "nT" = 1.0, "nT/s", 100_000.0, ["bias_nt", "rate_nt_s", "noise_nt"], (2, "mag");
+    Barometer: "Pa" = 1.0, "Pa/s", 100_000.0, ["bias_pa", "rate_pa_s", "noise_pa"], (3, "baro");
+    Gnss: "m" = 1.0, "m/s", 100_000.0, ["bias_m", "rate_m_s", "noise_m"], (4, "gps");
+    Pitot: "Pa" = 1.0, "Pa/s", 100_000.0, ["bias_pa", "rate_pa_s", "noise_pa"], (8, "airspeed");
+    Attitude: "deg" = DEG, "deg/s", 180.0, ["bias_deg", "rate_deg_s", "noise_deg"], (1_000, "attitude");
+    Vanes: "deg" = DEG, "deg/s", 90.0, ["bias_deg", "rate_deg_s", "noise_deg"], (1_001, "vanes");
+    EngineMonitor: "kN" = 1.0e3, "kN/s", 1_000.0, ["bias_kn", "rate_kn_s", "noise_kn"], (1_002, "engine_mon");
 }
 
 /// A number with up to four decimals and no trailing zeros.

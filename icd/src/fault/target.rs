@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::effector::Effector;
 use crate::effector_list::EffectorList;
+use crate::named;
 use crate::sensors::SensorKind;
 
 /// The target of a fault. In data and packets it is one number: effectors by their place, sensors from 128 on, parts from 192 on.
@@ -31,20 +32,21 @@ pub enum TargetClass {
     Part,
 }
 
-/// A part of the airframe that can be torn off, from its tip inwards.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[repr(u8)]
-pub enum AirframePart {
-    /// Left half of the wing.
-    LeftWing,
-    /// Right half of the wing.
-    RightWing,
-    /// Left half of the horizontal tail.
-    LeftTail,
-    /// Right half of the horizontal tail.
-    RightTail,
-    /// Vertical tail.
-    Fin,
+named! {
+    /// A part of the airframe that can be torn off, from its tip inwards.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+    AirframePart {
+        /// Left half of the wing.
+        LeftWing = "left_wing",
+        /// Right half of the wing.
+        RightWing = "right_wing",
+        /// Left half of the horizontal tail.
+        LeftTail = "left_tail",
+        /// Right half of the horizontal tail.
+        RightTail = "right_tail",
+        /// Vertical tail.
+        Fin = "fin",
+    }
 }
 
 /// A number that stands for no target.
@@ -203,21 +205,6 @@ impl TargetClass {
 }
 
 impl AirframePart {
-    /// All of them, by their number.
-    pub const ALL: [Self; 5] =
-        [Self::LeftWing, Self::RightWing, Self::LeftTail, Self::RightTail, Self::Fin];
-
-    /// Name in files and in the shell.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::LeftWing => "left_wing",
-            Self::RightWing => "right_wing",
-            Self::LeftTail => "left_tail",
-            Self::RightTail => "right_tail",
-            Self::Fin => "fin",
-        }
-    }
-
     /// Display name.
     pub const fn name(self) -> &'static str {
         match self {
@@ -232,23 +219,6 @@ impl AirframePart {
     /// FAILURE_UNIT: a number of this project, because MAVLink has none.
     pub const fn failure_unit(self) -> u16 {
         1_010 + self as u16
-    }
-}
-
-impl SensorKind {
-    /// FAILURE_UNIT of MAVLink and its name in PX4's shell. Sensors without a number in MAVLink have one of this project, from 1000 on.
-    pub const fn failure_unit(self) -> (u16, &'static str) {
-        match self {
-            Self::Gyro => (0, "gyro"),
-            Self::Accelerometer => (1, "accel"),
-            Self::Magnetometer => (2, "mag"),
-            Self::Barometer => (3, "baro"),
-            Self::Gnss => (4, "gps"),
-            Self::Pitot => (8, "airspeed"),
-            Self::Attitude => (1_000, "attitude"),
-            Self::Vanes => (1_001, "vanes"),
-            Self::EngineMonitor => (1_002, "engine_mon"),
-        }
     }
 }
 

@@ -1,10 +1,9 @@
-//! The parts of packets besides numbers: the aircraft, requests, reports and faults, each with both ways side by side.
+//! The fields of packets, little-endian: the aircraft, requests, reports and faults, each with both ways side by side.
 //!
 //! Absent times are written as the largest number, absent durations and repetitions as zero, which is never a valid one. A
 //! target is one byte: the index of an effector, or from 128 on a sensor.
 
-use super::cursor::{Field, Reader, Writer, coded};
-use super::{Aircraft, WireError};
+use super::{Aircraft, PacketBytes, WireError};
 use crate::effector::{Effector, PerEffector};
 use crate::effector_list::Name;
 use crate::fault::{
@@ -13,6 +12,190 @@ use crate::fault::{
 };
 use crate::pace::Pace;
 use crate::time::SimTime;
+
+/// A part of a packet: the same bytes both ways.
+pub(super) trait Field: Sized {
+    fn write(&self, w: &mut Writer<'_>);
+    /// `name` is for the error about a value that is not finite.
+    fn read(r: &mut Reader<'_>, name: &'static str) -> Result<Self, WireError>;
+}
+
+/// Enums with a code byte followed by the fields of the variant: one table for both ways.
+macro_rules! coded {
+    (@name $part:ident) => { stringify!($part) };
+    (@name $part:ident $name:literal) => { $name };
+    ($type:ident, $field:literal: $(
+        $code:literal => $variant:ident $(($inner:ident))? $({ $($part:ident $(: $name:literal)?),+ })?;
+    )+) => {
+        impl Field for $type {
+            fn write(&self, w: &mut Writer<'_>) {
+                match self {
+                    $(Self::$variant $(($inner))? $({ $($part),+ })? => {
+                        w.u8($code);
+                        $($inner.write(w);)?
+                        $($($part.write(w);)+)?
+                    })+
+                }
+            }
+
+            fn read(r: &mut Reader<'_>, _: &'static str) -> Result<Self, WireError> {
+                match r.u8()? {
+                    $($code => {
+                        $(let $inner = Field::read(r, stringify!($inner))?;)?
+                        $($(let $part = Field::read(r, coded!(@name $part $($name)?))?;)+)?
+                        Ok(Self::$variant $(($inner))? $({ $($part),+ })?)
+                    })+
+                    value => Err(WireError::Code { field: $field, value }),
+                }
+            }
+        }
+    };
+}
+/// Appends fields to a packet; the packet types are smaller than the buffer, which a test checks.
+pub(super) struct Writer<'a> {
+    pub out: &'a mut PacketBytes,
+    /// Number of effectors of the aircraft.
+    pub effectors: usize,
+}
+
+impl Writer<'_> {
+    #[inline]
+    pub fn bytes(&mut self, bytes: &[u8]) {
+        // Cannot fail: the largest packet fits, see `the_largest_packets_fit`.
+        let _fits = self.out.try_extend_from_slice(bytes);
+        debug_assert!(_fits.is_ok());
+    }
+    /// Ends the packet with its checksum.
+    #[inline]
+    pub fn finish(self) {
+        let crc = crc32fast::hash(self.out);
+        let _fits = self.out.try_extend_from_slice(&crc.to_le_bytes());
+    }
+}
+
+/// Takes fields from the front of a slice.
+pub(super) struct Reader<'a> {
+    pub left: &'a [u8],
+    pub total: usize,
+    /// Flight and number of the packet, for errors.
+    pub session: u64,
+    pub sequence: u64,
+    /// Number of effectors of the aircraft.
+    pub effectors: usize,
+}
+
+impl Reader<'_> {
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Result<[u8; N], WireError> {
+        let (head, tail) = self.left.split_first_chunk::<N>().ok_or(self.length())?;
+        self.left = tail;
+        Ok(*head)
+    }
+    #[inline]
+    pub fn flag(&mut self, field: &'static str) -> Result<bool, WireError> {
+        match self.u8()? {
+            0 => Ok(false),
+            1 => Ok(true),
+            value => Err(WireError::Code { field, value }),
+        }
+    }
+    /// The next bytes.
+    #[inline]
+    pub fn bytes(&mut self, count: usize) -> Result<&[u8], WireError> {
+        let (head, tail) = self.left.split_at_checked(count).ok_or(self.length())?;
+        self.left = tail;
+        Ok(head)
+    }
+    /// Several finite values; `name` is for the error about the first that is not finite.
+    #[inline]
+    pub fn f64s<const N: usize>(
+        &mut self,
+        name: impl Fn(usize) -> &'static str,
+    ) -> Result<[f64; N], WireError> {
+        let mut values = [0.0; N];
+        self.finite_f64s(&mut values, name)?;
+        Ok(values)
+    }
+    /// As [`Reader::f64s`], into a slice, with one check of the length.
+    #[inline]
+    pub fn finite_f64s(
+        &mut self,
+        values: &mut [f64],
+        name: impl Fn(usize) -> &'static str,
+    ) -> Result<(), WireError> {
+        let (chunks, _) = self.bytes(8 * values.len())?.as_chunks::<8>();
+        for (value, chunk) in values.iter_mut().zip(chunks) {
+            *value = f64::from_le_bytes(*chunk);
+        }
+        self.all_finite(values, name)
+    }
+    /// The first value that is not finite is an error, with its name.
+    #[inline]
+    pub fn all_finite(
+        &self,
+        values: &[f64],
+        name: impl Fn(usize) -> &'static str,
+    ) -> Result<(), WireError> {
+        // `&` and not `&&`: one branch for all of them.
+        if values.iter().fold(true, |finite, value| finite & value.is_finite()) {
+            return Ok(());
+        }
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(index) => Err(self.value(name(index), values[index])),
+            None => Ok(()),
+        }
+    }
+    /// Longer than any packet.
+    pub fn length(&self) -> WireError {
+        WireError::Length(self.total)
+    }
+    /// A value that is not finite, or not valid.
+    pub fn value(&self, field: &'static str, value: f64) -> WireError {
+        WireError::Value { field, value, session: self.session, sequence: self.sequence }
+    }
+}
+
+/// Numbers of which every value is valid.
+macro_rules! numbers {
+    ($($type:ident)+) => {
+        impl Writer<'_> {
+            $(#[inline]
+            pub fn $type(&mut self, v: $type) {
+                self.bytes(&v.to_le_bytes());
+            })+
+        }
+
+        impl Reader<'_> {
+            $(#[inline]
+            pub fn $type(&mut self) -> Result<$type, WireError> {
+                self.take().map($type::from_le_bytes)
+            })+
+        }
+    };
+}
+
+numbers! { u8 u16 u32 u64 f64 }
+
+/// Fields that are such a number, by the functions that make one of the other.
+macro_rules! plain {
+    ($($type:ident: $number:ident, $to:expr, $from:expr;)+) => {
+        $(impl Field for $type {
+            fn write(&self, w: &mut Writer<'_>) {
+                w.$number($to(*self));
+            }
+
+            fn read(r: &mut Reader<'_>, _: &'static str) -> Result<Self, WireError> {
+                r.$number().map($from)
+            }
+        })+
+    };
+}
+
+plain! {
+    u8: u8, Self::from, Self::from;
+    u32: u32, Self::from, Self::from;
+    SimTime: u64, Self::as_micros, Self::from_micros;
+}
 
 const AT_ONCE: u64 = u64::MAX;
 
@@ -55,23 +238,6 @@ coded! { Refusal, "refusal":
     7 => NoSuchSensor;
     8 => NoSuchPart;
 }
-
-/// Numbers of which every value is valid.
-macro_rules! plain {
-    ($($type:ty: $way:ident;)+) => {
-        $(impl Field for $type {
-            fn write(&self, w: &mut Writer<'_>) {
-                w.$way(*self);
-            }
-
-            fn read(r: &mut Reader<'_>, _: &'static str) -> Result<Self, WireError> {
-                r.$way()
-            }
-        })+
-    };
-}
-
-plain! { u8: u8; u32: u32; SimTime: time; }
 
 /// A flag, and a number in any case.
 impl Field for Option<u32> {
@@ -136,24 +302,12 @@ impl Field for PerEffector<f64> {
 }
 
 /// The effectors' values in errors.
-const VALUES: [&str; Effector::MAX] = [
-    "value of effector 1",
-    "value of effector 2",
-    "value of effector 3",
-    "value of effector 4",
-    "value of effector 5",
-    "value of effector 6",
-    "value of effector 7",
-    "value of effector 8",
-    "value of effector 9",
-    "value of effector 10",
-    "value of effector 11",
-    "value of effector 12",
-    "value of effector 13",
-    "value of effector 14",
-    "value of effector 15",
-    "value of effector 16",
-];
+const VALUES: [&str; Effector::MAX] = {
+    macro_rules! values {
+        ($($number:literal)+) => { [$(concat!("value of effector ", $number)),+] };
+    }
+    values!(1 2 3 4 5 6 7 8 9 10 11 12 13 14 15 16)
+};
 
 /// A flag, and the request if there is one.
 impl Field for Option<PlantRequest> {
@@ -188,7 +342,7 @@ impl Field for Pace {
 
     fn read(r: &mut Reader<'_>, name: &'static str) -> Result<Self, WireError> {
         let code = r.u8()?;
-        let value = f64::from_bits(r.u64()?);
+        let value = r.f64()?;
         let pace = match code {
             0 => Self::Pause,
             1 => Self::Run,
@@ -213,11 +367,12 @@ impl Field for FaultEntry {
         self.kind.write(w);
         self.timing.write(w);
         w.u8(self.state.code());
-        w.time(self.state.time());
-        w.time(match self.state {
+        self.state.time().write(w);
+        let next = match self.state {
             FaultState::Resting { next, .. } => next,
             _ => SimTime::ZERO,
-        });
+        };
+        next.write(w);
     }
 
     fn read(r: &mut Reader<'_>, name: &'static str) -> Result<Self, WireError> {
@@ -226,8 +381,7 @@ impl Field for FaultEntry {
         let kind = Field::read(r, name)?;
         let timing = Field::read(r, name)?;
         let code = r.u8()?;
-        let at = r.time()?;
-        let next = r.time()?;
+        let (at, next) = (Field::read(r, name)?, Field::read(r, name)?);
         let state = FaultState::from_code(code, at, next)
             .ok_or(WireError::Code { field: "fault state", value: code })?;
         Ok(Self { id, target, kind, timing, state })

@@ -20,6 +20,7 @@ use autopilot::recorder::{Moment, Recorded};
 use autopilot::script::{Action, Line, Script};
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use flight_control::{AircraftModel, Estimator, StepLog};
+use host_io::problem::problem;
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
 use icd::{Actuators, ControlPeriod, FaultRequest, Sensors, SimTime};
@@ -76,8 +77,8 @@ impl FlightSetup {
             let class = target.class(script.effectors());
             let fault = ScheduledFault { target, kind, timing };
             self.plant.check_fault(&fault).map_err(|refusal| {
-                let request = format!("{}: line {number}: `{text}`", script.name());
-                SetupError::Request { request, class, refusal }
+                let (name, refusal) = (script.name(), refusal.described(class));
+                problem!("{name}: line {number}: `{text}`: {refusal}")
             })?;
         }
         Ok(())

@@ -7,7 +7,7 @@ use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 use plant_sim::Airframe;
 use plant_sim::aerodynamics::{AirForces, AirState, Coefficients};
-use plant_sim::atmosphere::{self, LocalDensity};
+use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 
 use crate::Judge;
 
@@ -85,14 +85,14 @@ impl Judge for LevelJudge {
 
 /// By the plant's aerodynamics; `None` if the wing cannot lift it.
 fn steady_turn(airframe: &Airframe, at: &Last) -> Option<SteadyTurn> {
-    let density = LocalDensity::around(at.altitude_m).at(at.altitude_m);
+    let density = LocalDensity::of(&Atmosphere::STANDARD, at.altitude_m).at(at.altitude_m);
     let v = at.airspeed_m_s;
     let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
     let load_factor = 1.0 / at.roll_rad.cos();
     let pitch_rate = STANDARD_GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
     let weight = load_factor * airframe.mass.mass_kg * STANDARD_GRAVITY_M_S2;
     let forces = AirForces::new(airframe).ok()?;
-    let mach = v / atmosphere::speed_of_sound(at.altitude_m);
+    let mach = v / Atmosphere::STANDARD.speed_of_sound(at.altitude_m);
     let at = |alpha_rad: f64, elevator_rad: f64| -> Coefficients {
         let rates = Body::new(0.0, pitch_rate, 0.0);
         let air = AirState { airspeed_m_s: v, alpha_rad, beta_rad: 0.0, rates };

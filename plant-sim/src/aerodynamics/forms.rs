@@ -1,12 +1,13 @@
 //! The two forms of aerodynamics in an airframe file, and each of them prepared for flight.
 
 use host_io::problem::Problem;
-use icd::{Body, EffectorList, PerEffector};
+use icd::{Body, PerEffector};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Aero, AirState, Coefficients, Surfaces, coefficients, wrench};
 use crate::airframe::Airframe;
 use crate::mach::MachTable;
+use crate::range::check_range;
 use crate::rigid_body::Wrench;
 use crate::tables::aerodynamics::{AeroTables, TableAero};
 use crate::tables::stored;
@@ -29,6 +30,14 @@ pub struct Geometry {
     pub span_m: f64,
     /// Mean chord c, m.
     pub chord_m: f64,
+}
+
+impl Geometry {
+    pub(crate) fn check(&self) -> Result<(), Problem> {
+        check_range("aerodynamics", "area_m2", self.area_m2, 0.01, 10_000.0)?;
+        check_range("aerodynamics", "span_m", self.span_m, 0.1, 200.0)?;
+        check_range("aerodynamics", "chord_m", self.chord_m, 0.01, 100.0)
+    }
 }
 
 impl Aerodynamics {
@@ -106,7 +115,11 @@ impl AirForces {
         let list = &airframe.effectors;
         let surfaces = &airframe.surface_derivatives;
         let form = match (&airframe.aero, &airframe.mach) {
-            (Aerodynamics::Tables(tables), _) => Form::Tables(tables.build(&inputs(list))?),
+            (Aerodynamics::Tables(tables), _) => {
+                // Names for the terms, as `left_elevator_rad`.
+                let inputs = list.all().map(|e| format!("{}_{}", list.key(e), list.unit(e)));
+                Form::Tables(tables.build(&inputs.collect::<Vec<_>>())?)
+            }
             (Aerodynamics::Derivatives(aero), Some(mach)) => {
                 Form::AtMach(Box::new(mach.table(list, aero, surfaces)))
             }
@@ -134,23 +147,16 @@ impl AirForces {
         mach: f64,
         effective: &PerEffector<f64>,
     ) -> Wrench {
-        match &self.form {
-            Form::Derivatives { aero, surfaces } => {
-                let c = coefficients(aero, surfaces, air, effective);
-                wrench(&self.geometry, air, velocity, density, &c)
-            }
-            Form::AtMach(table) => {
-                let c = table.coefficients(air, mach, effective);
-                wrench(&self.geometry, air, velocity, density, &c)
-            }
-            Form::Tables(tables) => {
-                let c = tables.coefficients(air, mach, effective.first(self.effectors));
-                tables.wrench(air, velocity, density, &c)
-            }
+        if let Form::Tables(tables) = &self.form {
+            let c = tables.coefficients(air, mach, effective.first(self.effectors));
+            return tables.wrench(air, velocity, density, &c);
         }
+        let c = self.coefficients(air, mach, effective);
+        wrench(&self.geometry, air, velocity, density, &c)
     }
 
-    /// Coefficients about the centre of gravity at `air`; for linearisation, not for the equations of motion.
+    /// Coefficients about the centre of gravity at `air`; for tables for linearisation, not for the equations of motion.
+    #[inline]
     pub fn coefficients(
         &self,
         air: &AirState,
@@ -166,9 +172,4 @@ impl AirForces {
             }
         }
     }
-}
-
-/// Names that the terms of tables may use for the effectors, as in `left_elevator_rad`.
-fn inputs(list: &EffectorList) -> Vec<String> {
-    list.all().map(|effector| format!("{}_{}", list.key(effector), list.unit(effector))).collect()
 }

@@ -4,8 +4,11 @@ use icd::SimTime;
 use icd::fault::{FaultKind, Side, Travel};
 
 use super::effects::FaultEffect;
-use super::times::micros;
+use super::micros;
 use crate::servos::Servo;
+
+/// What an engine without fuel has.
+pub(super) const STARVED: FaultKind = FaultKind::FlameOut;
 
 /// A fault that acts on an effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -207,8 +210,8 @@ impl ActiveFault {
         alters || self.is_delayed()
     }
 
-    /// What the servo receives instead of `command`, rad or N. [`super::times`] keeps the commands of a delayed
-    /// effector.
+    /// What the servo receives instead of `command`, rad or N. [`Faults`](super::Faults) keeps the commands of a
+    /// delayed effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {
             FaultKind::FlameOut => 0.0,
@@ -258,7 +261,7 @@ impl ActiveFault {
     /// Progress of the ramp, 0 to 1.
     fn size(&self, now: SimTime) -> f64 {
         let elapsed_us = now.micros_since(self.since);
-        if elapsed_us >= self.ramp_us { 1.0 } else { ratio(elapsed_us, self.ramp_us) }
+        if elapsed_us >= self.ramp_us { 1.0 } else { seconds(elapsed_us) / seconds(self.ramp_us) }
     }
 
     /// Deviation of the effector from its servo, rad or N.
@@ -340,21 +343,9 @@ fn slew_to(
 
 /// `time_s` seconds, rounded up to whole microseconds.
 fn whole_micros(time_s: f64) -> u64 {
-    let micros = libm::ceil(time_s.min(SimTime::MAX_SECONDS) * 1.0e6);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "not negative, and limited to 30 days"
-    )]
-    {
-        micros as u64
-    }
+    micros(libm::ceil(time_s.min(SimTime::MAX_SECONDS) * 1.0e6) / 1.0e6)
 }
 
 fn seconds(micros: u64) -> f64 {
     SimTime::from_micros(micros).as_seconds()
-}
-
-fn ratio(part_us: u64, whole_us: u64) -> f64 {
-    seconds(part_us) / seconds(whole_us)
 }

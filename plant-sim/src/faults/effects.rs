@@ -2,106 +2,80 @@
 
 use icd::{Effector, PerEffector};
 
-/// The present effect of a fault on one effector.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FaultEffect {
-    /// 1 while the servo follows its command, 0 while it is stuck or the fault moves it.
-    pub following: f64,
-    /// Rate at which the fault moves the effector, rad/s or N/s.
-    pub runaway: f64,
-    /// Remaining effectiveness, as a fraction of the position.
-    pub remaining: f64,
-    /// Deviation of the effector from its servo, rad or N.
-    pub offset: f64,
-    /// Lower limit of the position, rad or N.
-    pub low: f64,
-    /// Upper limit of the position, rad or N.
-    pub high: f64,
-    /// Rate limit of the servo in either direction, rad/s or N/s.
-    pub rate_limit: f64,
-}
+/// The effect of a fault on an effector, and that of the faults on all of them: a value, and one for each effector.
+macro_rules! effects {
+    ($($(#[$doc:meta])* $field:ident: $healthy:expr,)+) => {
+        /// The present effect of a fault on one effector.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct FaultEffect {
+            $($(#[$doc])* pub $field: f64,)+
+        }
 
-impl FaultEffect {
-    /// No fault: the effector stays as it is, to the bit.
-    pub const HEALTHY: Self = Self {
-        following: 1.0,
-        runaway: 0.0,
-        remaining: 1.0,
-        offset: 0.0,
-        low: f64::NEG_INFINITY,
-        high: f64::INFINITY,
-        rate_limit: f64::INFINITY,
+        impl FaultEffect {
+            /// No fault: the effector stays as it is, to the bit.
+            pub const HEALTHY: Self = Self { $($field: $healthy),+ };
+        }
+
+        /// The present effects of the faults on all effectors.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub struct Effects {
+            $($field: PerEffector<f64>,)+
+            /// Code of the active fault of each effector, for the recorder.
+            codes: PerEffector<u8>,
+            /// Whether an offset or a limit differs from the healthy one; most of the time none does, and the derivative skips them.
+            has_offset_or_limit: bool,
+        }
+
+        impl Effects {
+            pub fn none() -> Self {
+                Self {
+                    $($field: PerEffector::from_fn(|_| $healthy),)+
+                    codes: PerEffector::default(),
+                    has_offset_or_limit: false,
+                }
+            }
+
+            /// Sets the effect on one effector; `code` is that of the fault kind, 0 for none.
+            pub(super) fn set(&mut self, effector: Effector, effect: &FaultEffect, code: u8) {
+                $(self.$field[effector] = effect.$field;)+
+                self.codes[effector] = code;
+                self.has_offset_or_limit = Effector::first(Effector::MAX).any(|e| {
+                    self.offset[e] != 0.0
+                        || self.low[e] > f64::NEG_INFINITY
+                        || self.high[e] < f64::INFINITY
+                        || self.rate_limit[e] < f64::INFINITY
+                });
+            }
+
+            /// The present effect on one effector.
+            pub fn of(&self, effector: Effector) -> FaultEffect {
+                FaultEffect { $($field: self.$field[effector]),+ }
+            }
+        }
     };
 }
 
-/// The present effects of the faults on all effectors.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Effects {
-    following: PerEffector<f64>,
-    runaway: PerEffector<f64>,
-    remaining: PerEffector<f64>,
-    /// Code of the active fault of each effector, for the recorder.
-    codes: PerEffector<u8>,
-    /// Whether any of the values below differs from the healthy one; most of the time none does, and the derivative
-    /// skips them.
-    has_offset_or_limit: bool,
-    offset: PerEffector<f64>,
-    low: PerEffector<f64>,
-    high: PerEffector<f64>,
-    rate_limit: PerEffector<f64>,
+effects! {
+    /// 1 while the servo follows its command, 0 while it is stuck or the fault moves it.
+    following: 1.0,
+    /// Rate at which the fault moves the effector, rad/s or N/s.
+    runaway: 0.0,
+    /// Remaining effectiveness, as a fraction of the position.
+    remaining: 1.0,
+    /// Deviation of the effector from its servo, rad or N.
+    offset: 0.0,
+    /// Lower limit of the position, rad or N.
+    low: f64::NEG_INFINITY,
+    /// Upper limit of the position, rad or N.
+    high: f64::INFINITY,
+    /// Rate limit of the servo in either direction, rad/s or N/s.
+    rate_limit: f64::INFINITY,
 }
 
 impl Effects {
-    pub fn none() -> Self {
-        let all = |value| PerEffector::from_fn(|_| value);
-        let healthy = FaultEffect::HEALTHY;
-        Self {
-            following: all(healthy.following),
-            runaway: all(healthy.runaway),
-            remaining: all(healthy.remaining),
-            codes: PerEffector::default(),
-            has_offset_or_limit: false,
-            offset: all(healthy.offset),
-            low: all(healthy.low),
-            high: all(healthy.high),
-            rate_limit: all(healthy.rate_limit),
-        }
-    }
-
-    /// Sets the effect on one effector; `code` is that of the fault kind, 0 for none.
-    pub(super) fn set(&mut self, effector: Effector, effect: &FaultEffect, code: u8) {
-        self.following[effector] = effect.following;
-        self.runaway[effector] = effect.runaway;
-        self.remaining[effector] = effect.remaining;
-        self.codes[effector] = code;
-        self.offset[effector] = effect.offset;
-        self.low[effector] = effect.low;
-        self.high[effector] = effect.high;
-        self.rate_limit[effector] = effect.rate_limit;
-        self.has_offset_or_limit = Effector::first(Effector::MAX).any(|e| {
-            self.offset[e] != 0.0
-                || self.low[e] > f64::NEG_INFINITY
-                || self.high[e] < f64::INFINITY
-                || self.rate_limit[e] < f64::INFINITY
-        });
-    }
-
     /// [`icd::FaultKind::code`] of the active fault of each effector; 0 for none.
     pub fn codes(&self) -> &PerEffector<u8> {
         &self.codes
-    }
-
-    /// The present effect on one effector.
-    pub fn of(&self, effector: Effector) -> FaultEffect {
-        FaultEffect {
-            following: self.following[effector],
-            runaway: self.runaway[effector],
-            remaining: self.remaining[effector],
-            offset: self.offset[effector],
-            low: self.low[effector],
-            high: self.high[effector],
-            rate_limit: self.rate_limit[effector],
-        }
     }
 
     /// Rates of the first `count` effectors whose healthy servos would move at the rates `healthy`.

@@ -134,9 +134,7 @@ impl PlantArgs {
         };
         Ok(scenario.plant)
     }
-}
 
-impl PlantArgs {
     /// The aircraft at the start of the flight of this setup.
     pub fn plant(&self, setup: &PlantSetup) -> Result<Plant, Problem> {
         let (airframe, scenario) = (self.airframe_name(), &self.scenario);
@@ -195,9 +193,9 @@ pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
 
 /// An Earth model by its name.
 pub fn parse_earth(text: &str) -> Result<EarthModel, String> {
-    let found = EarthModel::NAMED.iter().find(|(_, name)| *name == text);
-    found.map(|(model, _)| *model).ok_or_else(|| {
-        format!("the models are {}", EarthModel::NAMED.map(|(_, name)| name).join(", "))
+    let found = EarthModel::ALL.into_iter().find(|model| model.key() == text);
+    found.ok_or_else(|| {
+        format!("the models are {}", EarthModel::ALL.map(EarthModel::key).join(", "))
     })
 }
 
@@ -220,19 +218,17 @@ impl Speed {
     pub const REAL_TIME: Self = Self::Times(1.0);
 }
 
-/// Not a speed.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("speed {0:?} is neither max nor a number from {min} to {max}", min = Pace::SPEED.0, max = Pace::SPEED.1)]
-pub struct UnknownSpeed(String);
-
 impl FromStr for Speed {
-    type Err = UnknownSpeed;
-    fn from_str(text: &str) -> Result<Self, UnknownSpeed> {
+    type Err = Problem;
+    fn from_str(text: &str) -> Result<Self, Problem> {
         if text == "max" {
             return Ok(Self::Max);
         }
         let factor = text.parse().ok().filter(|factor| Pace::Speed(*factor).is_valid());
-        factor.map(Self::Times).ok_or_else(|| UnknownSpeed(text.to_owned()))
+        let (min, max) = Pace::SPEED;
+        factor.map(Self::Times).ok_or_else(|| {
+            problem!("speed {text:?} is neither max nor a number from {min} to {max}")
+        })
     }
 }
 

@@ -13,8 +13,7 @@ use tracing::{error, info};
 
 use super::header::Envelopes;
 use super::link::Link;
-use super::pacer::{Due, PaceRequest, Pacer};
-use super::parent::Parent;
+use super::pacer::{Due, PaceRequest, Pacer, Parent};
 use crate::plant::Plant;
 
 /// If the next tick is due later than this, the plant exchanges packets without a control step meanwhile.
@@ -35,7 +34,7 @@ pub struct FlightReport {
 }
 
 /// Why a flight has ended.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) enum FlightEnd {
     /// The autopilot requested a restart.
     Restart,
@@ -43,6 +42,13 @@ pub(super) enum FlightEnd {
     Stop,
     /// The flight has reached its end time, or the ground.
     Complete(FlightReport),
+    Failed(Problem),
+}
+
+impl From<Problem> for FlightEnd {
+    fn from(problem: Problem) -> Self {
+        Self::Failed(problem)
+    }
 }
 
 /// A flight in progress.
@@ -69,14 +75,13 @@ pub(super) struct Flight<'a> {
     pub(super) ticks: u64,
 }
 
-enum Answer {
-    Fly(Actuators),
-    End(FlightEnd),
-}
-
 impl Flight<'_> {
     /// Flies until the flight ends.
-    pub(super) fn fly(&mut self) -> Result<FlightEnd, Problem> {
+    pub(super) fn fly(&mut self) -> FlightEnd {
+        self.fly_on().unwrap_or_else(|end| end)
+    }
+
+    fn fly_on(&mut self) -> Result<FlightEnd, FlightEnd> {
         let mut began: Option<Instant> = None;
         loop {
             let sensors = self.plant.sense();
@@ -84,10 +89,7 @@ impl Flight<'_> {
                 let wall = began.map_or(Duration::ZERO, |began| clock::now() - began);
                 return self.stay_on_ground(&sensors, wall);
             }
-            let actuators = match self.exchange(Phase::Flying, &sensors)? {
-                Answer::Fly(actuators) => actuators,
-                Answer::End(end) => return Ok(end),
-            };
+            let actuators = self.exchange(Phase::Flying, &sensors)?;
             self.ticks += 1;
             let began = *began.get_or_insert_with(|| {
                 info!(session = %self.link.session(), "the flight begins");
@@ -99,10 +101,7 @@ impl Flight<'_> {
                 info!(t_s = self.plant.time().as_seconds(), "the flight is complete");
                 return self.finish(Phase::Holding, &sensors, wall);
             }
-            let actuators = match self.wait_until_due(next, &sensors, actuators)? {
-                Answer::Fly(actuators) => actuators,
-                Answer::End(end) => return Ok(end),
-            };
+            let actuators = self.wait_until_due(next, &sensors, actuators)?;
             self.plant.advance(&actuators);
             self.pacer.advanced(self.plant.time());
         }
@@ -114,19 +113,16 @@ impl Flight<'_> {
         next: SimTime,
         sensors: &Sensors,
         mut actuators: Actuators,
-    ) -> Result<Answer, Problem> {
+    ) -> Result<Actuators, FlightEnd> {
         loop {
             self.parent.update(self.pacer, self.plant.time());
             let left = match self.pacer.due(self.plant.time(), next, clock::now) {
-                Due::Now => return Ok(Answer::Fly(actuators)),
+                Due::Now => return Ok(actuators),
                 Due::In(left) => left,
                 Due::Never => Duration::MAX,
             };
             if left > HOLD_EVERY {
-                match self.exchange(Phase::Holding, sensors)? {
-                    Answer::Fly(latest) => actuators = latest,
-                    end @ Answer::End(_) => return Ok(end),
-                }
+                actuators = self.exchange(Phase::Holding, sensors)?;
                 if self.had_request || self.has_reports() {
                     continue;
                 }
@@ -141,7 +137,7 @@ impl Flight<'_> {
     }
 
     /// Sends one packet, waits for the answer and executes its request.
-    fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Answer, Problem> {
+    fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Actuators, FlightEnd> {
         let mut reports = Reports::new();
         reports.extend(self.reply.take());
         while !reports.is_full()
@@ -159,15 +155,15 @@ impl Flight<'_> {
             self.record();
         }
         if self.stop.is_requested() {
-            return Ok(Answer::End(FlightEnd::Stop));
+            return Err(FlightEnd::Stop);
         }
-        let Some(answer) = self.link.answer()? else { return Ok(Answer::End(FlightEnd::Stop)) };
+        let answer = self.link.answer()?.ok_or(FlightEnd::Stop)?;
         self.had_request = answer.request.is_some();
         self.envelopes.set_recorded(answer.wants_envelope);
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
-                return Ok(Answer::End(FlightEnd::Restart));
+                return Err(FlightEnd::Restart);
             }
             Some(PlantRequest { action: PlantAction::ListFaults, .. }) => self.plant.list_faults(),
             Some(PlantRequest { number, action: PlantAction::Fault(request) }) => {
@@ -178,7 +174,7 @@ impl Flight<'_> {
                 self.pacer.request(PaceRequest { request: Some(number), pace }, self.plant.time());
             }
         }
-        Ok(Answer::Fly(answer.actuators))
+        Ok(answer.actuators)
     }
 
     fn record(&mut self) {
@@ -189,7 +185,11 @@ impl Flight<'_> {
         }
     }
 
-    fn stay_on_ground(&mut self, sensors: &Sensors, wall: Duration) -> Result<FlightEnd, Problem> {
+    fn stay_on_ground(
+        &mut self,
+        sensors: &Sensors,
+        wall: Duration,
+    ) -> Result<FlightEnd, FlightEnd> {
         let t_s = self.plant.time().as_seconds();
         match self.plant.broken_by() {
             None => info!(t_s, "the aircraft is on the ground; the plant waits for a restart"),
@@ -206,9 +206,7 @@ impl Flight<'_> {
         loop {
             self.parent.update(self.pacer, self.plant.time());
             self.pacer.end(self.plant.time());
-            if let Answer::End(end) = self.exchange(Phase::OnGround, sensors)? {
-                return Ok(end);
-            }
+            self.exchange(Phase::OnGround, sensors)?;
             if !self.had_request && !self.has_reports() {
                 clock::sleep(HOLD_EVERY);
             }
@@ -221,15 +219,13 @@ impl Flight<'_> {
         phase: Phase,
         sensors: &Sensors,
         wall: Duration,
-    ) -> Result<FlightEnd, Problem> {
+    ) -> Result<FlightEnd, FlightEnd> {
         let (time, on_ground) = (self.plant.time(), self.plant.on_ground());
         let report =
             FlightReport { ticks: self.ticks, wall_s: wall.as_secs_f64(), time, on_ground };
         self.pacer.end(time);
         for _ in 0..LAST_EXCHANGES_MAX {
-            if let Answer::End(end) = self.exchange(phase, sensors)? {
-                return Ok(end);
-            }
+            self.exchange(phase, sensors)?;
             if !self.has_reports() {
                 break;
             }

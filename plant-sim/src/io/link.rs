@@ -101,8 +101,11 @@ impl Link {
             };
             let refused = match self.side.handle(&self.buffer[..bytes]) {
                 PlantEvent::Answer(packet) => {
-                    if let Some(unanswered) = self.unanswered.take() {
-                        unanswered.end();
+                    if let Some(Unanswered { since, is_reported: true, .. }) =
+                        self.unanswered.take()
+                    {
+                        let silence_s = (clock::now() - since).as_secs_f64();
+                        info!(silence_s, "the autopilot answers");
                     }
                     if let Some(health) = self.health.as_mut()
                         && let Err(problem) = health.all_is_well(clock::now())
@@ -167,7 +170,10 @@ impl Link {
                 refusal.version
             )),
             RefusalReason::Value => {
-                let value = self.impossible_value();
+                let value = match self.side.unanswered().map(wire::decode) {
+                    Some(Err(error)) => error.to_string(),
+                    _ => "it was damaged on the way".to_owned(),
+                };
                 Err(problem!("the autopilot refused the sensor packet: {value}"))
             }
             RefusalReason::Aircraft => Err(problem!(
@@ -183,23 +189,6 @@ impl Link {
                 }
                 Ok(())
             }
-        }
-    }
-
-    /// The value of the open packet that the autopilot must have found invalid.
-    fn impossible_value(&self) -> String {
-        match self.side.unanswered().map(wire::decode) {
-            Some(Err(error)) => error.to_string(),
-            _ => "it was damaged on the way".to_owned(),
-        }
-    }
-}
-
-impl Unanswered {
-    fn end(self) {
-        if self.is_reported {
-            let silence_s = (clock::now() - self.since).as_secs_f64();
-            info!(silence_s, "the autopilot answers");
         }
     }
 }

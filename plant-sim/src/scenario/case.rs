@@ -3,15 +3,16 @@
 //! The table `[checkcase]` names the airframe file; `[plant.initial_state]`, `[plant.controls]` and `[[plant.control_step]]`
 //! describe what an ordinary scenario does not have. docs/checkcases.md has all keys.
 
-use host_io::problem::{At as _, Problem, problem};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use icd::{Body, EulerAngles, Ned, SimTime};
+use host_io::problem::{At as _, Problem, problem};
+use icd::{Body, EffectorKind, EulerAngles, Ned, PerEffector, SimTime};
 use serde::Deserialize;
 
-use super::{ScenarioFile, StartPart};
+use super::{PlantTable, ScenarioFile, StartPart};
 use crate::airframe::Airframe;
+use crate::config;
 use crate::earth::EarthModel;
 use crate::geodesy::Geodetic;
 use crate::range::check_range;
@@ -19,8 +20,6 @@ use crate::release::{
     Controls, InitialPosition, InitialRates, InitialState, InitialVelocity, ReleaseSetup,
     STEP_RANGE_US,
 };
-
-mod controls;
 
 /// Section names for errors.
 const CASE: &str = "checkcase";
@@ -121,22 +120,19 @@ pub struct ControlStep {
 impl CaseFile {
     /// Reads a file; errors call it `name`.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
-        Self::of(name, ScenarioFile::parse(name, text)?)
+        let table = config::parse(name, text)?;
+        Self::of(name, ScenarioFile::read(name, table, Some(text))?)
     }
 
     /// Reads a file that was parsed already and may have been changed since.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
-        Self::of(name, ScenarioFile::of_table(name, table)?)
+        Self::of(name, ScenarioFile::read(name, table, None)?)
     }
 
     fn of(name: &str, mut file: ScenarioFile) -> Result<Self, Problem> {
         let Some(case) = file.checkcase.take() else {
-            return Err(key(
-                name,
-                CASE,
-                "airframe",
-                "is missing, a check case names its airframe file",
-            ));
+            let problem = "is missing, a check case names its airframe file";
+            return Err(key(CASE, "airframe", problem)).at(name);
         };
         Ok(Self { name: name.to_owned(), case, file })
     }
@@ -153,66 +149,70 @@ impl CaseFile {
         airframe: Airframe,
         options: &CaseOptions,
     ) -> Result<CheckCase, Problem> {
-        let Self { name, case, file } = self;
-        let mut plant = file.plant;
-        let excluded =
-            |section, other| Err(problem!("{name}: [{section}] has no meaning beside {other}"));
-        if plant.start != StartPart::default() {
-            return excluded("plant.start", "[checkcase], which has [plant.initial_state]");
-        }
-        if plant.sensors.is_some() {
-            return excluded("plant.sensors", "[checkcase], which has no sensors");
-        }
-        if !plant.control_step.is_empty() && !plant.fault.is_empty() {
-            return excluded(
-                "plant.fault",
-                "[[plant.control_step]], which moves healthy effectors",
-            );
-        }
-        let earth = plant.earth.unwrap_or(EarthModel::Wgs84);
-        if case.flat_gravity_m_s2.is_some() && earth != EarthModel::Flat {
-            let problem = "has no meaning on this Earth, expected earth = \"flat\"";
-            return Err(key(&name, CASE, "flat_gravity_m_s2", problem));
-        }
-        let Some(initial) = plant.initial_state.take() else {
-            return Err(key(&name, INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
-        };
-        let initial = initial.read(&name, earth)?;
-        let reader = controls::Reader { file: &name, airframe: &airframe };
-        let given = plant.controls.take().unwrap_or_default();
-        let given = reader.at_start(&given, initial.is_trimmed)?;
-        let step_tables = std::mem::take(&mut plant.control_step);
-        let grid = Grid::new(&name, &case, options, plant.duration_s)?;
-        let mut steps = Vec::new();
-        for table in step_tables {
-            let at = grid.time(&name, table.at_s)?;
-            steps.push(ControlStep { at, change: reader.change(&table.controls)? });
-        }
-        steps.sort_by_key(|step| step.at);
-        let part = plant.into_part(&name, &airframe.effectors)?;
-        let setup = ReleaseSetup {
-            airframe,
-            earth,
-            flat_gravity: case.flat_gravity_m_s2,
-            wind: part.wind,
-            gusts: part.gusts,
-            profile: part.profile,
-            temperature_offset_k: part.temperature_offset_k,
-            initial,
-            controls: given,
-            faults: part.faults,
-            seed: part.seed,
-            step_us: grid.step_us,
-        };
-        setup.check().at(&name)?;
-        Ok(CheckCase {
-            setup,
-            duration: grid.duration,
-            output_us: grid.output_us,
-            steps,
-            reference: case.reference,
-        })
+        let name = self.name;
+        read_case(self.case, self.file.plant, airframe, options).at(name)
     }
+}
+
+fn read_case(
+    case: CaseTable,
+    mut plant: PlantTable,
+    airframe: Airframe,
+    options: &CaseOptions,
+) -> Result<CheckCase, Problem> {
+    let excluded = |section, other| Err(problem!("[{section}] has no meaning beside {other}"));
+    if plant.start != StartPart::default() {
+        return excluded("plant.start", "[checkcase], which has [plant.initial_state]");
+    }
+    if plant.sensors.is_some() {
+        return excluded("plant.sensors", "[checkcase], which has no sensors");
+    }
+    if !plant.control_step.is_empty() && !plant.fault.is_empty() {
+        return excluded("plant.fault", "[[plant.control_step]], which moves healthy effectors");
+    }
+    let earth = plant.earth.unwrap_or(EarthModel::Wgs84);
+    if case.flat_gravity_m_s2.is_some() && earth != EarthModel::Flat {
+        let problem = "has no meaning on this Earth, expected earth = \"flat\"";
+        return Err(key(CASE, "flat_gravity_m_s2", problem));
+    }
+    let Some(initial) = plant.initial_state.take() else {
+        return Err(key(INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
+    };
+    let initial = initial.read(earth)?;
+    let reader = Reader { airframe: &airframe };
+    let given = plant.controls.take().unwrap_or_default();
+    let given = reader.at_start(&given, initial.is_trimmed)?;
+    let step_tables = std::mem::take(&mut plant.control_step);
+    let grid = Grid::new(&case, options, plant.duration_s)?;
+    let mut steps = Vec::new();
+    for table in step_tables {
+        let at = grid.time(table.at_s)?;
+        steps.push(ControlStep { at, change: reader.change(&table.controls)? });
+    }
+    steps.sort_by_key(|step| step.at);
+    let part = plant.into_part(&airframe.effectors)?;
+    let setup = ReleaseSetup {
+        airframe,
+        earth,
+        flat_gravity: case.flat_gravity_m_s2,
+        wind: part.wind,
+        gusts: part.gusts,
+        profile: part.profile,
+        temperature_offset_k: part.temperature_offset_k,
+        initial,
+        controls: given,
+        faults: part.faults,
+        seed: part.seed,
+        step_us: grid.step_us,
+    };
+    setup.check()?;
+    Ok(CheckCase {
+        setup,
+        duration: grid.duration,
+        output_us: grid.output_us,
+        steps,
+        reference: case.reference,
+    })
 }
 
 /// Steps and rows of a case.
@@ -224,58 +224,57 @@ struct Grid {
 
 impl Grid {
     fn new(
-        file: &str,
         case: &CaseTable,
         options: &CaseOptions,
         duration_s: Option<f64>,
     ) -> Result<Self, Problem> {
         let step_ms = options.step_ms.or(case.step_ms).unwrap_or(STEP_MS);
         let [least, most] = STEP_RANGE_US.map(|step_us| f64::from(step_us) / 1_000.0);
-        check_range(CASE, "step_ms", step_ms, least, most).at(file)?;
+        check_range(CASE, "step_ms", step_ms, least, most)?;
         let Some(step_us) = whole(step_ms * 1_000.0) else {
             let problem = format!("= {step_ms} is no whole number of microseconds");
-            return Err(key(file, CASE, "step_ms", &problem));
+            return Err(key(CASE, "step_ms", &problem));
         };
         let rate = options.output_rate_hz.or(case.output_rate_hz).unwrap_or(OUTPUT_RATE_HZ);
         let fastest = 1.0e3 / step_ms;
-        check_range(CASE, "output_rate_hz", rate, 1.0e-3, fastest).at(file)?;
+        check_range(CASE, "output_rate_hz", rate, 1.0e-3, fastest)?;
         let Some(output_us) = whole(fastest / rate).map(|steps| steps * step_us) else {
             let fitting = fastest / libm::round(fastest / rate);
             let problem = format!(
                 "= {rate} is no whole number of steps of {step_ms} ms from row to row; expected {fastest} over a whole \
                  number, as {fitting}"
             );
-            return Err(key(file, CASE, "output_rate_hz", &problem));
+            return Err(key(CASE, "output_rate_hz", &problem));
         };
         let Some(duration_s) = duration_s else {
-            return Err(key(file, "plant", "duration_s", "is missing, a check case needs an end"));
+            return Err(key("plant", "duration_s", "is missing, a check case needs an end"));
         };
-        check_range("plant", "duration_s", duration_s, 1.0e-3, DURATION_MAX_S).at(file)?;
+        check_range("plant", "duration_s", duration_s, 1.0e-3, DURATION_MAX_S)?;
         let Some(duration) = whole(duration_s * 1.0e6).filter(|us| us.is_multiple_of(step_us))
         else {
             let problem = format!("= {duration_s} is no whole number of steps of {step_ms} ms");
-            return Err(key(file, "plant", "duration_s", &problem));
+            return Err(key("plant", "duration_s", &problem));
         };
         let rows = duration / output_us + 1;
         if rows > ROWS_MAX {
             let problem = format!(
                 "= {duration_s} makes {rows} rows with output_rate_hz = {rate}, expected at most {ROWS_MAX}"
             );
-            return Err(key(file, "plant", "duration_s", &problem));
+            return Err(key("plant", "duration_s", &problem));
         }
         let step_us = u32::try_from(step_us).unwrap_or(STEP_RANGE_US[1]);
         Ok(Self { step_us, output_us, duration: SimTime::from_micros(duration) })
     }
 
     /// The time of a control step.
-    fn time(&self, file: &str, at_s: f64) -> Result<SimTime, Problem> {
+    fn time(&self, at_s: f64) -> Result<SimTime, Problem> {
         let section = "plant.control_step";
-        check_range(section, "at_s", at_s, 0.0, self.duration.as_seconds()).at(file)?;
+        check_range(section, "at_s", at_s, 0.0, self.duration.as_seconds())?;
         let whole = whole(at_s * 1.0e6).filter(|us| us.is_multiple_of(u64::from(self.step_us)));
         whole.map(SimTime::from_micros).ok_or_else(|| {
             let step_ms = f64::from(self.step_us) / 1_000.0;
             let problem = format!("= {at_s} is no whole number of steps of {step_ms} ms");
-            key(file, section, "at_s", &problem)
+            key(section, "at_s", &problem)
         })
     }
 }
@@ -292,10 +291,10 @@ fn whole(value: f64) -> Option<u64> {
 }
 
 impl InitialTable {
-    fn read(&self, file: &str, earth: EarthModel) -> Result<InitialState, Problem> {
+    fn read(&self, earth: EarthModel) -> Result<InitialState, Problem> {
         let one_of = |what: &str, keys: &str, found: usize| {
             let found = if found == 0 { "none" } else { "several" };
-            key(file, INITIAL, keys, &format!("- {found} of them for {what}, expected exactly one"))
+            key(INITIAL, keys, &format!("- {found} of them for {what}, expected exactly one"))
         };
         let velocities = [self.velocity_ned_m_s, self.velocity_body_m_s];
         let velocity = match velocities {
@@ -320,12 +319,12 @@ impl InitialTable {
         let is_trimmed = self.trim.is_some();
         if is_trimmed && self.pitch_deg.is_some() {
             let problem = "has no meaning beside trim = \"longitudinal\", which finds it";
-            return Err(key(file, INITIAL, "pitch_deg", problem));
+            return Err(key(INITIAL, "pitch_deg", problem));
         }
         if is_trimmed && self.velocity_body_m_s.is_some() {
             let problem =
                 "has no meaning beside trim = \"longitudinal\", expected velocity_ned_m_s";
-            return Err(key(file, INITIAL, "velocity_body_m_s", problem));
+            return Err(key(INITIAL, "velocity_body_m_s", problem));
         }
         let angle = |degrees: Option<f64>| degrees.unwrap_or(0.0).to_radians();
         let attitude = EulerAngles {
@@ -333,14 +332,14 @@ impl InitialTable {
             theta: angle(self.pitch_deg),
             psi: angle(self.yaw_deg),
         };
-        let position = self.position(file, earth)?;
+        let position = self.position(earth)?;
         Ok(InitialState { position, velocity, attitude, rates, is_trimmed })
     }
 
-    fn position(&self, file: &str, earth: EarthModel) -> Result<InitialPosition, Problem> {
+    fn position(&self, earth: EarthModel) -> Result<InitialPosition, Problem> {
         // A flat Earth is the same everywhere.
         let coordinate = |name, value: Option<f64>| match value {
-            None if earth != EarthModel::Flat => Err(key(file, INITIAL, name, "is missing")),
+            None if earth != EarthModel::Flat => Err(key(INITIAL, name, "is missing")),
             degrees => Ok(degrees.unwrap_or(0.0).to_radians()),
         };
         let latitude_rad = coordinate("latitude_deg", self.latitude_deg)?;
@@ -353,18 +352,127 @@ impl InitialTable {
                 Ok(InitialPosition::Local { origin: at(0.0), position })
             }
             (None, None) => {
-                Err(key(file, INITIAL, "altitude_m", "is missing, expected it or position_ned_m"))
+                Err(key(INITIAL, "altitude_m", "is missing, expected it or position_ned_m"))
             }
             (Some(_), Some(_)) => {
                 let problem = "has no meaning beside altitude_m, expected one of them";
-                Err(key(file, INITIAL, "position_ned_m", problem))
+                Err(key(INITIAL, "position_ned_m", problem))
             }
         }
     }
 }
 
-fn key(file: &str, section: &str, key: &str, problem: &str) -> Problem {
-    problem!("{file}: [{section}] {key} {problem}")
+fn key(section: &str, key: &str, problem: &str) -> Problem {
+    problem!("[{section}] {key} {problem}")
+}
+
+// Prescribed controls: keys of effectors, of a pilot's commands, and of the engine.
+
+const CONTROLS: &str = "plant.controls";
+/// Key of the engine's lever.
+const THROTTLE: &str = "throttle_percent";
+/// Commands that several effectors follow, in the order of [`Airframe::follow`].
+const COMMANDS: [&str; 3] = ["aileron", "elevator", "rudder"];
+
+/// Reads controls for an aircraft.
+struct Reader<'a> {
+    airframe: &'a Airframe,
+}
+
+impl Reader<'_> {
+    /// The controls at the start. An engine has to be among them, unless a trim finds its thrust.
+    fn at_start(
+        &self,
+        table: &BTreeMap<String, f64>,
+        is_trimmed: bool,
+    ) -> Result<Controls, Problem> {
+        let controls = self.change(table)?;
+        let Some(engine) = self.airframe.effectors.only(EffectorKind::Engine) else {
+            return Ok(controls);
+        };
+        let thrust_key = format!("{}_n", self.airframe.effectors.key(engine));
+        let engine_key = if self.has_lever() { THROTTLE } else { thrust_key.as_str() };
+        let is_engine = |name: &String| name == THROTTLE || config::factor_to(name, "n").is_some();
+        let is_given = table.keys().any(is_engine);
+        match (is_trimmed, is_given) {
+            (true, true) => {
+                let problem = "has no meaning beside trim = \"longitudinal\", which finds it";
+                Err(key(CONTROLS, engine_key, problem))
+            }
+            (false, false) => {
+                Err(key(CONTROLS, engine_key, "is missing, the aircraft has an engine"))
+            }
+            _ => Ok(controls),
+        }
+    }
+
+    /// Controls, or changes of them.
+    fn change(&self, table: &BTreeMap<String, f64>) -> Result<Controls, Problem> {
+        let mut controls = Controls::default();
+        for (name, value) in table {
+            if name == THROTTLE && self.has_lever() {
+                controls.lever = Some(value / 100.0);
+                continue;
+            }
+            let followed = self.positions(name, *value).ok_or_else(|| {
+                let known = self.known().join(", ");
+                let problem = match known.is_empty() {
+                    true => "has no meaning for a body without effectors".to_owned(),
+                    false => format!("is unknown, expected one of {known}"),
+                };
+                key(CONTROLS, name, &problem)
+            })?;
+            controls.positions = PerEffector::from_fn(|e| controls.positions[e] + followed[e]);
+        }
+        Ok(controls)
+    }
+
+    /// What one key gives: the position of one effector, or those of all that follow a command.
+    fn positions(&self, name: &str, value: f64) -> Option<PerEffector<f64>> {
+        let list = &self.airframe.effectors;
+        let mut positions = PerEffector::default();
+        if let Some((stem, factor)) = config::factor_to(name, "deg") {
+            let angle_rad = (value * factor).to_radians();
+            if let Some(effector) = list.by_key(stem).filter(|effector| list.is_angle(*effector)) {
+                positions[effector] = angle_rad;
+                return Some(positions);
+            }
+            let command = COMMANDS.iter().position(|command| *command == stem)?;
+            let mut commands = [0.0; 4];
+            commands[command] = angle_rad;
+            let has_follower = list.all().any(|effector| {
+                let gains = &self.airframe.gains[effector];
+                [gains.roll, gains.pitch, gains.yaw][command] != 0.0
+            });
+            return has_follower.then(|| self.airframe.follow(commands));
+        }
+        let (stem, factor) = config::factor_to(name, "n")?;
+        let engine = list.by_key(stem).filter(|e| !list.is_angle(*e) && !self.has_lever())?;
+        positions[engine] = value * factor;
+        Some(positions)
+    }
+
+    fn has_lever(&self) -> bool {
+        self.airframe.propulsion.is_some()
+    }
+
+    /// All keys of this aircraft.
+    fn known(&self) -> Vec<String> {
+        let list = &self.airframe.effectors;
+        let of_effector = |effector| {
+            let stem = list.key(effector);
+            match (list.is_angle(effector), self.has_lever()) {
+                (true, _) => format!("{stem}_deg"),
+                (false, true) => THROTTLE.to_owned(),
+                (false, false) => format!("{stem}_n"),
+            }
+        };
+        let mut known: Vec<String> = list.all().map(of_effector).collect();
+        if !known.is_empty() {
+            known.extend(COMMANDS.map(|command| format!("{command}_deg")));
+        }
+        known
+    }
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use icd::{Body, Sensors, SimTime};
 
 use super::real::{airspeed_m_s, moved, turned};
 use crate::atmosphere::pressure_altitude_m;
-use crate::faults::{DELAY_MAX_S, Faults, SensorEffect};
+use crate::faults::{DELAY_MAX_S, Faults, SensorEffect, micros};
 use crate::noise::{Normals, Source};
 
 /// What the faults of sensors need from earlier periods.
@@ -47,12 +47,8 @@ struct State {
 impl FaultySensors {
     /// All sensors are healthy. It takes its memory here and not in flight.
     pub fn new(period_us: u32, seed: u64, run: u64) -> Self {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "at most some thousand periods"
-        )]
-        let capacity = (DELAY_MAX_S * 1.0e6 / f64::from(period_us)) as usize + 2;
+        // At most some thousand periods.
+        let capacity = (micros(DELAY_MAX_S) / u64::from(period_us)) as usize + 2;
         let states = SensorKind::ALL.map(|sensor| State {
             onset: None,
             before: None,

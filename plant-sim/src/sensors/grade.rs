@@ -5,13 +5,18 @@
 use std::fmt;
 use std::sync::LazyLock;
 
-use icd::Sensors;
+use host_io::problem::{Problem, problem};
 use icd::fault::SensorKind;
 use icd::units::DEG;
+use icd::{EffectorKind, EffectorList, Sensors, named};
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
-use crate::range::{RangeError, check_range};
+use crate::airframe::Airframe;
+use crate::config;
+use crate::date::Date;
+use crate::faults::Fitted;
+use crate::range::check_range;
 
 const TACTICAL: &str = include_str!("../../sensors/tactical.toml");
 const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
@@ -19,34 +24,23 @@ const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
 /// Most samples on their way from a sensor to the flight computer.
 pub(super) const QUEUE_MAX: usize = 64;
 
-/// The grades that come with the program.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum GradeName {
-    /// Exact, with a new sample in every control period.
-    #[default]
-    Ideal,
-    /// Tactical-grade inertial unit, certified air data: `plant-sim/sensors/tactical.toml`.
-    Tactical,
-    /// Parts of a hobby autopilot: `plant-sim/sensors/consumer.toml`.
-    Consumer,
+named! {
+    /// The grades that come with the program.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    GradeName {
+        /// Exact, with a new sample in every control period.
+        #[default]
+        Ideal = "ideal",
+        /// Tactical-grade inertial unit, certified air data: `plant-sim/sensors/tactical.toml`.
+        Tactical = "tactical",
+        /// Parts of a hobby autopilot: `plant-sim/sensors/consumer.toml`.
+        Consumer = "consumer",
+    }
 }
 
 impl GradeName {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Ideal, Self::Tactical, Self::Consumer];
-
-    /// Name in scenario files.
-    pub const fn key(self) -> &'static str {
-        match self {
-            Self::Ideal => "ideal",
-            Self::Tactical => "tactical",
-            Self::Consumer => "consumer",
-        }
-    }
-
     /// Its file; `None` for the ideal grade, which has no errors.
-    pub(super) const fn file(self) -> Option<(&'static str, &'static str)> {
+    const fn file(self) -> Option<(&'static str, &'static str)> {
         match self {
             Self::Ideal => None,
             Self::Tactical => Some(("tactical.toml", TACTICAL)),
@@ -127,7 +121,7 @@ impl Grade {
     }
 
     /// Checks every number; the queue of delayed samples depends on the control period, µs.
-    pub fn check(&self, period_us: u32) -> Result<(), RangeError> {
+    pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         for sensor in SensorKind::ALL {
             let errors = self.of(sensor);
             let section = section(sensor);
@@ -164,22 +158,23 @@ macro_rules! key {
     };
 }
 
-/// Keys in the unit of a sensor, whose suffix, size in SI units and largest spread are given.
+/// Keys in the unit of a sensor, whose suffix, size in SI units and largest spread are given, and further ones.
 macro_rules! in_unit {
-    ($unit:literal, $si:expr, $max:expr) => {
+    ($unit:literal, $si:expr, $max:expr $(, $more:expr)*) => {
         [
             key!(concat!("noise_", $unit), $si, 0.0, $max, noise),
             key!(concat!("bias_", $unit), $si, 0.0, $max, bias),
             key!(concat!("instability_", $unit), $si, 0.0, $max, instability),
             key!(concat!("resolution_", $unit), $si, 0.0, $max, resolution),
             key!(concat!("range_", $unit), $si, 1.0e-6, 1.0e15, range),
+            $($more),*
         ]
     };
 }
 
 const PERCENT: f64 = 0.01;
 
-const COMMON: [Key; 4] = [
+static OF_ALL: [Key; 4] = [
     key!("rate_hz", 1.0, 0.01, 10_000.0, rate_hz),
     key!("delay_ms", 1.0e-3, 0.0, 2_000.0, delay_s),
     key!("instability_time_s", 1.0, 0.1, 1.0e6, instability_time_s),
@@ -187,32 +182,23 @@ const COMMON: [Key; 4] = [
 ];
 const AXES: Key = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
 
-static GYRO: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("deg_s", DEG, 100.0);
-    [a, b, c, d, e, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density)]
-};
-static ACCELEROMETER: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("m_s2", 1.0, 100.0);
-    [a, b, c, d, e, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density)]
-};
+static GYRO: [Key; 7] =
+    in_unit!("deg_s", DEG, 100.0, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density));
+static ACCELEROMETER: [Key; 7] =
+    in_unit!("m_s2", 1.0, 100.0, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density));
 static ATTITUDE: [Key; 5] = in_unit!("deg", DEG, 90.0);
-static GNSS: [Key; 7] = {
-    let [a, b, c, d, e] = in_unit!("m", 1.0, 10_000.0);
-    let vertical = key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor);
-    let velocity = key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s);
-    [a, b, c, d, e, vertical, velocity]
-};
+static GNSS: [Key; 7] = in_unit!(
+    "m",
+    1.0,
+    10_000.0,
+    key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor),
+    key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s)
+);
 static PRESSURE: [Key; 5] = in_unit!("pa", 1.0, 50_000.0);
 static VANES: [Key; 5] = in_unit!("deg", DEG, 45.0);
-static ENGINE_MONITOR: [Key; 6] = {
-    let [a, b, c, d, e] = in_unit!("n", 1.0, 1.0e6);
-    [a, b, c, d, e, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise)]
-};
-static MAGNETOMETER: [Key; 6] = {
-    let [a, b, c, d, e] = in_unit!("nt", 1.0, 1.0e5);
-    [a, b, c, d, e, AXES]
-};
-static OF_ALL: [Key; 4] = COMMON;
+static ENGINE_MONITOR: [Key; 6] =
+    in_unit!("n", 1.0, 1.0e6, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise));
+static MAGNETOMETER: [Key; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
 
 /// The keys of a sensor's table.
 fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static Key> {
@@ -247,7 +233,7 @@ pub struct SensorTable<const SENSOR: usize> {
 
 impl<const SENSOR: usize> SensorTable<SENSOR> {
     /// Changes the errors of a grade by the numbers of this table, and says whether the aircraft has the sensor.
-    pub(super) fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) {
+    fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) {
         let sensor = SensorKind::ALL[SENSOR];
         for (name, value) in &self.numbers {
             if let Some(key) = keys(sensor).find(|key| key.name == *name) {
@@ -255,11 +241,6 @@ impl<const SENSOR: usize> SensorTable<SENSOR> {
             }
         }
         fitted[SENSOR] = self.fitted.unwrap_or(fitted[SENSOR]);
-    }
-
-    /// Whether it has a number.
-    pub(super) fn has_numbers(&self) -> bool {
-        !self.numbers.is_empty()
     }
 }
 
@@ -310,5 +291,117 @@ impl<const SENSOR: usize> Visitor<'_> for Name<SENSOR> {
         let names = &NAMES[SENSOR];
         let known = names.iter().find(|name| **name == text).copied();
         known.ok_or_else(|| E::unknown_field(text, names))
+    }
+}
+
+/// Errors of the sensors of a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SensorSettings {
+    /// White noise of each gyro, rad/s rms of the control samples; only of ideal sensors.
+    pub gyro_noise_rad_s: f64,
+    /// Name of their grade, which single numbers beside it do not change.
+    pub name: GradeName,
+    /// Their errors; `None` for ideal sensors.
+    pub grade: Option<Grade>,
+    /// Which sensors the aircraft has, in the order of [`SensorKind::ALL`].
+    pub fitted: [bool; Sensors::SENSORS],
+    /// Date of the flight, for the magnetic field.
+    pub date: Date,
+}
+
+impl SensorSettings {
+    /// Ideal sensors.
+    pub const IDEAL: Self = Self {
+        gyro_noise_rad_s: 0.0,
+        name: GradeName::Ideal,
+        grade: None,
+        fitted: [true; Sensors::SENSORS],
+        date: Date::DEFAULT,
+    };
+
+    /// Sensors of a grade.
+    pub fn of_grade(name: GradeName) -> Self {
+        let table = SensorsTable { grade: Some(name), ..SensorsTable::default() };
+        table.settings().unwrap_or(Self::IDEAL)
+    }
+
+    /// Checks every number, with the control period in µs.
+    pub fn check(&self, period_us: u32) -> Result<(), Problem> {
+        let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
+        check_range("plant.sensors", "gyro_noise_deg_s", noise_deg_s, 0.0, 100.0)?;
+        self.grade.as_ref().map_or(Ok(()), |grade| grade.check(period_us))
+    }
+
+    /// Which sensors an aircraft has, and which of its parts can be torn off.
+    pub fn fitted_with(&self, airframe: &Airframe) -> Fitted {
+        Fitted { sensors: self.of(&airframe.effectors), parts: airframe.parts() }
+    }
+
+    /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`].
+    pub fn of(&self, effectors: &EffectorList) -> [bool; Sensors::SENSORS] {
+        let mut fitted = self.fitted;
+        fitted[SensorKind::EngineMonitor as usize] &=
+            effectors.only(EffectorKind::Engine).is_some();
+        fitted
+    }
+}
+
+/// The table with a table for each sensor, and the changes of all of them.
+macro_rules! sensors_table {
+    ($($sensor:ident: $kind:ident,)+) => {
+        /// `[plant.sensors]`, and the file of a grade.
+        #[derive(Debug, Default, Clone, Deserialize)]
+        #[serde(deny_unknown_fields, default)]
+        pub struct SensorsTable {
+            grade: Option<GradeName>,
+            gyro_noise_deg_s: Option<f64>,
+            $($sensor: SensorTable<{ SensorKind::$kind as usize }>,)+
+        }
+
+        impl SensorsTable {
+            /// Changes a grade by the numbers of this table; returns whether there was one.
+            fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) -> bool {
+                $(self.$sensor.change(grade, fitted);)+
+                [$(&self.$sensor.numbers),+].iter().any(|numbers| !numbers.is_empty())
+            }
+        }
+    };
+}
+
+sensors_table! {
+    gyro: Gyro,
+    accelerometer: Accelerometer,
+    attitude: Attitude,
+    gnss: Gnss,
+    barometer: Barometer,
+    pitot: Pitot,
+    vanes: Vanes,
+    engine_monitor: EngineMonitor,
+    magnetometer: Magnetometer,
+}
+
+impl SensorsTable {
+    /// The settings that the table means.
+    pub(crate) fn settings(&self) -> Result<SensorSettings, Problem> {
+        let mut settings = SensorSettings::IDEAL;
+        let mut grade = Grade::EXACT;
+        let of_file = self.grade.and_then(GradeName::file);
+        if let Some((name, text)) = of_file {
+            config::parse::<Self>(name, text)?.change(&mut grade, &mut settings.fitted);
+        }
+        let has_numbers = self.change(&mut grade, &mut settings.fitted);
+        let is_real = of_file.is_some() || has_numbers;
+        settings.grade = is_real.then_some(grade);
+        settings.name = self.grade.unwrap_or_default();
+        if let Some(noise_deg_s) = self.gyro_noise_deg_s {
+            // The shipped scenarios have a noise of zero.
+            if is_real && noise_deg_s != 0.0 {
+                return Err(problem!(
+                    "[plant.sensors] gyro_noise_deg_s is of ideal sensors; of others it is gyro.noise_deg_s"
+                ));
+            }
+            settings.gyro_noise_rad_s = noise_deg_s.to_radians();
+        }
+        Ok(settings)
     }
 }

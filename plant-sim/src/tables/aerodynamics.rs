@@ -5,9 +5,9 @@ use icd::Body;
 use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
-use super::{Table, TableText, read_all};
-use crate::aerodynamics::{AirState, Coefficients, SLOWEST_M_S};
-use crate::range::{RangeError, check_range};
+use super::{TableText, read_all};
+use crate::aerodynamics::{AirState, Coefficients, Geometry, SLOWEST_M_S};
+use crate::range::check_range;
 use crate::rigid_body::Wrench;
 
 /// Inputs of a term besides the deflections, in SI units.
@@ -84,8 +84,12 @@ impl TableAero {
     /// Checks the numbers, reads the tables and resolves every name. `effectors` are the inputs after [`AIR_INPUTS`], by
     /// their names in SI units, as in `left_elevator_rad`.
     pub fn build(&self, effectors: &[String]) -> Result<AeroTables, Problem> {
-        self.check()?;
-        let tables = self.tables()?;
+        let Self { area_m2, span_m, chord_m, .. } = *self;
+        Geometry { area_m2, span_m, chord_m }.check()?;
+        for value in self.moment_reference_m {
+            check_range("aerodynamics", "moment_reference_m", value, -100.0, 100.0)?;
+        }
+        let tables = read_all("aerodynamics", &self.table)?;
         let inputs: Vec<String> = AIR_INPUTS
             .iter()
             .map(|name| (*name).to_owned())
@@ -96,48 +100,29 @@ impl TableAero {
         let [x, y, z] = self.moment_reference_m;
         Ok(AeroTables {
             sums,
-            area_m2: self.area_m2,
-            span_m: self.span_m,
-            chord_m: self.chord_m,
+            area_m2,
+            span_m,
+            chord_m,
             moment_reference: Body::new(x, y, z),
             has_drag_wind: !self.sum.c_drag_wind.is_empty(),
         })
-    }
-
-    fn tables(&self) -> Result<Vec<Table>, Problem> {
-        read_all("aerodynamics", &self.table)
-    }
-
-    fn check(&self) -> Result<(), RangeError> {
-        check_range("aerodynamics", "area_m2", self.area_m2, 0.01, 10_000.0)?;
-        check_range("aerodynamics", "span_m", self.span_m, 0.1, 200.0)?;
-        check_range("aerodynamics", "chord_m", self.chord_m, 0.01, 100.0)?;
-        for value in self.moment_reference_m {
-            check_range("aerodynamics", "moment_reference_m", value, -100.0, 100.0)?;
-        }
-        Ok(())
     }
 }
 
 impl CoefficientSums {
     fn texts(&self) -> [SumText<'_>; COEFFICIENTS] {
-        let Self { c_x, c_y, c_z, c_lift, c_drag, c_drag_wind, c_roll, c_pitch, c_yaw } = self;
-        let sums = [
-            ("c_x", c_x),
-            ("c_y", c_y),
-            ("c_z", c_z),
-            ("c_lift", c_lift),
-            ("c_drag", c_drag),
-            ("c_roll", c_roll),
-            ("c_pitch", c_pitch),
-            ("c_yaw", c_yaw),
-            ("c_drag_wind", c_drag_wind),
-        ];
-        let mut output = 0;
-        sums.map(|(key, terms)| {
-            output += 1;
-            SumText { output: output - 1, key, terms }
-        })
+        [
+            ("c_x", &self.c_x),
+            ("c_y", &self.c_y),
+            ("c_z", &self.c_z),
+            ("c_lift", &self.c_lift),
+            ("c_drag", &self.c_drag),
+            ("c_roll", &self.c_roll),
+            ("c_pitch", &self.c_pitch),
+            ("c_yaw", &self.c_yaw),
+            ("c_drag_wind", &self.c_drag_wind),
+        ]
+        .map(|(key, terms)| SumText { key, terms })
     }
 }
 

@@ -1,11 +1,19 @@
-//! Sums and their tables prepared for the derivative: names resolved, units converted, no allocation.
+//! Sums of terms over tables and inputs, and their tables, prepared for the derivative: names resolved, units converted, no allocation.
+//!
+//! ```text
+//! term   = factor { factor }          a product
+//! factor = number [ "/" number ] | input | function "(" input { "," input } ")"
+//! ```
+//!
+//! An input carries its unit, as in `left_elevator_deg`; a function is a column of a table, and has as many inputs as
+//! its table, in the same units. `-0.0076 left_elevator_deg` is a term, `c_roll_p(alpha_deg) p_span_2v` another.
 //!
 //! Breakpoints that several tables share are searched once; the functions of a table that are evaluated at the same inputs
 //! are interpolated side by side.
 
-use super::sum::{Factor, factors};
-use super::{INPUTS_MAX, Outside, Table};
 use host_io::problem::{Problem, problem};
+
+use super::{INPUTS_MAX, Outside, Table};
 
 /// Most different pairs of input and breakpoints.
 const AXES_MAX: usize = 16;
@@ -78,46 +86,39 @@ struct Term {
     inputs: [usize; PRODUCT_MAX],
 }
 
-/// A sum as in a file: its output, its key for errors, its terms.
+/// A sum as in a file: its key for errors, its terms.
 pub struct SumText<'a> {
-    /// Index of the output.
-    pub output: usize,
     /// Key in the file.
     pub key: &'a str,
     pub terms: &'a [String],
-}
-
-fn too_many(what: &str, found: usize, max: usize) -> Problem {
-    problem!("{found} {what} in all sums together, expected at most {max}")
 }
 
 impl Sums {
     /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
     pub fn new(tables: &[Table], sums: &[SumText<'_>], inputs: &[String]) -> Result<Self, Problem> {
-        if inputs.len() > SUM_INPUTS_MAX {
-            let (found, max) = (inputs.len(), SUM_INPUTS_MAX);
-            return Err(too_many("inputs", found, max));
-        }
         let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
         let mut products = Vec::new();
-        for sum in sums {
+        for (output, sum) in sums.iter().enumerate() {
             for text in sum.terms {
                 let form = |problem| problem!("{}: term {text:?} {problem}", sum.key);
-                products.push((sum.output, build.product(text).map_err(form)?));
+                products.push((output, build.product(text).map_err(form)?));
             }
         }
         let grids = build.grids();
         let values = grids.iter().map(|grid| grid.width).sum();
-        for (what, found, max) in
-            [("inputs of tables", build.axes.len(), AXES_MAX), ("functions", values, VALUES_MAX)]
-        {
+        for (what, found, max) in [
+            ("inputs", inputs.len(), SUM_INPUTS_MAX),
+            ("inputs of tables", build.axes.len(), AXES_MAX),
+            ("functions", values, VALUES_MAX),
+        ] {
             if found > max {
-                return Err(too_many(what, found, max));
+                return Err(problem!(
+                    "{found} {what} in all sums together, expected at most {max}"
+                ));
             }
         }
-        let mut sums =
-            vec![Vec::new(); products.iter().map(|(output, _)| output + 1).max().unwrap_or(0)];
+        let mut sums = vec![Vec::new(); sums.len()];
         for (output, product) in products {
             let value = product.function.map(|(grid, function)| grids[grid].first + function);
             let mut inputs = [SUM_INPUTS_MAX; PRODUCT_MAX];
@@ -128,7 +129,7 @@ impl Sums {
         Ok(Self { axes: build.axes, grids, sums })
     }
 
-    /// Adds every sum to its output. `inputs` in SI units, in the order of the names given to [`Sums::new`].
+    /// Adds every sum to the output with its index. `inputs` in SI units, in the order of the names given to [`Sums::new`].
     #[inline]
     pub fn add_to(&self, outputs: &mut [f64], inputs: &[f64]) {
         let mut known = [1.0; SUM_INPUTS_MAX + 1];
@@ -355,4 +356,60 @@ fn index_or_push<T: PartialEq>(list: &mut Vec<T>, item: T) -> usize {
         list.push(item);
         list.len() - 1
     })
+}
+
+/// One factor of a term.
+#[derive(Debug, Clone, PartialEq)]
+enum Factor {
+    Number(f64),
+    /// An input, by its name with unit.
+    Input(String),
+    /// A function of inputs.
+    Function {
+        /// Name of the function.
+        name: String,
+        /// Names of its inputs, with units.
+        inputs: Vec<String>,
+    },
+}
+
+fn factors(term: &str) -> Result<Vec<Factor>, String> {
+    let mut factors = Vec::new();
+    let mut rest = term.trim();
+    while !rest.is_empty() {
+        let end = rest.find(|c: char| c.is_whitespace() || c == '(').unwrap_or(rest.len());
+        let (word, after) = rest.split_at(end);
+        if let Some(inside) = after.trim_start().strip_prefix('(') {
+            let (arguments, after) =
+                inside.split_once(')').ok_or("has an open bracket, expected ) after the inputs")?;
+            let inputs =
+                arguments.split(',').map(|input| name(input.trim())).collect::<Result<_, _>>()?;
+            factors.push(Factor::Function { name: name(word)?, inputs });
+            rest = after.trim_start();
+        } else {
+            factors.push(match number(word) {
+                Some(number) if number.is_finite() => Factor::Number(number),
+                Some(_) => return Err(format!("has {word}, expected finite numbers")),
+                None => Factor::Input(name(word)?),
+            });
+            rest = after.trim_start();
+        }
+    }
+    if factors.is_empty() { Err("is empty, expected a product".to_owned()) } else { Ok(factors) }
+}
+
+/// A number, or one over another without a space.
+fn number(word: &str) -> Option<f64> {
+    let (above, below) = word.split_once('/').unwrap_or((word, "1"));
+    Some(above.parse::<f64>().ok()? / below.parse::<f64>().ok()?)
+}
+
+fn name(word: &str) -> Result<String, String> {
+    let good = word.starts_with(|c: char| c.is_ascii_lowercase())
+        && word.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_');
+    if good {
+        Ok(word.to_owned())
+    } else {
+        Err(format!("has {word:?}, expected a number or a name"))
+    }
 }

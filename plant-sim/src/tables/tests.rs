@@ -30,7 +30,7 @@ fn grid() -> TableText {
 fn sum(tables: &[TableText], terms: &[&str], inputs: [f64; 3]) -> Result<f64, Problem> {
     let tables: Vec<Table> = tables.iter().map(|table| table.read().unwrap()).collect();
     let terms: Vec<String> = terms.iter().map(|term| (*term).to_owned()).collect();
-    let sums = [SumText { output: 0, key: "c_x", terms: &terms }];
+    let sums = [SumText { key: "c_x", terms: &terms }];
     let names = ["x", "y_rad", "z"].map(str::to_owned);
     let sums = Sums::new(&tables, &sums, &names)?;
     let mut out = [0.0];

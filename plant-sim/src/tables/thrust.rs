@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
 use super::{TableText, read_all};
-use crate::range::{RangeError, check_range};
+use crate::range::check_range;
 
 /// Inputs of a term of the thrust: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];
@@ -60,15 +60,6 @@ pub struct Propeller {
     pub voltage_max_v: f64,
 }
 
-/// Output of the propulsion: thrust, and the moment of the rotating parts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Push {
-    /// Thrust, N.
-    pub thrust_n: f64,
-    /// Roll moment on the airframe, N m.
-    pub roll_n_m: f64,
-}
-
 /// The propulsion, prepared for the equations of motion.
 #[derive(Debug, Clone)]
 pub enum Engine {
@@ -98,8 +89,8 @@ impl ThrustTables {
     fn build(&self) -> Result<Engine, Problem> {
         let tables = read_all("propulsion", &self.table)?;
         let sums = |terms: &[&[String]], inputs: &[&str]| {
-            let text = |(output, terms)| SumText { output, key: "thrust_n", terms };
-            let sums: Vec<SumText<'_>> = terms.iter().copied().enumerate().map(text).collect();
+            let sums = terms.iter().map(|terms| SumText { key: "thrust_n", terms });
+            let sums: Vec<SumText<'_>> = sums.collect();
             let inputs: Vec<String> = inputs.iter().map(|name| (*name).to_owned()).collect();
             Sums::new(&tables, &sums, &inputs).map_err(|problem| problem!("[propulsion] {problem}"))
         };
@@ -135,13 +126,6 @@ impl Engine {
                 propeller.thrust(speed, at)
             }
         }
-    }
-
-    /// The output at a commanded `thrust_n`, as far as the ends of the lever allow.
-    pub fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
-        let [least, most] = self.ends(at);
-        let thrust_n = thrust_n.min(most).max(least);
-        Push { thrust_n, roll_n_m: self.roll_n_m(thrust_n, at) }
     }
 
     /// Roll moment of the rotating parts on the airframe at this thrust, N m.
@@ -181,17 +165,16 @@ pub struct EngineAir {
 }
 
 impl Propeller {
-    fn check(&self) -> Result<(), RangeError> {
+    fn check(&self) -> Result<(), Problem> {
         let section = "propulsion";
         check_range(section, "diameter_m", self.diameter_m, 0.01, 10.0)?;
         check_range(section, "motor_constant_v_s", self.motor_constant_v_s, 1.0e-5, 100.0)?;
         check_range(section, "resistance_ohm", self.resistance_ohm, 1.0e-5, 1_000.0)?;
         check_range(section, "no_load_current_a", self.no_load_current_a, 0.0, 1_000.0)?;
         check_range(section, "voltage_max_v", self.voltage_max_v, 0.1, 10_000.0)?;
-        // At rest a propeller pulls and has to be driven: otherwise the quadratics below have no root.
-        check_range(section, "c_thrust", self.c_thrust[0], 1.0e-6, 10.0)?;
-        check_range(section, "c_torque", self.c_torque[0], 1.0e-6, 10.0)?;
         for (key, c) in [("c_thrust", self.c_thrust), ("c_torque", self.c_torque)] {
+            // At rest a propeller pulls and has to be driven: otherwise the quadratics below have no root.
+            check_range(section, key, c[0], 1.0e-6, 10.0)?;
             c.into_iter().try_for_each(|value| check_range(section, key, value, -10.0, 10.0))?;
         }
         Ok(())

@@ -1,29 +1,26 @@
 //! Trim of an initial state: pitch angle, elevator and thrust for a given velocity, roll and yaw.
 
+use host_io::problem::{Problem, problem};
 use icd::{Body, Ned, PerEffector};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::{STEPS_MAX, TOLERANCE, TrimError, check_reach};
+use super::{STEPS_MAX, TOLERANCE, check_reach, jacobian, out_of_reach};
 use crate::atmosphere::LocalDensity;
 use crate::dynamics::{Dynamics, Evaluation};
 use crate::release::{Controls, InitialState};
-use crate::rigid_body::RigidState;
 use crate::wind::Gust;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LongitudinalTrim {
-    pub rigid: RigidState,
     /// Pitch angle, rad.
     pub theta_rad: f64,
     /// Main command to the elevators, rad.
     pub elevator_rad: f64,
-    /// Thrust, N.
-    pub thrust_n: f64,
     /// The controls, with those that were given.
     pub controls: Controls,
 }
 
-struct Problem<'a> {
+struct LongitudinalSearch<'a> {
     dynamics: &'a Dynamics,
     initial: &'a InitialState,
     given: &'a Controls,
@@ -41,33 +38,36 @@ pub fn solve(
     initial: &InitialState,
     given: &Controls,
     wind: &Ned,
-) -> Result<LongitudinalTrim, TrimError> {
+) -> Result<LongitudinalTrim, Problem> {
     let free = dynamics.with_any_thrust();
     let place = dynamics.earth().place(&initial.place(dynamics.earth()));
     let density = dynamics.density_around(place.geopotential_altitude_m);
-    let problem = Problem { dynamics: &free, initial, given, wind, density };
+    let search = LongitudinalSearch { dynamics: &free, initial, given, wind, density };
     let thrust_n = dynamics.jet().engine().map_or(0.0, |engine| {
         let servo = &dynamics.airframe().servos[engine];
         0.5 * (servo.min + servo.max)
     });
     let mut x = Vector3::new(0.03, 0.0, thrust_n);
-    let (mut residual, mut present) = problem.residual(&x);
+    let (mut residual, mut present) = search.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
-            return problem.held(dynamics, &x, &present);
+            return search.held(dynamics, &x, &present);
         }
-        let Some(step) = problem.jacobian(&x).lu().solve(&residual) else { break };
+        let jacobian = jacobian(&x, [1.0e-5, 1.0e-5, 1.0], |x| search.residual(x).0);
+        let Some(step) = jacobian.lu().solve(&residual) else { break };
         x -= step * (super::ALPHA_STEP_MAX_RAD / step.x.abs()).min(1.0);
-        (residual, present) = problem.residual(&x);
+        (residual, present) = search.residual(&x);
     }
-    Err(TrimError::NoLongitudinal {
-        along_m_s2: residual.x,
-        down_m_s2: residual.y,
-        pitch_rad_s2: residual.z,
-    })
+    Err(problem!(
+        "no pitch angle, elevator and thrust make the initial state steady: the nearest one still has {:.3e} m/s2 along \
+         the track, {:.3e} m/s2 down and {:.3e} rad/s2 in pitch",
+        residual.x,
+        residual.y,
+        residual.z
+    ))
 }
 
-impl Problem<'_> {
+impl LongitudinalSearch<'_> {
     fn controls(&self, x: &Vector3<f64>) -> Controls {
         let followed = self.dynamics.airframe().follow([0.0, x.y, 0.0, x.z]);
         let positions = PerEffector::from_fn(|e| self.given.positions[e] + followed[e]);
@@ -95,27 +95,13 @@ impl Problem<'_> {
         (Vector3::new(along, acceleration.z, e.motion.derivative.rates.0.y), e)
     }
 
-    fn jacobian(&self, x: &Vector3<f64>) -> Matrix3<f64> {
-        // Above rounding, and small against the curvature.
-        const STEPS: [f64; 3] = [1.0e-5, 1.0e-5, 1.0];
-        let mut jacobian = Matrix3::zeros();
-        for (i, step) in STEPS.into_iter().enumerate() {
-            let (mut above, mut below) = (*x, *x);
-            above[i] += step;
-            below[i] -= step;
-            let slope = (self.residual(&above).0 - self.residual(&below).0) / (2.0 * step);
-            jacobian.set_column(i, &slope);
-        }
-        jacobian
-    }
-
     /// The trim, if the aircraft (`dynamics`, with the limits of its thrust) can hold it.
     fn held(
         &self,
         dynamics: &Dynamics,
         x: &Vector3<f64>,
         present: &Evaluation,
-    ) -> Result<LongitudinalTrim, TrimError> {
+    ) -> Result<LongitudinalTrim, Problem> {
         let mut controls = self.controls(x);
         let airspeed_m_s = present.motion.air.airspeed_m_s;
         let altitude_m = present.place.geopotential_altitude_m;
@@ -127,14 +113,9 @@ impl Problem<'_> {
             0.5 * present.density * airspeed_m_s * airspeed_m_s,
             present.motion.air.alpha_rad,
         )
-        .map_err(|source| TrimError::OutOfReach {
-            airspeed_m_s,
-            altitude_m: present.place.altitude_m,
-            source: Box::new(source),
-        })?;
-        controls.lever = dynamics.lever_at(x.z, airspeed_m_s, present.density, altitude_m);
-        let rigid = self.initial.rigid(dynamics.earth(), x.x);
-        let (theta_rad, elevator_rad, thrust_n) = (x.x, x.y, x.z);
-        Ok(LongitudinalTrim { rigid, theta_rad, elevator_rad, thrust_n, controls })
+        .map_err(|source| out_of_reach(airspeed_m_s, present.place.altitude_m, &source))?;
+        let air = dynamics.engine_air(airspeed_m_s, present.density, altitude_m);
+        controls.lever = dynamics.jet().lever_at(x.z, &air);
+        Ok(LongitudinalTrim { theta_rad: x.x, elevator_rad: x.y, controls })
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::atmosphere::Atmosphere;
 use crate::earth::{Earth, EarthModel};
 use crate::{Airframe, WindSettings, wind};
 
@@ -18,12 +19,12 @@ fn trimmed(model: EarthModel, start: Start, wind: WindSettings) -> (Dynamics, Tr
 }
 
 fn crosswind() -> WindSettings {
-    WindSettings { speed_m_s: 20.0, towards_rad: 1.2, ..WindSettings::CALM }
+    WindSettings { speed_m_s: 20.0, towards_rad: 1.2, ..WindSettings::default() }
 }
 
 #[test]
 fn val_the_design_point_is_that_of_the_parameter_set() {
-    let (_, trim) = trimmed(EarthModel::Flat, START, WindSettings::CALM);
+    let (_, trim) = trimmed(EarthModel::Flat, START, WindSettings::default());
     // Printed as 1.997 deg and 27.12 kN.
     assert!((trim.alpha_rad.to_degrees() - 1.997).abs() < 5e-4, "{} rad", trim.alpha_rad);
     assert!((trim.thrust_n - 27_120.0).abs() < 5.0, "{} N", trim.thrust_n);
@@ -34,7 +35,9 @@ fn val_the_design_point_is_that_of_the_parameter_set() {
 
 #[test]
 fn on_the_flat_earth_the_lateral_trim_is_exactly_zero() {
-    for (heading_rad, wind) in [(0.0, WindSettings::CALM), (0.0, crosswind()), (2.0, crosswind())] {
+    for (heading_rad, wind) in
+        [(0.0, WindSettings::default()), (0.0, crosswind()), (2.0, crosswind())]
+    {
         let (_, trim) = trimmed(EarthModel::Flat, Start { heading_rad, ..START }, wind);
         let lateral = [trim.aileron_rad, trim.rudder_rad, trim.turn_rate_rad_s];
         if heading_rad == 0.0 {
@@ -47,7 +50,7 @@ fn on_the_flat_earth_the_lateral_trim_is_exactly_zero() {
 
 #[test]
 fn on_the_rotating_earth_a_slow_turn_balances_the_coriolis_force() {
-    let (_, trim) = trimmed(EarthModel::Wgs84, START, WindSettings::CALM);
+    let (_, trim) = trimmed(EarthModel::Wgs84, START, WindSettings::default());
     // Northbound, Coriolis pushes right with 2 W V sin(lat): a turn to the right with 2 W sin(lat).
     let expected = 2.0 * crate::earth::ROTATION_RAD_S * libm::sin(START.latitude_rad);
     let turn = trim.turn_rate_rad_s;
@@ -60,11 +63,11 @@ fn on_the_rotating_earth_a_slow_turn_balances_the_coriolis_force() {
 fn trim_flies_level_at_the_airspeed_in_any_steady_wind() {
     for model in [EarthModel::Flat, EarthModel::Wgs84] {
         let updraught = WindSettings { down_m_s: -3.0, ..crosswind() };
-        for wind in [WindSettings::CALM, crosswind(), updraught] {
+        for wind in [WindSettings::default(), crosswind(), updraught] {
             let (dynamics, trim) = trimmed(model, START, wind);
             let state = trim.state();
             let air = wind::steady(&wind);
-            let density = LocalDensity::around(5_000.0);
+            let density = LocalDensity::of(&Atmosphere::STANDARD, 5_000.0);
             let (rigid, gust) = (&state.rigid, Gust::none());
             let e = dynamics.evaluate(rigid, &state.positions, &air, &gust, &density);
             let ground = e.place.e_from_ned.tr_mul(&e.motion.derivative.position);
@@ -88,7 +91,7 @@ fn a_flight_that_is_too_slow_is_refused_with_the_reason() {
 }
 
 /// The F-16 over the flat Earth at this altitude and airspeed.
-fn f16(altitude_m: f64, airspeed_m_s: f64) -> Result<Trim, TrimError> {
+fn f16(altitude_m: f64, airspeed_m_s: f64) -> Result<Trim, Problem> {
     let airframe = Airframe::from_toml("f16.toml", crate::airframe::F16_AIRFRAME).unwrap();
     let start = Start { altitude_m, airspeed_m_s, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
@@ -108,7 +111,7 @@ fn an_aircraft_of_tables_is_trimmed_where_it_flies() {
         let trim = f16(altitude_m, airspeed_m_s).unwrap();
         assert_eq!([trim.aileron_rad, trim.rudder_rad], [0.0; 2]);
         // The lift of a whole aircraft is near 3.6 per radian; thrust and elevators carry a little.
-        let pressure = 0.5 * crate::atmosphere::isa(altitude_m).density * airspeed_m_s.powi(2);
+        let pressure = 0.5 * Atmosphere::STANDARD.air(altitude_m).density * airspeed_m_s.powi(2);
         let alpha = 9_298.6 * 9.81 / (pressure * 27.87 * 3.6);
         assert!((trim.alpha_rad - alpha).abs() < 0.03, "{trim:?}");
     }
@@ -133,18 +136,17 @@ fn the_nearest_flight_names_the_limits_and_the_residual() {
     let start = Start { altitude_m: 1_500.0, airspeed_m_s: 60.0, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
     let dynamics = Dynamics::new(airframe, earth).unwrap().with_any_thrust();
-    let problem = Problem {
+    let search = LevelSearch {
         dynamics: &dynamics,
         start: &start,
         wind: &Ned::zero(),
         total_wind: Ned::zero(),
         climb_rad: 0.0,
-        density: LocalDensity::around(1_500.0),
+        density: LocalDensity::of(&Atmosphere::STANDARD, 1_500.0),
         altitude_m: 1_500.0,
     };
-    let (_, nearest) = problem.nearest();
-    let text = nearest.to_string();
+    let (_, residual, text) = search.nearest();
     assert!(text.starts_with("the angle of attack is at its limit of 25 deg, and u' = "), "{text}");
     // It sinks: the acceleration down is positive.
-    assert!(nearest.residuals.0[2] > 0.01, "{text}");
+    assert!(residual[2] > 0.01, "{text}");
 }

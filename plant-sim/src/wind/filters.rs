@@ -13,21 +13,22 @@
 //! x' = (w_g − x)/τ, τ = 4b/(πV), the lagged gradient of w_g is (w_g − x)/(τV), and q_g is minus that; r_g is the
 //! lagged gradient of v_g with 3b in place of 4b. The lags are solved exactly, together with the gusts that drive them.
 
+use icd::Body;
 use nalgebra::{Matrix3, Vector3};
 
-use super::LENGTH_M;
+use super::Gust;
 use crate::noise::{Normals, Source};
 
 /// Two lags T in a row, each state scaled to unit variance of the first; the gust is √3 y1 + (1 − √3) y2.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct SecondOrder {
+struct SecondOrder {
     pub y1: f64,
     pub y2: f64,
 }
 
 /// Motion of the filters in one period: transition and Cholesky factor of the noise.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Transition {
+struct Transition {
     /// exp(-h/T).
     pub decay: f64,
     /// h/T.
@@ -77,88 +78,132 @@ pub(super) const SPANS_ROLL_PITCH: f64 = 4.0;
 /// The same in that of r_g.
 pub(super) const SPANS_YAW: f64 = 3.0;
 
-/// Filters of the three angular gusts, for a gust velocity of unit rms.
-#[derive(Debug, Clone)]
-pub(super) struct Rotary {
-    roll: f64,
-    roll_noise: Normals,
-    /// rms of p_g for unit intensity, rad/m.
-    roll_rms: f64,
-    roll_speed: f64,
-    /// Of v_g, from which r_g is made, and of w_g, from which q_g is made.
-    gradients: [Gradient; 2],
+/// Intensities and lengths at one height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scales {
+    /// L_u = L_v, m.
+    pub horizontal_m: f64,
+    /// L_w, m.
+    pub vertical_m: f64,
+    /// σ_u = σ_v, m/s rms.
+    pub horizontal_m_s: f64,
+    /// σ_w, m/s rms.
+    pub vertical_m_s: f64,
 }
 
-/// The lag after one gust across the flight path.
-#[derive(Debug, Clone)]
-struct Gradient {
-    lag: Lag,
-    noise: Normals,
-    lagged: f64,
-}
-
-/// How a gust across the flight path and its lag belong together; the state is the lagged gust x, of the unit of the gust.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Lag {
-    /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
-    pub speed: f64,
-    /// Stationary covariance of (y1, y2, x).
-    stationary: Matrix3<f64>,
-}
-
-impl Rotary {
-    pub fn new(span_m: f64, seed: u64, run: u64) -> Self {
-        let speed = |spans: f64| core::f64::consts::PI * LENGTH_M / (spans * span_m);
-        let noise = |source| Normals::new(seed, run, source);
-        let roll_speed = speed(SPANS_ROLL_PITCH);
+impl Scales {
+    pub(super) fn isotropic(length_m: f64, intensity_m_s: f64) -> Self {
         Self {
-            roll: 0.0,
-            roll_noise: noise(Source::TurbulenceRoll),
-            roll_rms: roll_rms(roll_speed, LENGTH_M),
-            roll_speed,
-            gradients: [
-                Gradient::new(Lag::new(speed(SPANS_YAW)), noise(Source::TurbulenceYaw)),
-                Gradient::new(Lag::new(speed(SPANS_ROLL_PITCH)), noise(Source::TurbulencePitch)),
-            ],
+            horizontal_m: length_m,
+            vertical_m: length_m,
+            horizontal_m_s: intensity_m_s,
+            vertical_m_s: intensity_m_s,
         }
     }
 
-    /// One period: `before` are the gusts v_g and w_g at its start, `noise` is their excitation since then.
-    pub fn step(&mut self, t: &Transition, before: &[SecondOrder; 2], noise: &[[f64; 2]; 2]) {
-        let decay = libm::exp(-self.roll_speed * t.ratio);
-        self.roll = decay * self.roll + (1.0 - decay * decay).sqrt() * self.roll_noise.draw();
-        for (axis, (before, noise)) in self.gradients.iter_mut().zip(before.iter().zip(noise)) {
-            axis.step(t, before, noise);
+    /// The lags of v_g, from which r_g is made, and of w_g, from which q_g is made, around an aircraft of this span.
+    fn lags(&self, span_m: f64) -> [Lag; 2] {
+        let lag = |length_m: f64, spans: f64| {
+            Lag::new(core::f64::consts::PI * length_m / (spans * span_m))
+        };
+        [lag(self.horizontal_m, SPANS_YAW), lag(self.vertical_m, SPANS_ROLL_PITCH)]
+    }
+}
+
+/// The random streams of the turbulence.
+#[derive(Debug, Clone)]
+pub(super) struct Noise {
+    pub velocity: Normals,
+    roll: Normals,
+    pitch: Normals,
+    yaw: Normals,
+}
+
+impl Noise {
+    pub fn new(seed: u64, run: u64) -> Self {
+        let stream = |source| Normals::new(seed, run, source);
+        Self {
+            velocity: stream(Source::Turbulence),
+            roll: stream(Source::TurbulenceRoll),
+            pitch: stream(Source::TurbulencePitch),
+            yaw: stream(Source::TurbulenceYaw),
         }
     }
 
-    /// p_g, q_g, r_g, rad/s for an intensity of 1 m/s, where v_g and w_g (of unit rms) have reached `v` and `w`.
-    pub fn rates(&self, v: f64, w: f64) -> Vector3<f64> {
-        let [of_v, of_w] = &self.gradients;
-        Vector3::new(self.roll_rms * self.roll, -of_w.slope(w), of_v.slope(v))
+    /// What excites the gusts across the flight path in a period.
+    pub fn across(&mut self) -> [[f64; 2]; 2] {
+        [(); 2].map(|()| [self.velocity.draw(), self.velocity.draw()])
+    }
+}
+
+/// State of the filters of one field of turbulence, each of unit rms.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Field {
+    along: f64,
+    across: [SecondOrder; 2],
+    roll: f64,
+    /// v_g and w_g behind the lags of r_g and q_g.
+    lagged: [f64; 2],
+}
+
+impl Field {
+    /// Advances the filters while the aircraft flies `way_m` through the air; the gust in the axes of the field. `excitation` is that
+    /// of the gusts along and across the flight path.
+    pub fn step(
+        &mut self,
+        scales: &Scales,
+        span_m: f64,
+        way_m: f64,
+        (along, across): (f64, [[f64; 2]; 2]),
+        noise: &mut Noise,
+    ) -> Gust {
+        let horizontal = Transition::new(way_m / scales.horizontal_m);
+        let vertical = match scales.vertical_m == scales.horizontal_m {
+            true => horizontal,
+            false => Transition::new(way_m / scales.vertical_m),
+        };
+        self.along = horizontal.decay * self.along + horizontal.l11 * along;
+        let before = self.across;
+        let [of_v, of_w] = scales.lags(span_m);
+        let [lagged_v, lagged_w] = self.lagged;
+        self.lagged = [
+            of_v.next(&horizontal, &before[0], lagged_v, &across[0], &mut noise.yaw),
+            of_w.next(&vertical, &before[1], lagged_w, &across[1], &mut noise.pitch),
+        ];
+        let transitions = [&horizontal, &vertical];
+        for ((axis, t), [n1, n2]) in self.across.iter_mut().zip(transitions).zip(across) {
+            axis.step(t, n1, n2);
+        }
+        let decay = libm::exp(-of_w.speed * vertical.ratio);
+        self.roll = decay * self.roll + (1.0 - decay * decay).sqrt() * noise.roll.draw();
+        let [v, w] = self.across.map(|axis| axis.output());
+        let p = roll_rms(of_w.speed, scales.vertical_m) * self.roll;
+        // The lagged slopes of the field, (gust − x) / (τ V) with τ V = L / speed.
+        let slope = |gust, lagged, lag: &Lag, length_m| (gust - lagged) * lag.speed / length_m;
+        let q = -slope(w, self.lagged[1], &of_w, scales.vertical_m);
+        let r = slope(v, self.lagged[0], &of_v, scales.horizontal_m);
+        let (horizontal, vertical) = (scales.horizontal_m_s, scales.vertical_m_s);
+        Gust {
+            velocity: Body::new(horizontal * self.along, horizontal * v, vertical * w),
+            rates: Body::new(vertical * p, vertical * q, horizontal * r),
+        }
     }
 }
 
 /// rms of p_g for unit intensity, rad/m, with k = πL/4b and the length L in m: the root of the integral of Φ_p, which is
 /// σ²/L · 0.8 k^(1/3) · (π/2) k/L.
-pub(super) fn roll_rms(roll_speed: f64, length_m: f64) -> f64 {
+fn roll_rms(roll_speed: f64, length_m: f64) -> f64 {
     let variance = 0.4 * core::f64::consts::PI * roll_speed * libm::cbrt(roll_speed);
     variance.sqrt() / length_m
 }
 
-impl Gradient {
-    fn new(lag: Lag, noise: Normals) -> Self {
-        Self { lag, noise, lagged: 0.0 }
-    }
-
-    fn step(&mut self, t: &Transition, before: &SecondOrder, noise: &[f64; 2]) {
-        self.lagged = self.lag.next(t, before, self.lagged, noise, &mut self.noise);
-    }
-
-    /// Lagged slope of the gust along x, 1/m for unit rms: (gust − x) / (τ V), and τ V = L / speed.
-    fn slope(&self, gust: f64) -> f64 {
-        (gust - self.lagged) * self.lag.speed / LENGTH_M
-    }
+/// How a gust across the flight path and its lag belong together; the state is the lagged gust x, of the unit of the gust.
+#[derive(Debug, Clone, Copy)]
+struct Lag {
+    /// How much faster than the gust's own filter: T/τ = πL/(4b) or πL/(3b).
+    pub speed: f64,
+    /// Stationary covariance of (y1, y2, x).
+    stationary: Matrix3<f64>,
 }
 
 impl Lag {

@@ -10,13 +10,11 @@
 
 use core::fmt;
 
-use icd::{Attitude, Body, Ned};
-use nalgebra::Vector3;
+use icd::{Attitude, Body, Ned, named};
 use serde::{Deserialize, Serialize};
 
-use super::filters::{Lag, SPANS_ROLL_PITCH, SPANS_YAW, SecondOrder, Transition, roll_rms};
+use super::filters::{Field, Noise, SPANS_ROLL_PITCH, SPANS_YAW, Scales};
 use super::{Gust, SLOWEST_M_S};
-use crate::noise::{Normals, Source};
 
 /// Metres in a foot.
 const FOOT_M: f64 = 0.304_8;
@@ -47,15 +45,17 @@ const FIGURE_7_FT_S: [[f64; 12]; 3] = [
     [15.6, 17.6, 23.0, 23.6, 22.1, 20.0, 16.0, 15.1, 12.1, 7.9, 6.2, 5.1],
 ];
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum TurbulenceLevel {
-    /// Wind of 15 knots at 20 ft; exceeded with a probability of 1e-2 higher up.
-    Light,
-    /// Wind of 30 knots at 20 ft; exceeded with a probability of 1e-3 higher up.
-    Moderate,
-    /// Wind of 45 knots at 20 ft; exceeded with a probability of 1e-5 higher up.
-    Severe,
+named! {
+    /// Levels of turbulence, the weakest first.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    TurbulenceLevel {
+        /// Wind of 15 knots at 20 ft; exceeded with a probability of 1e-2 higher up.
+        Light = "light",
+        /// Wind of 30 knots at 20 ft; exceeded with a probability of 1e-3 higher up.
+        Moderate = "moderate",
+        /// Wind of 45 knots at 20 ft; exceeded with a probability of 1e-5 higher up.
+        Severe = "severe",
+    }
 }
 
 /// The same in a file, where a campaign may vary between the levels and none.
@@ -83,37 +83,7 @@ impl TurbulenceName {
     }
 }
 
-/// Intensities and lengths at one height.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Scales {
-    /// L_u = L_v, m.
-    pub horizontal_m: f64,
-    /// L_w, m.
-    pub vertical_m: f64,
-    /// σ_u = σ_v, m/s rms.
-    pub horizontal_m_s: f64,
-    /// σ_w, m/s rms.
-    pub vertical_m_s: f64,
-}
-
 impl TurbulenceLevel {
-    /// All levels, the weakest first.
-    pub const ALL: [Self; 3] = [Self::Light, Self::Moderate, Self::Severe];
-
-    /// Name in files and options.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Light => "light",
-            Self::Moderate => "moderate",
-            Self::Severe => "severe",
-        }
-    }
-
-    /// Mean wind at 20 ft, m/s.
-    fn wind_at_20_ft_m_s(self) -> f64 {
-        KNOT_M_S * [15.0, 30.0, 45.0][self as usize]
-    }
-
     /// Intensity by figure 7, m/s: linear between its heights, constant beyond them.
     fn figure_7_m_s(self, height_ft: f64) -> f64 {
         let curve = &FIGURE_7_FT_S[self as usize];
@@ -136,7 +106,8 @@ impl TurbulenceLevel {
         if height_m >= HIGH_BOTTOM_M {
             return Scales::isotropic(super::LENGTH_M, self.figure_7_m_s(height_ft));
         }
-        let vertical_m_s = 0.1 * self.wind_at_20_ft_m_s();
+        // A tenth of the mean wind at 20 ft.
+        let vertical_m_s = 0.1 * (KNOT_M_S * [15.0, 30.0, 45.0][self as usize]);
         if height_m > LOW_TOP_M {
             let part = (height_m - LOW_TOP_M) / (HIGH_BOTTOM_M - LOW_TOP_M);
             let high_m_s = self.figure_7_m_s(HIGH_BOTTOM_M / FOOT_M);
@@ -160,18 +131,7 @@ impl TurbulenceLevel {
 
 impl fmt::Display for TurbulenceLevel {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-impl Scales {
-    fn isotropic(length_m: f64, intensity_m_s: f64) -> Self {
-        Self {
-            horizontal_m: length_m,
-            vertical_m: length_m,
-            horizontal_m_s: intensity_m_s,
-            vertical_m_s: intensity_m_s,
-        }
+        f.write_str(self.key())
     }
 }
 
@@ -204,35 +164,10 @@ pub struct LevelTurbulence {
     high: Field,
 }
 
-/// The random streams of the turbulence.
-#[derive(Debug, Clone)]
-struct Noise {
-    velocity: Normals,
-    roll: Normals,
-    pitch: Normals,
-    yaw: Normals,
-}
-
-/// State of the filters of one field of turbulence, each of unit rms.
-#[derive(Debug, Clone, Default)]
-struct Field {
-    along: f64,
-    across: [SecondOrder; 2],
-    roll: f64,
-    /// v_g and w_g behind the lags of r_g and q_g.
-    lagged: [f64; 2],
-}
-
 impl LevelTurbulence {
     /// Calm air that turbulence of this level will move, advanced every `period_s`, around an aircraft of this span.
     pub fn new(level: TurbulenceLevel, span_m: f64, period_s: f64, seed: u64, run: u64) -> Self {
-        let stream = |source| Normals::new(seed, run, source);
-        let noise = Noise {
-            velocity: stream(Source::Turbulence),
-            roll: stream(Source::TurbulenceRoll),
-            pitch: stream(Source::TurbulencePitch),
-            yaw: stream(Source::TurbulenceYaw),
-        };
+        let noise = Noise::new(seed, run);
         let (low, high) = (Field::default(), Field::default());
         Self { level, span_m, period_s, noise, low, high }
     }
@@ -244,9 +179,15 @@ impl LevelTurbulence {
         let part = (at.height_m - LOW_TOP_M) / (HIGH_BOTTOM_M - LOW_TOP_M);
         let part = if part > 0.0 { part.min(1.0) } else { 0.0 };
         let (noise, span_m) = (&mut self.noise, self.span_m);
+        // The order is part of every recorded flight.
+        let drawn = |noise: &mut Noise| {
+            let across = noise.across();
+            (noise.velocity.draw(), across)
+        };
         let mut air = Gust::none();
         if part < 1.0 {
-            let gust = self.low.step(&scales, span_m, way_m, noise);
+            let excitation = drawn(noise);
+            let gust = self.low.step(&scales, span_m, way_m, excitation, noise);
             let (sin, cos) = at.mean_wind();
             let in_body = |v: &Body| {
                 let [x, y, z]: [f64; 3] = v.0.into();
@@ -257,7 +198,8 @@ impl LevelTurbulence {
             air.rates.0 += weight * in_body(&gust.rates);
         }
         if part > 0.0 {
-            let gust = self.high.step(&scales, span_m, way_m, noise);
+            let excitation = drawn(noise);
+            let gust = self.high.step(&scales, span_m, way_m, excitation, noise);
             let weight = part.sqrt();
             air.velocity.0 += weight * gust.velocity.0;
             air.rates.0 += weight * gust.rates.0;
@@ -275,45 +217,6 @@ impl Surroundings {
         let size = along.norm();
         // An aircraft on its tail has no heading.
         if size > 1.0e-9 { (along.y / size, along.x / size) } else { (0.0, 1.0) }
-    }
-}
-
-impl Field {
-    /// Advances the filters while the aircraft flies `way_m` through the air; the gust in the axes of the field.
-    fn step(&mut self, scales: &Scales, span_m: f64, way_m: f64, noise: &mut Noise) -> Gust {
-        let horizontal = Transition::new(way_m / scales.horizontal_m);
-        let vertical = match scales.vertical_m == scales.horizontal_m {
-            true => horizontal,
-            false => Transition::new(way_m / scales.vertical_m),
-        };
-        let draws = [(); 2].map(|()| [noise.velocity.draw(), noise.velocity.draw()]);
-        self.along = horizontal.decay * self.along + horizontal.l11 * noise.velocity.draw();
-        let before = self.across;
-        let speed = |length_m: f64, spans: f64| core::f64::consts::PI * length_m / (spans * span_m);
-        let of_v = Lag::new(speed(scales.horizontal_m, SPANS_YAW));
-        let of_w = Lag::new(speed(scales.vertical_m, SPANS_ROLL_PITCH));
-        let [lagged_v, lagged_w] = self.lagged;
-        self.lagged = [
-            of_v.next(&horizontal, &before[0], lagged_v, &draws[0], &mut noise.yaw),
-            of_w.next(&vertical, &before[1], lagged_w, &draws[1], &mut noise.pitch),
-        ];
-        for ((axis, t), [n1, n2]) in self.across.iter_mut().zip([&horizontal, &vertical]).zip(draws)
-        {
-            axis.step(t, n1, n2);
-        }
-        let decay = libm::exp(-of_w.speed * vertical.ratio);
-        self.roll = decay * self.roll + (1.0 - decay * decay).sqrt() * noise.roll.draw();
-        let [v, w] = self.across.map(|axis| axis.output());
-        let p = roll_rms(of_w.speed, scales.vertical_m) * self.roll;
-        // The lagged slopes of the field; L cancels in speed / L.
-        let slope = |gust, lagged, lag: &Lag, length_m| (gust - lagged) * lag.speed / length_m;
-        let q = -slope(w, self.lagged[1], &of_w, scales.vertical_m);
-        let r = slope(v, self.lagged[0], &of_v, scales.horizontal_m);
-        let (horizontal, vertical) = (scales.horizontal_m_s, scales.vertical_m_s);
-        Gust {
-            velocity: Body(Vector3::new(horizontal * self.along, horizontal * v, vertical * w)),
-            rates: Body(Vector3::new(vertical * p, vertical * q, horizontal * r)),
-        }
     }
 }
 

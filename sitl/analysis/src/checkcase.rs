@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use host_io::file::NewFile;
 use icd::{Actuators, SimTime};
 use plant_sim::scenario::case::{CaseFile, CaseOptions, CheckCase};
-use plant_sim::{Airframe, Plant, SetupError};
+use plant_sim::{Airframe, Plant};
 
 use crate::configuration::{AircraftArgs, Named};
 use crate::problem::{At as _, Problem, problem};
@@ -119,7 +119,7 @@ impl<'a> Flight<'a> {
         let start = plant.controls();
         for step in &case.steps {
             let controls = start.plus(&step.change);
-            case.setup.check_controls(&controls).map_err(SetupError::Range).at(name)?;
+            case.setup.check_controls(&controls).at(name)?;
         }
         let columns = Columns::new(&plant);
         Ok(Self { case, plant, columns })

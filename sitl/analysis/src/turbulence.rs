@@ -79,7 +79,7 @@ pub struct TurbulenceArgs {
 }
 
 fn level(text: &str) -> Result<TurbulenceLevel, String> {
-    let found = TurbulenceLevel::ALL.into_iter().find(|level| level.name() == text);
+    let found = TurbulenceLevel::ALL.into_iter().find(|level| level.key() == text);
     found.ok_or_else(|| "expected light, moderate or severe".to_owned())
 }
 

@@ -334,7 +334,7 @@ fn failure_details(effectors: &EffectorList) -> String {
         let (unit, what) =
             (number.quantity.measure().unit(TargetClass::Angle).name, number.quantity.name());
         let value = if unit == "s" { "TIME".to_owned() } else { unit.to_uppercase() };
-        let name = kind.mavlink.failure_type.name();
+        let name = kind.mavlink.failure_type.key();
         // Writing to a string cannot fail.
         let _ = writeln!(text, "  {option} {value:<5} {what} of {name}");
     }

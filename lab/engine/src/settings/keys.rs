@@ -1,5 +1,5 @@
 //! The keys that the readers of scenario, airframe and model files know, found by probing the readers
-//! ([`plant_sim::config::keys`]).
+//! ([`plant_sim::config::gather`]).
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -9,7 +9,7 @@ use autopilot::parameters::changes;
 use flight_control::AircraftModel;
 use plant_sim::aerodynamics::Aero;
 use plant_sim::airframe::AirframeFile;
-use plant_sim::config::keys::{ANY, gather};
+use plant_sim::config::{ANY, gather};
 use plant_sim::scenario::ScenarioFile as PlantFile;
 use plant_sim::tables::aerodynamics::TableAero;
 use plant_sim::tables::thrust::{Propeller, ThrustTables};

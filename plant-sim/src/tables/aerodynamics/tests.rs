@@ -1,5 +1,5 @@
 use super::*;
-use crate::testing::{F16, check_points, part};
+use crate::tests::{F16, check_points, part};
 use proptest::prelude::*;
 
 const EFFECTORS: [&str; 5] = [

@@ -1,9 +1,25 @@
 use super::*;
-use crate::testing::{F16, check_points, part};
+use crate::tests::{F16, check_points, part};
 use proptest::prelude::*;
 
 const FT: f64 = 0.3048;
 const LBF: f64 = 4.448_221_615_260_5;
+
+/// Thrust, N, and roll moment on the airframe, N m.
+#[derive(Debug, PartialEq)]
+struct Push {
+    thrust_n: f64,
+    roll_n_m: f64,
+}
+
+impl Engine {
+    /// The output at a commanded thrust, as far as the ends of the lever allow.
+    fn push(&self, thrust_n: f64, at: &EngineAir) -> Push {
+        let [least, most] = self.ends(at);
+        let thrust_n = thrust_n.min(most).max(least);
+        Push { thrust_n, roll_n_m: self.roll_n_m(thrust_n, at) }
+    }
+}
 
 fn f16() -> Engine {
     part::<Propulsion>(F16, "propulsion").build().unwrap()

@@ -1,5 +1,5 @@
 use super::*;
-use crate::wind::Turbulence;
+use crate::wind::{LENGTH_M, Turbulence};
 
 const SPAN_M: f64 = 9.144;
 const AIRSPEED: f64 = 264.0;
@@ -44,12 +44,11 @@ fn expected_rms() -> [f64; 3] {
 
 #[test]
 fn stationary_variances_are_the_integrals_of_the_spectra() {
-    let rotary = Rotary::new(SPAN_M, 1, 0);
+    let [of_v, of_w] = Scales::isotropic(LENGTH_M, 1.0).lags(SPAN_M);
     let [p, q, r] = expected_rms();
-    let of =
-        |axis: &Gradient| (1.0 - axis.lag.stationary[(2, 2)]).sqrt() * axis.lag.speed / LENGTH_M;
+    let of = |lag: &Lag| (1.0 - lag.stationary[(2, 2)]).sqrt() * lag.speed / LENGTH_M;
     // E[(g - x)²] = 1 - E[x²], because E[g x] = E[x²]. The midpoint rule is good to 1e-6 at the slow tail of Φ.
-    let ours = [rotary.roll_rms, of(&rotary.gradients[1]), of(&rotary.gradients[0])];
+    let ours = [roll_rms(of_w.speed, LENGTH_M), of(&of_w), of(&of_v)];
     for ((name, ours), theirs) in ["p", "q", "r"].into_iter().zip(ours).zip([p, q, r]) {
         assert!((ours / theirs - 1.0).abs() < 1e-5, "{name}_g: {ours} against {theirs} 1/m");
     }
@@ -99,8 +98,8 @@ fn pitch_gust_belongs_to_the_vertical_one_yaw_gust_to_the_lateral_one_and_roll_g
         product / (mean(&gusts, |g| g[i] * g[i]) * mean(&gusts, |g| g[j] * g[j])).sqrt()
     };
     // E[w q_g] = -(1 - E[g x]) k/L, so the coefficient is the root of 1 - E[x²]: 0.18 and 0.16.
-    let root = |axis: &Gradient| (1.0 - axis.lag.stationary[(2, 2)]).sqrt();
-    let [of_v, of_w] = Rotary::new(SPAN_M, 3, 0).gradients;
+    let root = |lag: &Lag| (1.0 - lag.stationary[(2, 2)]).sqrt();
+    let [of_v, of_w] = Scales::isotropic(LENGTH_M, 1.0).lags(SPAN_M);
     // 4000 independent samples of the slow gusts: 0.016, three times that allowed.
     assert!((correlation(1, 3) + root(&of_w)).abs() < 0.05, "w and q_g {}", correlation(1, 3));
     assert!((correlation(0, 4) - root(&of_v)).abs() < 0.05, "v and r_g {}", correlation(0, 4));
@@ -137,7 +136,7 @@ fn pitch_and_yaw_gust_are_the_lagged_slopes_of_the_field_that_is_flown_through()
 #[test]
 fn a_long_tick_spreads_like_two_short_ones() {
     // Covariance of x with (y1, y2, x) that one tick adds, against that of two half ticks.
-    for lag in [Rotary::new(SPAN_M, 1, 0).gradients[1].lag].into_iter().chain(
+    for lag in [Scales::isotropic(LENGTH_M, 1.0).lags(SPAN_M)[1]].into_iter().chain(
         // Near the ground the lag is as slow as the gust itself, and slower.
         [0.2, 0.499, 0.501, 0.9, 1.0, 1.0 + 1.0e-9, 1.3, 1.499, 1.501, 4.0].map(Lag::new),
     ) {

@@ -65,8 +65,9 @@ fn the_healthy_authority_is_that_of_the_independent_model() {
     let design = study.airframe().design_point;
     let searches = study.searches();
     let authority = searches[0].2.authority(&study.trim);
+    let air = plant_sim::atmosphere::Atmosphere::STANDARD;
     let density =
-        plant_sim::atmosphere::LocalDensity::around(design.altitude_m).at(design.altitude_m);
+        plant_sim::atmosphere::LocalDensity::of(&air, design.altitude_m).at(design.altitude_m);
     let geometry = study.airframe().aero.geometry();
     let qs = 0.5 * density * design.airspeed_m_s.powi(2) * geometry.area_m2;
     let coefficients = [
