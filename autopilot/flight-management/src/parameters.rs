@@ -7,7 +7,7 @@ use flight_control::{
 };
 
 use crate::vehicle::LinkLossAction;
-pub use crate::vehicle::limits::{NavigationParameters, ReferenceLimits};
+pub use crate::vehicle::{NavigationParameters, ReferenceLimits};
 
 mod compatibility;
 mod document;
