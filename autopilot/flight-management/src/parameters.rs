@@ -1,37 +1,29 @@
-//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
+//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table; the groups of them; and
+//! their text for reading and editing, which has the values that differ from their defaults, as TOML. The defaults are in
+//! [`Parameters::default`], the ranges in the table.
+
+use core::fmt::{Display, Write as _};
 
 use flight_control::compensator::neso::Lemma1Warning;
-use flight_control::gains::{EarthShape, EstimatorPreset, GainError, StateSource};
-use flight_control::{
-    AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
-};
+use flight_control::gains::GainError;
+use flight_control::{Gains, MainLaw};
+use serde::{Deserialize, Serialize};
 
+use crate::TextError;
 use crate::vehicle::LinkLossAction;
 pub use crate::vehicle::{NavigationParameters, ReferenceLimits};
 
 mod compatibility;
 mod document;
 mod failure;
-mod faults;
-mod groups;
-mod saved;
 mod table;
 
 pub use compatibility::{
     COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, compatibility,
 };
 pub use document::document;
-pub use failure::FailureParameters;
-pub use faults::{
-    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
-};
-pub use groups::{
-    LinkParameters, MODE_SLOTS, ModeSwitchParameters, SticksLossAction, StreamParameters,
-    SwitchChannel, SwitchMode,
-};
-pub use saved::{
-    SavedError, SavedProblem, from_text, has_only_parameters, set_from_table, set_from_text,
-    to_text,
+pub use failure::{
+    FAULT_CHOICES, FailureParameters, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
 };
 pub use table::{changes, nearest, table};
 
@@ -329,6 +321,203 @@ fn check_limits(parameters: &Parameters) -> Result<(), ParameterError> {
         }
     }
     Ok(())
+}
+
+/// Reaction to the silence of ground stations, and its delay.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct LinkParameters {
+    /// Reaction when the controlling ground station falls silent.
+    pub loss_action: LinkLossAction,
+    /// Delay of the reaction, wall time, s.
+    pub loss_s: f64,
+    /// Silence of an offboard stream after which Offboard ends, wall time, s.
+    pub offboard_loss_s: f64,
+    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
+    pub sticks_loss_s: f64,
+    /// The mode after the loss of the sticks.
+    pub sticks_loss_action: SticksLossAction,
+    /// MAVLink system id of the vehicle, 1 to 250; the value at the start of the program counts.
+    pub system_id: u8,
+}
+
+/// Reaction of the aircraft when a pilot's sticks fall silent, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SticksLossAction {
+    /// Circles at its position.
+    Hold,
+    Return,
+}
+
+/// Slots of a mode switch, as in PX4.
+pub const MODE_SLOTS: usize = 6;
+
+/// A switch of a pilot's transmitter that selects flight modes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ModeSwitchParameters {
+    pub channel: SwitchChannel,
+    /// The mode of each slot, from 1000 us to 2000 us.
+    pub slots: [SwitchMode; MODE_SLOTS],
+}
+
+/// A channel that a mode switch can have: 1 to 4 are the sticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SwitchChannel {
+    /// There is no switch.
+    None,
+    /// Channel 5.
+    Five,
+    /// Channel 6.
+    Six,
+    /// Channel 7.
+    Seven,
+    /// Channel 8.
+    Eight,
+}
+
+/// Selection of a slot of the mode switch, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum SwitchMode {
+    /// None: the mode stays.
+    Unassigned,
+    Manual,
+    Altitude,
+    Position,
+    Mission,
+    Hold,
+    Return,
+    Acro,
+    Offboard,
+    Stabilized,
+}
+
+/// Default rates of the streams, Hz of wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct StreamParameters {
+    pub attitude_hz: f64,
+    pub position_hz: f64,
+    /// Commands of the effectors.
+    pub actuators_hz: f64,
+    /// Signals of the compensator.
+    pub compensator_hz: f64,
+}
+
+/// Header of the file, above the values.
+const HEADER: &str = "\
+# Parameters of the autopilot that differ from their defaults.
+# Written anew, comments and all, whenever a ground station sets one.
+";
+
+/// Characters of a line that a message repeats.
+const LINE_MAX: usize = 60;
+
+/// Why saved parameters cannot be used.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}: {problem}; mend the file, or start with --parameter-file none")]
+pub struct SavedError {
+    pub file: String,
+    /// The error in it.
+    pub problem: SavedProblem,
+}
+
+/// Error of saved parameters.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SavedProblem {
+    /// The file exists and cannot be read.
+    #[error("cannot be read: {0}")]
+    Unreadable(String),
+    #[error("{0}")]
+    Syntax(String),
+    /// Something other than a number.
+    #[error("{name} = {value} is not a number")]
+    NotANumber { name: String, value: String },
+    /// An invalid name or value.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
+/// The text for `parameters`, where `defaults` are those of the aircraft. [`from_text`] gives the same parameters to
+/// the bit.
+pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
+    let mut text = HEADER.to_owned();
+    for row in table() {
+        let (value, default) = (row.value(parameters), row.value(defaults));
+        if value.to_bits() != default.to_bits() {
+            let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{} = {value} # default {default}{unit}", row.name);
+        }
+    }
+    text
+}
+
+/// The parameters in `text`, which comes from `file`; the others have the values of `defaults`.
+pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
+    let refuse = |problem| SavedError { file: file.to_owned(), problem };
+    let mut parameters = *defaults;
+    // The warning, if any, was reported when the value was set.
+    set_from_text(&mut parameters, text).map_err(refuse)?;
+    Ok(parameters)
+}
+
+/// Sets the parameters in `text`; the others stay.
+pub fn set_from_text(
+    parameters: &mut Parameters,
+    text: &str,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
+    let table: toml::Table = text
+        .parse()
+        .map_err(|error: toml::de::Error| SavedProblem::Syntax(one_line(&error, text)))?;
+    set_from_table(parameters, &table)
+}
+
+/// Sets the parameters in a table; the others stay.
+pub fn set_from_table(
+    parameters: &mut Parameters,
+    table: &toml::Table,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
+    let settings = table.iter().map(|(name, value)| Ok((name.as_str(), number(name, value)?)));
+    let settings: Vec<(&str, f64)> = settings.collect::<Result<_, SavedProblem>>()?;
+    Ok(parameters.set_all(settings)?)
+}
+
+/// Whether a text contains numbers under names of parameters and nothing else. Whether they are valid together depends
+/// on the defaults of an aircraft.
+pub fn has_only_parameters(text: &str) -> bool {
+    let is_one = |(name, value): (&String, &toml::Value)| {
+        number(name, value).is_ok() && table().iter().any(|row| row.name == name)
+    };
+    text.parse::<toml::Table>().is_ok_and(|table| table.iter().all(is_one))
+}
+
+fn number(name: &str, value: &toml::Value) -> Result<f64, SavedProblem> {
+    match value {
+        toml::Value::Float(value) => Ok(*value),
+        // A value beyond 32 bits is out of every range too.
+        toml::Value::Integer(value) => Ok(i32::try_from(*value).map_or(f64::INFINITY, f64::from)),
+        _ => Err(SavedProblem::NotANumber { name: name.to_owned(), value: value.to_string() }),
+    }
+}
+
+fn one_line(error: &toml::de::Error, text: &str) -> String {
+    let at = error.span().map_or(0, |span| span.start.min(text.len()));
+    let before = text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+    let line: String =
+        text.lines().nth(before).unwrap_or_default().chars().take(LINE_MAX).collect();
+    format!("line {} ({line}): {}", before + 1, error.message().replace('\n', " "))
+}
+
+impl Parameters {
+    /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
+    pub fn differences(&self, defaults: &Self) -> Vec<String> {
+        let bits = |row: &super::Parameter, of: &Self| row.value(of).to_bits();
+        let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
+        changed
+            .map(|row| match row.kind {
+                Kind::Int => format!("{} = {:.0}", row.name, row.value(self)),
+                Kind::Real => format!("{} = {}", row.name, row.value(self)),
+            })
+            .collect()
+    }
 }
 
 #[cfg(test)]

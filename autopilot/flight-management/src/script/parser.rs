@@ -1,18 +1,27 @@
-//! Text to sequences of lines.
+//! Text to sequences of lines: words with their columns, a cursor that takes the next word or reports the expected one, and what
+//! the words mean. The words of the kinds of faults are those of the catalogue; [`FaultDraft`] takes what they say.
 
-use super::cursor::{self, Cursor, SECONDS, Word};
-use super::error::{Problem, ScriptError};
-use super::quantity::{Condition, Crossing, ROWS};
-use super::{Action, LINES_MAX, Line, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger, fault};
-use crate::vehicle::schedule::AIRSPEED_M_S;
-use crate::vehicle::{Mode, Reference};
+use core::cmp::Reverse;
+use core::fmt;
+
+use icd::fault::{
+    AirframePart, CATALOGUE, Choice, FaultDraft, FaultError, KindInfo, Piece, Quantity, SensorKind,
+    Target, TargetClass, Targets,
+};
 use icd::units::DEG;
-use icd::{EffectorList, SimTime};
+use icd::{EffectorList, FaultRequest, SimTime};
+
+use super::{
+    Action, Condition, Crossing, LINES_MAX, Line, QUANTITIES, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger,
+};
+use crate::TextError;
+use crate::vehicle::schedule::{AIRSPEED_M_S, ALTITUDE_M, ROLL_DEG};
+use crate::vehicle::{Mode, Reference};
 
 const METRES: [(&str, f64); 1] = [("m", 1.0)];
 const METRES_PER_SECOND: [(&str, f64); 1] = [("m/s", 1.0)];
 /// Units of an angle, with their factors to rad.
-pub(super) const DEGREES: [(&str, f64); 1] = [("deg", DEG)];
+const DEGREES: [(&str, f64); 1] = [("deg", DEG)];
 /// The modes that need no stream of a ground station.
 const MODES: [(&str, Mode); 4] = [
     ("position", Mode::Position),
@@ -23,7 +32,7 @@ const MODES: [(&str, Mode); 4] = [
 const ACTIONS: &str = "an action: fail, clear, altitude, roll, airspeed, course, mode, say, end";
 
 /// Reads a whole text.
-pub(super) fn sequences(
+fn sequences(
     text: &str,
     effectors: &EffectorList,
 ) -> Result<Vec<Sequence>, ScriptError> {
@@ -177,6 +186,509 @@ fn angle(
 }
 
 /// The words after `say` in a line in plain form.
-pub(super) fn said_text(line: &str) -> Option<&str> {
+fn said_text(line: &str) -> Option<&str> {
     line.split_once("say ").map(|(_, words)| words)
+}
+
+/// The rest of a line after `fail`.
+fn fail(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
+    let target = target(cursor, effectors, &names(effectors))?;
+    let mut draft = kind(cursor, target.class(effectors))?;
+    let before = cursor.clone();
+    timing(cursor, &mut draft)?;
+    let (kind, timing) = draft.finish().map_err(|error| refused(&before, &error))?;
+    Ok(FaultRequest::Inject { target, kind, timing })
+}
+
+/// The rest of a line after `clear`.
+fn clear(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+) -> Result<FaultRequest, ScriptError> {
+    if cursor.take("all") {
+        return Ok(FaultRequest::ClearAll);
+    }
+    let expected = format!("`all` or {}", names(effectors));
+    Ok(FaultRequest::Clear { target: target(cursor, effectors, &expected)? })
+}
+
+/// Words of ground stations for servos and motors.
+const UNITS: [(&str, bool); 2] = [(Target::SERVO.1, true), (Target::MOTOR.1, false)];
+
+/// The effectors in messages.
+fn names(effectors: &EffectorList) -> String {
+    let mut names: Vec<String> =
+        effectors.all().map(|effector| effectors.name(effector).to_owned()).collect();
+    for (unit, is_angle) in UNITS {
+        match effectors.by_unit(is_angle).last().map(|last| effectors.instance(*last)) {
+            Some(1) => names.push(format!("{unit} 1")),
+            Some(last) => names.push(format!("{unit} 1 to {last}")),
+            None => {}
+        }
+    }
+    let sensors = SensorKind::ALL.map(SensorKind::name).join(", ");
+    let parts = AirframePart::ALL.map(AirframePart::name).join(", ");
+    let names = names.join(", ");
+    format!("an effector: {names}, a sensor: {sensors}, or a part of the airframe: {parts}")
+}
+
+/// A target by its display name, its name in files, or as an effector its name in ground stations. The longest name that fits
+/// counts.
+fn target(
+    cursor: &mut Cursor,
+    effectors: &EffectorList,
+    expected: &str,
+) -> Result<Target, ScriptError> {
+    let names =
+        |target: Target| [target.name(effectors), target.key(effectors)].map(|name| (name, target));
+    let mut all: Vec<(&str, Target)> = Target::all(effectors).flat_map(names).collect();
+    all.sort_by_key(|(name, _)| Reverse(name.len()));
+    if let Some(target) = cursor.choose(&all) {
+        return Ok(target);
+    }
+    for (unit, is_angle) in UNITS {
+        let members = effectors.by_unit(is_angle);
+        let instance = |effector| u32::from(effectors.instance(effector));
+        let in_one_word = members
+            .iter()
+            .copied()
+            .find(|effector| cursor.take(&format!("{unit}{}", instance(*effector))));
+        if let Some(effector) = in_one_word {
+            return Ok(effector.into());
+        }
+        let Some(last) = members.last() else { continue };
+        let before = cursor.clone();
+        if cursor.take(unit) {
+            let number = cursor.whole(unit, instance(*last))?;
+            let found = members.iter().find(|effector| instance(**effector) == number);
+            return found.copied().map(Target::from).ok_or_else(|| before.expected(expected));
+        }
+    }
+    Err(cursor.expected(expected))
+}
+
+/// A kind by its words, of which the longest that fit count, with its numbers.
+fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, ScriptError> {
+    let named = |info| first_words(info).iter().map(move |words| (*words, info));
+    let mut all: Vec<(&str, &'static KindInfo)> = CATALOGUE.iter().flat_map(named).collect();
+    all.sort_by_key(|(words, _)| Reverse(words.len()));
+    let before = cursor.clone();
+    let begins_with_number = CATALOGUE.iter().find(|info| first_words(info).is_empty());
+    let info = cursor.choose(&all).or(begins_with_number.filter(|_| cursor.is_number()));
+    let info = info.ok_or_else(|| before.expected(kinds()))?;
+    if !info.targets.allow(class) {
+        let why = match (class, info.targets) {
+            (TargetClass::Sensor(_), _) => "not for sensors",
+            (_, Targets::SENSORS) => "only for sensors",
+            (_, Targets::PARTS) => "only for parts of the airframe",
+            (TargetClass::Part, _) => "not for parts of the airframe",
+            (_, targets) if targets.thrust => "only for the engine",
+            _ => "not for the engine",
+        };
+        let why = format!("`{}` is {why}", words(info));
+        return Err(before.problem(Problem::Fault(why)));
+    }
+    let mut draft = FaultDraft::new(info, class);
+    for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
+        match *piece {
+            Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
+            Piece::Optional(word) => drop(cursor.take(word)),
+            Piece::Number(quantity) => number(cursor, &mut draft, quantity)?,
+            Piece::Choice => {
+                let alternative = info.choice.map(|choice| self::choice(cursor, &choice));
+                if let Some(alternative) = alternative.transpose()?.flatten() {
+                    draft.choose(alternative);
+                }
+            }
+        }
+    }
+    Ok(draft)
+}
+
+/// The words that begin a kind; none: it begins with a number.
+fn first_words(info: &KindInfo) -> &'static [&'static str] {
+    match info.phrase.first() {
+        Some(Piece::Words(words)) => words,
+        _ => &[],
+    }
+}
+
+/// Name of a kind in messages.
+fn words(info: &KindInfo) -> String {
+    if let Some(words) = first_words(info).first() {
+        return (*words).to_owned();
+    }
+    let words = info.phrase.iter().filter_map(|piece| match piece {
+        Piece::Words(words) => words.first().copied(),
+        Piece::Number(quantity) => Some(quantity.measure().unit(TargetClass::Angle).name),
+        Piece::Optional(_) | Piece::Choice => None,
+    });
+    format!("a number {}", words.collect::<Vec<_>>().join(" "))
+}
+
+/// Names of all kinds in messages.
+fn kinds() -> String {
+    let all: Vec<String> = CATALOGUE.iter().map(words).collect();
+    format!("a kind of fault: {}", all.join(", "))
+}
+
+/// A number with one of its units.
+fn number(
+    cursor: &mut Cursor,
+    draft: &mut FaultDraft,
+    quantity: Quantity,
+) -> Result<(), ScriptError> {
+    let before = cursor.clone();
+    let value = cursor.number(quantity.name())?;
+    let units = quantity.measure().units(draft.class);
+    let written: Vec<String> = units.iter().map(|unit| unit.name.to_ascii_lowercase()).collect();
+    let choices: Vec<_> = written.iter().map(String::as_str).zip(units.iter().copied()).collect();
+    let unit = cursor.unit(&choices)?;
+    draft.set(quantity, value, unit).map_err(|error| refused(&before, &error))
+}
+
+/// A problem with what comes next at the cursor.
+fn refused(cursor: &Cursor, error: &FaultError) -> ScriptError {
+    cursor.problem(Problem::Fault(error.to_string()))
+}
+
+/// An alternative by its words, from 0; `None` for that of a choice without words.
+fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, ScriptError> {
+    let all = (0..).zip(choice.alternatives);
+    let all: Vec<(&str, u8)> =
+        all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
+    match choice.default {
+        Some(_) => Ok(cursor.choose(&all)),
+        None => cursor.need_one(choice.title, &all).map(Some),
+    }
+}
+
+/// `, ramp 1 s, for 5 s, every 10 s, 3 times`, in this order, each part once or not at all.
+fn timing(cursor: &mut Cursor, draft: &mut FaultDraft) -> Result<(), ScriptError> {
+    use Quantity::{Duration, Every, Ramp, Times};
+    let mut is_repeated = false;
+    for (words, quantity) in [(", ramp", Ramp), (", for", Duration), (", every", Every)] {
+        if cursor.take(words) {
+            number(cursor, draft, quantity)?;
+            is_repeated = quantity == Every;
+        }
+    }
+    if is_repeated && cursor.take(",") {
+        number(cursor, draft, Times)?;
+    }
+    if cursor.is_at_end() {
+        Ok(())
+    } else {
+        Err(cursor.expected("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
+    }
+}
+
+/// Units of a time, with their factors to seconds.
+const SECONDS: [(&str, f64); 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
+
+/// A position in the words of a line.
+#[derive(Clone)]
+struct Cursor<'a> {
+    words: &'a [Word],
+    line: usize,
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(words: &'a [Word], line: usize) -> Self {
+        Self { words, line, at: 0 }
+    }
+
+    /// Column of the next word, or the one after the last.
+    fn column(&self) -> usize {
+        match (self.words.get(self.at), self.words.last()) {
+            (Some(next), _) => next.column,
+            (None, Some(last)) => last.column + last.kind.to_string().chars().count(),
+            (None, None) => 1,
+        }
+    }
+
+    fn is_at_end(&self) -> bool {
+        self.at >= self.words.len()
+    }
+
+    /// A problem with the next word.
+    fn problem(&self, problem: Problem) -> ScriptError {
+        problem.at(self.line, self.column())
+    }
+
+    /// An error here, with the expected text.
+    fn expected(&self, expected: impl Into<String>) -> ScriptError {
+        let found = self.words.get(self.at);
+        let found =
+            found.map_or_else(|| "end of the line".to_owned(), |w| quoted(&w.kind.to_string()));
+        self.problem(Problem::Unexpected { found, expected: expected.into() })
+    }
+
+    /// Takes these words (`a b c`) if they come next.
+    fn take(&mut self, words: &str) -> bool {
+        let mut at = self.at;
+        for word in words.split(' ') {
+            let is_next = match self.words.get(at).map(|word| &word.kind) {
+                Some(Kind::Name(name)) => name == word,
+                Some(Kind::Sign(sign)) => word.chars().eq([*sign]),
+                Some(Kind::Number(_) | Kind::Text(_)) | None => false,
+            };
+            if !is_next {
+                return false;
+            }
+            at += 1;
+        }
+        self.at = at;
+        true
+    }
+
+    /// Takes these words, or returns an error that expects them.
+    fn need(&mut self, words: &str) -> Result<(), ScriptError> {
+        if self.take(words) { Ok(()) } else { Err(self.expected(quoted(words))) }
+    }
+
+    /// Takes the first of these that comes next.
+    fn choose<T: Copy>(&mut self, choices: &[(&str, T)]) -> Option<T> {
+        choices.iter().find(|(words, _)| self.take(words)).map(|(_, choice)| *choice)
+    }
+
+    /// The same; an error if none of them comes next.
+    fn need_one<T: Copy>(
+        &mut self,
+        what: &str,
+        choices: &[(&str, T)],
+    ) -> Result<T, ScriptError> {
+        self.choose(choices).ok_or_else(|| {
+            let names: Vec<&str> = choices.iter().map(|(words, _)| *words).collect();
+            self.expected(format!("{what}: {}", names.join(", ")))
+        })
+    }
+
+    /// A number and its unit, one of these with its factor to SI; the number is returned in SI.
+    fn amount(
+        &mut self,
+        what: &'static str,
+        units: &[(&str, f64)],
+    ) -> Result<Amount, ScriptError> {
+        let column = self.column();
+        let value = self.number(what)?;
+        let scale = self.unit(units)?;
+        Ok(Amount { what, line: self.line, column, value, scale })
+    }
+
+    /// One of these units.
+    fn unit<T: Copy>(&mut self, units: &[(&str, T)]) -> Result<T, ScriptError> {
+        self.choose(units).ok_or_else(|| {
+            let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
+            self.expected(format!("the unit {}", names.join(" or ")))
+        })
+    }
+
+    fn number(&mut self, what: &str) -> Result<f64, ScriptError> {
+        match self.words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Number(value)) => {
+                self.at += 1;
+                Ok(*value)
+            }
+            _ => Err(self.expected(format!("a number ({what})"))),
+        }
+    }
+
+    /// A whole number from 1 on.
+    fn whole(&mut self, what: &'static str, max: u32) -> Result<u32, ScriptError> {
+        let (line, column) = (self.line, self.column());
+        let value = self.number(what)?;
+        if value.fract() == 0.0 && (1.0..=f64::from(max)).contains(&value) {
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "whole and in range, as just checked"
+            )]
+            return Ok(value as u32);
+        }
+        let (value, min, max) = (value.to_string(), "1".to_owned(), max.to_string());
+        Err(Problem::OutOfRange { what, value, min, max, unit: "" }.at(line, column))
+    }
+
+    /// Whether a number comes next.
+    fn is_number(&self) -> bool {
+        matches!(self.words.get(self.at).map(|word| &word.kind), Some(Kind::Number(_)))
+    }
+
+    /// A name that the author of the script chooses.
+    fn name(&mut self, what: &str) -> Result<&'a str, ScriptError> {
+        let words = self.words;
+        match words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Name(name)) => {
+                self.at += 1;
+                Ok(name)
+            }
+            _ => Err(self.expected(what)),
+        }
+    }
+
+    fn text(&mut self, what: &str) -> Result<(), ScriptError> {
+        match self.words.get(self.at).map(|word| &word.kind) {
+            Some(Kind::Text(_)) => {
+                self.at += 1;
+                Ok(())
+            }
+            _ => Err(self.expected(what)),
+        }
+    }
+
+    /// An error unless the line ends here.
+    fn end(&self) -> Result<(), ScriptError> {
+        if self.is_at_end() { Ok(()) } else { Err(self.expected("the end of the line")) }
+    }
+}
+
+/// A number with its unit, not yet checked.
+struct Amount {
+    what: &'static str,
+    line: usize,
+    column: usize,
+    value: f64,
+    scale: f64,
+}
+
+impl Amount {
+    /// In SI units, if it is inside a range in SI units; `unit` and its factor are those of the message.
+    fn within(
+        self,
+        (min, max): (f64, f64),
+        unit: (&'static str, f64),
+    ) -> Result<f64, ScriptError> {
+        let value = self.si();
+        if (min..=max).contains(&value) {
+            return Ok(value);
+        }
+        let (unit, scale) = unit;
+        let shown = |si: f64| format!("{}", round(si / scale));
+        let (value, min, max) = (shown(value), shown(min), shown(max));
+        let problem = Problem::OutOfRange { what: self.what, value, min, max, unit };
+        Err(problem.at(self.line, self.column))
+    }
+
+    fn si(&self) -> f64 {
+        self.value * self.scale
+    }
+}
+
+/// For display: without the noise of the last digits.
+fn round(value: f64) -> f64 {
+    let rounded = (value * 1.0e6).round() / 1.0e6;
+    if rounded.is_finite() { rounded } else { value }
+}
+
+#[derive(Debug, Clone, PartialEq)]
+struct Word {
+    /// Character of the line, from 1.
+    pub column: usize,
+    pub kind: Kind,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Kind {
+    /// Letters, digits, and the characters of units and names; in small letters.
+    Name(String),
+    Number(f64),
+    /// `,`, `:` or `%`.
+    Sign(char),
+    /// The text after `say`, as written.
+    Text(String),
+}
+
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Name(name) => f.write_str(unit(name)),
+            Self::Number(number) => write!(f, "{number}"),
+            Self::Sign(sign) => write!(f, "{sign}"),
+            Self::Text(text) => f.write_str(text),
+        }
+    }
+}
+
+/// Units for display, some of which have capital letters.
+fn unit(name: &str) -> &str {
+    match name {
+        "kn" => "kN",
+        "kn/s" => "kN/s",
+        "hz" => "Hz",
+        other => other,
+    }
+}
+
+/// The words of a line up to its comment.
+fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError> {
+    let chars: Vec<char> = line.chars().collect();
+    let mut words = Vec::new();
+    let mut at = 0;
+    while let Some(first) = chars.get(at).copied().filter(|first| *first != '#') {
+        let column = at + 1;
+        let run = |part: fn(char) -> bool| {
+            let rest = chars[at..].iter().skip(1);
+            1 + rest.take_while(|c| part(**c)).count()
+        };
+        let (length, kind) = match first {
+            _ if first.is_whitespace() => {
+                at += 1;
+                continue;
+            }
+            ',' | ':' | '%' => (1, Kind::Sign(first)),
+            '0'..='9' | '.' | '+' | '-' => {
+                let length = run(|c| c.is_ascii_digit() || c == '.');
+                let text: String = chars[at..at + length].iter().collect();
+                let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
+                let value = value.ok_or_else(|| {
+                    let expected = "a number such as 10 or -2.5".to_owned();
+                    Problem::Unexpected { found: quoted(&text), expected }.at(number, column)
+                })?;
+                (length, Kind::Number(value))
+            }
+            _ if first.is_ascii_alphabetic() => {
+                let length = run(|c| c.is_ascii_alphanumeric() || "_-'/".contains(c));
+                let text: String = chars[at..at + length].iter().collect();
+                (length, Kind::Name(text.to_ascii_lowercase()))
+            }
+            other => return Err(Problem::Character(other).at(number, column)),
+        };
+        let is_text_next = kind == Kind::Name("say".to_owned());
+        words.push(Word { column, kind });
+        at += length;
+        if is_text_next {
+            // Free text: up to the comment, without the spaces around it.
+            let blank = chars[at..].iter().take_while(|c| c.is_whitespace()).count();
+            let text: String = chars[at + blank..].iter().take_while(|c| **c != '#').collect();
+            let text = text.trim_end();
+            if !text.is_empty() {
+                let kind = Kind::Text(text.to_owned());
+                words.push(Word { column: at + blank + 1, kind });
+            }
+            break;
+        }
+    }
+    Ok(words)
+}
+
+/// A word for display in a message.
+fn quoted(text: &str) -> String {
+    format!("`{text}`")
+}
+
+/// The words in plain form.
+fn joined(words: &[Word]) -> String {
+    let mut text = String::new();
+    for word in words {
+        if !text.is_empty() && !matches!(word.kind, Kind::Sign(',' | ':')) {
+            text.push(' ');
+        }
+        text.push_str(&word.kind.to_string());
+    }
+    text
 }

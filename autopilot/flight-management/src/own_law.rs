@@ -6,8 +6,6 @@ use std::sync::Arc;
 
 use flight_control::Law;
 
-use super::Autopilot;
-
 /// Why a law has failed.
 pub type Failure = Arc<dyn Error + Send + Sync>;
 
@@ -33,7 +31,8 @@ impl<L: Law + Clone + Send + 'static> FlightLaw for L {
 #[derive(Clone)]
 pub struct OwnLaw {
     name: Arc<str>,
-    make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
+    /// What makes one for each flight.
+    pub(crate) make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
 }
 
 impl OwnLaw {
@@ -65,61 +64,3 @@ impl PartialEq for OwnLaw {
 }
 
 impl Eq for OwnLaw {}
-
-/// The law of a flight and its constructor.
-pub struct Brought {
-    own: OwnLaw,
-    law: Box<dyn FlightLaw>,
-}
-
-impl Brought {
-    /// With a law that has not flown yet.
-    pub fn new(own: OwnLaw) -> Self {
-        let law = (own.make)();
-        Self { own, law }
-    }
-
-    /// What the program brought.
-    pub fn own(&self) -> OwnLaw {
-        self.own.clone()
-    }
-
-    /// The law of this flight.
-    pub fn law(&self) -> &dyn FlightLaw {
-        &*self.law
-    }
-
-    /// The same, to be flown.
-    pub fn law_mut(&mut self) -> &mut dyn Law {
-        &mut *self.law
-    }
-}
-
-/// A law that cannot be copied starts anew in the copy: see [`Autopilot::own_law`].
-impl Clone for Brought {
-    fn clone(&self) -> Self {
-        let own = self.own.clone();
-        let law = self.law.copy().unwrap_or_else(|| (own.make)());
-        Self { own, law }
-    }
-}
-
-impl fmt::Debug for Brought {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.own.fmt(f)
-    }
-}
-
-impl Autopilot {
-    /// The law that the program brought, as it is in this flight.
-    pub fn own_law(&self) -> Option<&dyn FlightLaw> {
-        self.own_law.as_ref().map(Brought::law)
-    }
-
-    /// Creates the law again.
-    pub(super) fn reset_own_law(&mut self) {
-        if let Some(brought) = &mut self.own_law {
-            brought.law = (brought.own.make)();
-        }
-    }
-}
