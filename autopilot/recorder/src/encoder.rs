@@ -1,24 +1,21 @@
 //! Entries to messages of a log.
 
-use flight_management::command::Configuration;
-use flight_management::command::ScriptCommand;
-use icd::fault::PlantAction;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use icd::fault::{FaultReply, NO_ANSWER, Target, TargetClass};
+use icd::fault::{FaultReply, NO_ANSWER, PlantAction, Target, TargetClass};
 use icd::{EffectorList, SimTime};
 use ulog::format::Format;
 use ulog::writer::{Data, Definitions, Level, Row, Topic, Value};
 
-use super::recorded::fault_kinds;
+use super::entry::fault_kinds;
 use super::topics::{self, Place};
 use super::{
     Begin, End, Entry, LogRate, Moment, Recorded, RunHash, Selection, Step, command_text,
     parameter_hash,
 };
-use flight_management::command::{Command, Outcome};
+use flight_management::command::{Command, Configuration, Outcome, ScriptCommand};
 use flight_management::event::{Event, EventKind};
 use flight_management::event_text::{self, Severity};
 use flight_management::fault_list::FaultList;
@@ -277,7 +274,12 @@ impl<W: Write> Encoder<W> {
                     Command::Configuration(Configuration::Gains(gains)) => {
                         self.parameters.gains = **gains;
                     }
-                    Command::Script(ScriptCommand::Run(script)) => self.remember_script(script),
+                    Command::Script(ScriptCommand::Run(script)) => {
+                        if self.scripts.len() >= SCRIPTS_MAX {
+                            self.scripts.pop_front();
+                        }
+                        self.scripts.push_back(Arc::clone(script));
+                    }
                     _ => {}
                 }
                 let Some(text) = command_text(&intent.command, &self.effectors) else {
@@ -336,13 +338,6 @@ impl<W: Write> Encoder<W> {
         let text = format!("Input refused: {input}: {why}");
         self.refusal = Some(why);
         Some((Severity::Warning, text))
-    }
-
-    fn remember_script(&mut self, script: &Arc<Script>) {
-        if self.scripts.len() >= SCRIPTS_MAX {
-            self.scripts.pop_front();
-        }
-        self.scripts.push_back(Arc::clone(script));
     }
 
     fn piece(&mut self, index: u16, count: u16, bytes: Box<[u8]>) -> io::Result<()> {

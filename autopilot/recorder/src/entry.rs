@@ -216,27 +216,19 @@ impl Entry {
     pub fn of_report(time: SimTime, report: &PlantReport) -> Option<Self> {
         match report {
             PlantReport::Fault(entry) => Some(Self::Fault { time, entry: *entry }),
-            PlantReport::FaultReply { .. }
-            | PlantReport::Started { .. }
-            | PlantReport::GroundContact { .. }
-            | PlantReport::Paced { .. } => None,
+            _ => None,
         }
     }
 }
 
 /// Decodes the data that the plant sent for the recorder: the truth of the tick and a piece of the plant's header.
 pub fn open(envelope: &[u8]) -> (Option<TruthRow>, Option<Entry>) {
-    match record::open(envelope) {
-        None => (None, None),
-        Some((truth, piece)) => {
-            let piece = piece.map(|record::Piece { index, count, bytes }| Entry::Piece {
-                index,
-                count,
-                bytes: bytes.into(),
-            });
-            (Some(truth), piece)
-        }
-    }
+    let Some((truth, piece)) = record::open(envelope) else { return (None, None) };
+    let entry = |record::Piece { index, count, bytes }| {
+        let bytes = bytes.into();
+        Entry::Piece { index, count, bytes }
+    };
+    (Some(truth), piece.map(entry))
 }
 
 /// One entry of the topic `recorded`, as JSON.

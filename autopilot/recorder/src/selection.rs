@@ -7,17 +7,15 @@
 //! An entry is written half a second of simulation time after it came, so that an event can still select the steps before it.
 //! Entries of all kinds are written in the order in which they came; only rows of control steps are ever left out.
 
-use flight_management::command::Configuration;
-use icd::fault::PlantAction;
 use std::collections::VecDeque;
 use std::time::Duration;
 
 use icd::SimTime;
-use icd::fault::Target;
+use icd::fault::{PlantAction, Target};
 
-use super::recorded::is_stream;
+use super::entry::is_stream;
 use super::{Entry, Recorded, Step};
-use flight_management::command::Command;
+use flight_management::command::{Command, Configuration};
 use flight_management::event::{Axis, EventKind};
 use flight_management::fault_list::FaultList;
 use flight_management::vehicle::{Mode, VehicleEvent};
@@ -97,17 +95,6 @@ impl Cause {
         }
     }
 
-    /// The cause of an event, of an entry other than a control step.
-    fn of(entry: &Entry) -> Option<(Self, SimTime)> {
-        let (cause, time) = match entry {
-            Entry::Event(event) => (Self::of_event(&event.kind)?, event.time),
-            Entry::Recorded { time, what, .. } => (Self::of_input(what)?, *time),
-            Entry::Ground { time, .. } => (Self::Flight, *time),
-            _ => return None,
-        };
-        Some((cause, time))
-    }
-
     const fn of_event(kind: &EventKind) -> Option<Self> {
         match kind {
             EventKind::AuthorityExhausted { axis, .. } | EventKind::AuthorityRestored(axis) => {
@@ -139,30 +126,8 @@ impl Cause {
     }
 }
 
-/// State of a step that reveals a change in the next one.
-#[derive(Debug, Clone, Copy)]
-struct Seen {
-    compensator_active: bool,
-    mode: Mode,
-    terminated: bool,
-    references: [f64; 3],
-}
-
-impl Seen {
-    fn of(step: &Step) -> Self {
-        Self {
-            compensator_active: step.log.compensator_active,
-            mode: step.mode,
-            terminated: step.terminated,
-            references: step.references,
-        }
-    }
-
-    fn jumps(&self, now: &Self) -> bool {
-        let steps = self.references.iter().zip(&now.references).zip(REFERENCE_STEPS);
-        steps.into_iter().any(|((before, now), step)| (now - before).abs() >= step)
-    }
-}
+/// State of a step that reveals a change in the next one: compensator active, mode, terminated, references.
+type Seen = (bool, Mode, bool, [f64; 3]);
 
 /// The latest events of one cause.
 #[derive(Debug, Clone, Copy, Default)]
@@ -178,10 +143,9 @@ impl Recent {
         let since =
             |at: SimTime| Duration::from_micros(time.as_micros().saturating_sub(at.as_micros()));
         let last = self.at[(self.next + RECURRING_MAX - 1) % RECURRING_MAX];
-        if last.is_some_and(|last| since(last) < AFTER) {
-            return false;
-        }
-        if self.at[self.next].is_some_and(|oldest| since(oldest) < RECURRING) {
+        if last.is_some_and(|last| since(last) < AFTER)
+            || self.at[self.next].is_some_and(|oldest| since(oldest) < RECURRING)
+        {
             return false;
         }
         self.at[self.next] = Some(time);
@@ -264,19 +228,21 @@ impl Selection {
         match entry {
             Entry::Step(step) => {
                 self.newest = step.time;
-                let now = Seen::of(step);
-                let Some(before) = self.seen.replace(now) else { return };
-                if before.compensator_active != now.compensator_active {
-                    self.happens(Cause::Compensator, step.time);
-                }
-                if before.mode != now.mode {
-                    self.happens(Cause::Mode, step.time);
-                }
-                if before.terminated != now.terminated {
-                    self.happens(Cause::Flight, step.time);
-                }
-                if before.jumps(&now) {
-                    self.happens(Cause::Reference, step.time);
+                let Step { mode, terminated, references, .. } = *step;
+                let active = step.log.compensator_active;
+                let seen = self.seen.replace((active, mode, terminated, references));
+                let Some((was_active, mode_before, was_terminated, before)) = seen else { return };
+                let steps = before.iter().zip(&references).zip(REFERENCE_STEPS);
+                let jumps = steps.into_iter().any(|((before, now), by)| (now - before).abs() >= by);
+                for (cause, has_changed) in [
+                    (Cause::Compensator, was_active != active),
+                    (Cause::Mode, mode_before != mode),
+                    (Cause::Flight, was_terminated != terminated),
+                    (Cause::Reference, jumps),
+                ] {
+                    if has_changed {
+                        self.happens(cause, step.time);
+                    }
                 }
             }
             Entry::Fault { time, entry } => {
@@ -286,7 +252,13 @@ impl Selection {
                 }
             }
             other => {
-                if let Some((cause, time)) = Cause::of(other) {
+                let cause = match other {
+                    Entry::Event(event) => Cause::of_event(&event.kind).zip(Some(event.time)),
+                    Entry::Recorded { time, what, .. } => Cause::of_input(what).zip(Some(*time)),
+                    Entry::Ground { time, .. } => Some((Cause::Flight, *time)),
+                    _ => None,
+                };
+                if let Some((cause, time)) = cause {
                     self.happens(cause, time);
                 }
             }
