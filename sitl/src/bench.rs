@@ -57,7 +57,7 @@ pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
         let factor = median(args.repeat, || in_process(&setup))?;
         writeln!(out, "  plant step {step_us} us, control period 2000 us   {factor:10.0}")?;
     }
-    parts::measure(&mut out, args.repeat, args.flight_s)?;
+    measure_parts(&mut out, args.repeat, args.flight_s)?;
     if args.parts {
         return Ok(());
     }
@@ -167,7 +167,7 @@ fn command(program: &Path) -> Result<f64, Box<dyn Error>> {
 fn in_process(setup: &FlightSetup) -> Result<f64, Box<dyn Error>> {
     let began = clock::now();
     let end = fly(setup, &mut |record| {
-        std::hint::black_box(record);
+        black_box(record);
     })?;
     Ok(end.time.as_seconds() / (clock::now() - began).as_secs_f64())
 }
@@ -192,11 +192,7 @@ const WARM: usize = 5_000;
 const RECORDED_S: f64 = 20.0;
 
 /// Measures and prints: plant steps, estimator and control step, and the closed loop with all of it for `flight_s`.
-pub(super) fn measure(
-    out: &mut impl Write,
-    repeat: usize,
-    flight_s: u32,
-) -> Result<(), Box<dyn Error>> {
+fn measure_parts(out: &mut impl Write, repeat: usize, flight_s: u32) -> Result<(), Box<dyn Error>> {
     writeln!(
         out,
         "plant steps a second; in brackets the time over that of the plain step. Plain: forces, servos, WGS-84, four evaluations \
@@ -222,9 +218,9 @@ pub(super) fn measure(
             // Of each turn, because the speed of a busy machine changes from turn to turn.
             let [sampled_ratio, all_ratio] = [1, 2].map(|of| {
                 let turns = rates[0].iter().zip(&rates[of]);
-                super::quantile(turns.map(|(plain, rate)| plain / rate).collect::<Vec<_>>(), 0.5)
+                quantile(turns.map(|(plain, rate)| plain / rate).collect::<Vec<_>>(), 0.5)
             });
-            let [plain, sampled, all] = rates.map(|rates| super::quantile(rates, 0.5));
+            let [plain, sampled, all] = rates.map(|rates| quantile(rates, 0.5));
             writeln!(
                 out,
                 "  {name:<8} step {step_us} us: plain {plain:8.0}/s, sampled {sampled:8.0}/s ({sampled_ratio:.2}), all {all:8.0}/s \
@@ -357,7 +353,7 @@ mod tests {
     #[test]
     fn every_part_is_measured_in_a_flight_that_goes_on() {
         let mut out = Vec::new();
-        measure(&mut out, 1, 1).unwrap();
+        measure_parts(&mut out, 1, 1).unwrap();
         let text = String::from_utf8(out).unwrap();
         for part in ["default", "F-16", "estimator, mean", "plant step 1000 us"] {
             assert!(text.contains(part), "{part} in {text}");

@@ -48,8 +48,9 @@ const HERE: &str = "sitl";
 /// Call it before the process starts any thread: it changes how the process takes signals.
 pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let stop = Stop::new();
-    let reports = Reports::channel();
-    let suspensions = reports.sender();
+    let (sender, receiver) = sync_channel(REPORTS_MAX);
+    let reports = Reports { sender: ReportSender(sender), receiver };
+    let suspensions = reports.sender.clone();
     let suspend = move || {
         suspensions.send(Report::Suspended);
     };
@@ -72,7 +73,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     };
     // The terminal is switched back when this goes, however this function ends.
     let keys = {
-        let sender = reports.sender();
+        let sender = reports.sender.clone();
         Keys::listen(move |key| sender.send(Report::Pressed(key))).at(HERE)?
     };
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
@@ -191,7 +192,7 @@ impl Flight<'_> {
             }
         };
         signal_all(Signal::SIGSTOP);
-        let stopped = process::stop_until_continued();
+        let stopped = stop_until_continued();
         signal_all(Signal::SIGCONT);
         if let Some(keys) = &self.keys {
             keys.keep();
@@ -225,13 +226,13 @@ impl Flight<'_> {
 /// Lines that wait to be shown.
 const REPORTS_MAX: usize = 256;
 /// How often an ending child is looked at.
-const LOOK_EVERY: Duration = Duration::from_millis(5);
+const END_LOOK_EVERY: Duration = Duration::from_millis(5);
 /// Time for the last lines of a child that has ended.
 const LAST_LINES: Duration = Duration::from_millis(200);
 
 /// What a child reports.
 #[derive(Debug)]
-pub(super) enum Report {
+enum Report {
     /// The autopilot waits for plants and ground stations.
     Listening { plant_link: SocketAddr, ground_stations: Listening },
     /// The flight goes on.
@@ -247,40 +248,32 @@ pub(super) enum Report {
 }
 
 /// Where the reports of both children arrive.
-pub(super) struct Reports {
-    sender: SyncSender<Report>,
+struct Reports {
+    sender: ReportSender,
     receiver: Receiver<Report>,
 }
 
 impl Reports {
-    pub(super) fn channel() -> Self {
-        let (sender, receiver) = sync_channel(REPORTS_MAX);
-        Self { sender, receiver }
-    }
-
-    /// For another thread that has something to report.
-    pub(super) fn sender(&self) -> ReportSender {
-        ReportSender(self.sender.clone())
-    }
-
     /// Next report; `None` if none comes in time.
-    pub(super) fn next(&self, timeout: Duration) -> Option<Report> {
+    fn next(&self, timeout: Duration) -> Option<Report> {
         self.receiver.recv_timeout(timeout).ok()
     }
 }
 
-pub(super) struct ReportSender(SyncSender<Report>);
+/// For another thread that has something to report.
+#[derive(Clone)]
+struct ReportSender(SyncSender<Report>);
 
 impl ReportSender {
     /// Never waits: a full channel means that the operator's screen has stopped, and drops the report.
     /// False if nobody reads any more.
-    pub(super) fn send(&self, report: Report) -> bool {
+    fn send(&self, report: Report) -> bool {
         !matches!(self.0.try_send(report), Err(TrySendError::Disconnected(_)))
     }
 }
 
 /// A running process; killed if it is dropped before its end.
-pub(super) struct Child {
+struct Child {
     name: &'static str,
     process: process::Child,
     /// Open as long as the child should run.
@@ -290,7 +283,7 @@ pub(super) struct Child {
 
 impl Child {
     /// Starts `program` with these options. Its standard output is status, its standard error is for people.
-    pub(super) fn start(
+    fn start(
         name: &'static str,
         program: &Path,
         words: &[String],
@@ -309,36 +302,36 @@ impl Child {
             .at(&failed)?;
         let input = process.stdin.take();
         if let Some(output) = process.stdout.take() {
-            forward(output, reports.sender(), move |line| status(name, line)).at(&failed)?;
+            forward(output, reports.sender.clone(), move |line| status(name, line)).at(&failed)?;
         }
         if let Some(errors) = process.stderr.take() {
             let line_of = move |line| Report::Line { process: name, line };
-            forward(errors, reports.sender(), line_of).at(&failed)?;
+            forward(errors, reports.sender.clone(), line_of).at(&failed)?;
         }
         Ok(Self { name, process, input, last_line: "nothing".to_owned() })
     }
 
     /// Says a line to it. One that has ended is noticed elsewhere.
-    pub(super) fn send_line(&mut self, line: &str) {
+    fn send_line(&mut self, line: &str) {
         if let Some(input) = self.input.as_mut() {
             let _ = writeln!(input, "{line}").and_then(|()| input.flush());
         }
     }
 
     /// Sends it a signal. One that has ended is noticed elsewhere.
-    pub(super) fn signal(&self, signal: Signal) {
+    fn signal(&self, signal: Signal) {
         let _ = kill(Pid::from_raw(self.process.id().cast_signed()), signal);
     }
 
     /// Remembers its last line.
-    pub(super) fn remember(&mut self, process: &str, line: &str) {
+    fn remember(&mut self, process: &str, line: &str) {
         if process == self.name {
             line.trim().clone_into(&mut self.last_line);
         }
     }
 
     /// If the process has ended: how and why, after its last lines have been shown.
-    pub(super) fn ended(
+    fn ended(
         &mut self,
         reports: &Reports,
         screen: &mut Screen,
@@ -359,13 +352,13 @@ impl Child {
     }
 
     /// Tells the process to end, and makes sure that it has by `deadline`.
-    pub(super) fn end(&mut self, deadline: Instant) {
+    fn end(&mut self, deadline: Instant) {
         self.input = None;
         while let Ok(None) = self.process.try_wait() {
             if clock::now() > deadline {
                 return;
             }
-            clock::sleep(LOOK_EVERY);
+            clock::sleep(END_LOOK_EVERY);
         }
     }
 }
@@ -395,7 +388,7 @@ fn forward(
     stream: impl Read + Send + 'static,
     reports: ReportSender,
     report: impl Fn(String) -> Report + Send + 'static,
-) -> std::io::Result<()> {
+) -> io::Result<()> {
     let read = move || {
         for line in BufReader::new(stream).lines().map_while(Result::ok) {
             // Better lose lines than stop the child.

@@ -23,8 +23,7 @@ use nix::unistd::Pid;
 use plant_sim::Truth;
 use plant_sim::io::FlightReport;
 
-use crate::arrangement::Arrangement;
-use crate::process::Process;
+use crate::arrangement::{Arrangement, Process};
 use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is checked while the plant flies.

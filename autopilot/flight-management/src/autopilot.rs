@@ -3,12 +3,11 @@
 //! The plant link calls it once a tick; an in-process flight calls it the same way. Intents and their
 //! outcomes, events and snapshots are values.
 
-use core::fmt;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
 use flight_control::{
-    AircraftModel, Authority, Estimator, FlightControl, Gains, Law, NavigationSource, NavigationState,
+    AircraftModel, Authority, Estimator, FlightControl, Gains, NavigationSource, NavigationState,
     StepLog,
 };
 use icd::fault::{FaultReply, FaultRequest, FaultState, PlantAction, PlantReport, PlantRequest};
@@ -20,17 +19,25 @@ use crate::command::{
     Command, Configuration, FIRST_SCRIPT_REQUEST, Intent, Outcome, ScriptCommand, VehicleCommand,
 };
 use crate::event::{Event, EventKind, Snapshot};
-use crate::own_law::{FlightLaw, OwnLaw};
+use crate::own_law::{Brought, FlightLaw, OwnLaw};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::termination;
 use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
+use crate::vehicle::rules::within;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
 
 /// Requests to the plant that may be open.
 const REQUESTS_MAX: usize = 32;
+/// Open requests of a script to the plant; the rest of the room is for ground stations.
+const OPEN_MAX: usize = 8;
+const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
+/// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
+/// three events.
+const LINES_PER_STEP: usize = 32;
+const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 
 /// The control side of a flight at its start.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -53,7 +60,7 @@ pub struct Settings {
 /// The control side of the flight software.
 ///
 /// A copy continues as the original would, with one exception: a law that cannot be copied starts anew in it
-/// ([`own_law::FlightLaw::copy`]).
+/// ([`FlightLaw::copy`]).
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     model: AircraftModel,
@@ -95,8 +102,13 @@ impl Autopilot {
             transitions: Transitions::default(),
             latest: None,
             open: VecDeque::with_capacity(REQUESTS_MAX),
-            scripts: Scripts::new(script.clone(), settings.fault_injection),
-            events: EventQueue::new(),
+            scripts: Scripts {
+                scenario: script.clone(),
+                may_fail: settings.fault_injection,
+                running: None,
+                last_number: FIRST_SCRIPT_REQUEST,
+            },
+            events: EventQueue { events: VecDeque::with_capacity(EVENTS_MAX + 1), lost: 0 },
         }
     }
 
@@ -302,6 +314,18 @@ impl Autopilot {
         self.navigation.estimator()
     }
 
+    /// The law that the program brought, as it is in this flight.
+    pub fn own_law(&self) -> Option<&dyn FlightLaw> {
+        self.own_law.as_ref().map(Brought::law)
+    }
+
+    /// Creates the law again.
+    fn reset_own_law(&mut self) {
+        if let Some(brought) = &mut self.own_law {
+            *brought = Brought::new(brought.own.clone());
+        }
+    }
+
     /// The present settings: gains, limits and guidance as operators have set them.
     pub fn settings(&self) -> Settings {
         Settings {
@@ -310,8 +334,8 @@ impl Autopilot {
             limits: self.rules.limits,
             navigation: self.rules.navigation,
             references: self.vehicle.references().clone(),
-            script: self.scripts.of_scenario().cloned(),
-            own_law: self.own_law.as_ref().map(Brought::own),
+            script: self.scripts.scenario.clone(),
+            own_law: self.own_law.as_ref().map(|brought| brought.own.clone()),
             fault_injection: self.scripts.may_fail,
         }
     }
@@ -330,35 +354,7 @@ impl Autopilot {
     pub fn gains(&self) -> &Gains {
         &self.gains
     }
-}
 
-/// A request to the plant without an answer.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct OpenRequest {
-    pub request: PlantRequest,
-    /// The plant has it. One new flight completes all requests for one, so only the first of them is sent.
-    pub is_sent: bool,
-    pub asker: Asker,
-}
-
-/// Who learns the outcome of a request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Asker {
-    /// An operator: by the number of the command.
-    Operator,
-    /// A script: only of a refusal, with the line.
-    Line { script: u32, line: u16 },
-    /// Another script has begun since.
-    Nobody,
-}
-
-impl OpenRequest {
-    fn is_restart(&self) -> bool {
-        self.request.action == PlantAction::Restart
-    }
-}
-
-impl Autopilot {
     /// Next request for the plant; at most one leaves with each answer.
     pub fn next_request(&mut self) -> Option<PlantRequest> {
         let place = self.open.iter().position(|open| !open.is_sent)?;
@@ -439,29 +435,22 @@ impl Autopilot {
     }
 
     /// Refuses a pace that is out of range.
-    pub(super) fn check_action(&self, action: PlantAction) -> Result<(), VehicleRefusal> {
-        let refused = |what, unit, value, (min, max)| {
-            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
-        };
+    fn check_action(&self, action: PlantAction) -> Result<(), VehicleRefusal> {
         match action {
             PlantAction::Pace(pace @ Pace::Step(periods)) if !pace.is_valid() => {
-                let limits = (1.0, f64::from(Pace::STEPS_MAX));
-                refused("step", "periods", f64::from(periods), limits)
+                within("step", "periods", f64::from(periods), (1.0, f64::from(Pace::STEPS_MAX)))
             }
             PlantAction::Pace(pace @ Pace::Speed(speed)) if !pace.is_valid() => {
-                refused("simulation speed", "x real time", speed, Pace::SPEED)
+                within("simulation speed", "x real time", speed, Pace::SPEED)
             }
             // For an aircraft on the ground simulation time has ended.
             PlantAction::Pace(Pace::Step(_)) => self.can_fly(),
-            PlantAction::Pace(Pace::Pause | Pace::Run | Pace::Speed(_))
-            | PlantAction::Fault(_)
-            | PlantAction::ListFaults
-            | PlantAction::Restart => Ok(()),
+            _ => Ok(()),
         }
     }
 
     /// Queues a request for the plant, or publishes why it cannot be sent.
-    pub(super) fn request(&mut self, number: u32, action: PlantAction) {
+    fn request(&mut self, number: u32, action: PlantAction) {
         let request = PlantRequest { number, action };
         let mut open = OpenRequest { request, is_sent: false, asker: Asker::Operator };
         if !self.in_flight {
@@ -474,7 +463,7 @@ impl Autopilot {
         }
     }
 
-    pub(super) fn has_room_for_request(&self) -> bool {
+    fn has_room_for_request(&self) -> bool {
         self.open.len() < REQUESTS_MAX
     }
 
@@ -493,7 +482,7 @@ impl Autopilot {
     }
 
     /// Ends all requests without an answer, except those for a new flight.
-    pub(super) fn abandon_requests(&mut self) {
+    fn abandon_requests(&mut self) {
         while let Some(place) = self.open.iter().position(|open| !open.is_restart())
             && let Some(open) = self.open.remove(place)
         {
@@ -502,55 +491,14 @@ impl Autopilot {
     }
 
     /// Ends the requests for a new flight.
-    pub(super) fn resolve_restarts(&mut self, outcome: Outcome) {
+    fn resolve_restarts(&mut self, outcome: Outcome) {
         while let Some(open) = self.open.pop_front() {
             self.conclude(&open, outcome);
         }
     }
-}
 
-/// When a fault began or ended; `before` is the tick before the report. A new change happened at the tick that comes
-/// with the report; a repeated one happened earlier, and a scheduled one will happen.
-fn time_of_fault(state: &FaultState, before: SimTime) -> SimTime {
-    match state {
-        FaultState::Scheduled { .. } => before,
-        state => state.time().max(before),
-    }
-}
-
-/// Open requests of a script to the plant; the rest of the room is for ground stations.
-const OPEN_MAX: usize = 8;
-const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
-/// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
-/// three events.
-const LINES_PER_STEP: usize = 32;
-const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
-
-/// The script of the flight.
-#[derive(Debug, Clone)]
-pub(super) struct Scripts {
-    /// The script that begins with each flight.
-    scenario: Option<Arc<Script>>,
-    /// Scripts may inject faults (`SYS_FAILURE_EN`).
-    pub(super) may_fail: bool,
-    running: Option<Run>,
-    last_number: u32,
-}
-
-impl Scripts {
-    pub(super) fn new(scenario: Option<Arc<Script>>, may_fail: bool) -> Self {
-        Self { scenario, may_fail, running: None, last_number: FIRST_SCRIPT_REQUEST }
-    }
-
-    /// Sets the script that begins with each flight.
-    pub(super) fn of_scenario(&self) -> Option<&Arc<Script>> {
-        self.scenario.as_ref()
-    }
-}
-
-impl Autopilot {
     /// Begins a flight: ends the running script and begins the scenario's.
-    pub(super) fn begin_script(&mut self, joined_in_flight: bool) {
+    fn begin_script(&mut self, joined_in_flight: bool) {
         self.stop_script();
         // A flight does not depend on earlier flights.
         self.scripts.last_number = FIRST_SCRIPT_REQUEST;
@@ -564,7 +512,7 @@ impl Autopilot {
     }
 
     /// Runs a script from the next control step on, instead of the running one.
-    pub(super) fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
+    fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
         self.can_fly()?;
         if script.has_faults() && !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
@@ -580,14 +528,14 @@ impl Autopilot {
     }
 
     /// Ends the running script, if any, and returns whether there was one.
-    pub(super) fn stop_script(&mut self) -> bool {
+    fn stop_script(&mut self) -> bool {
         let Some(run) = self.scripts.running.take() else { return false };
         self.publish_script_event(run.script().id(), ScriptEvent::Stopped);
         true
     }
 
     /// Executes the lines that are due at this tick, up to [`LINES_PER_STEP`].
-    pub(super) fn step_script(&mut self, state: &NavigationState) {
+    fn step_script(&mut self, state: &NavigationState) {
         let Some(mut run) = self.scripts.running.take() else { return };
         let id = run.script().id();
         self.vehicle.see(state);
@@ -613,11 +561,11 @@ impl Autopilot {
     }
 
     fn execute(&mut self, asker: Asker, action: Action) -> Result<(), VehicleRefusal> {
-        let Self { vehicle, rules, events, time, .. } = self;
         match action {
             Action::Fault(request) => self.request_fault(asker, request),
-            Action::Refer(reference) => vehicle.refer(reference, rules),
+            Action::Refer(reference) => self.vehicle.refer(reference, &self.rules),
             Action::Mode(mode) => {
+                let Self { vehicle, rules, events, time, .. } = self;
                 let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
                 vehicle.change_mode(mode, rules, publish)
             }
@@ -641,24 +589,66 @@ impl Autopilot {
     }
 }
 
+/// A request to the plant without an answer.
+#[derive(Debug, Clone, Copy)]
+struct OpenRequest {
+    pub request: PlantRequest,
+    /// The plant has it. One new flight completes all requests for one, so only the first of them is sent.
+    pub is_sent: bool,
+    pub asker: Asker,
+}
+
+/// Who learns the outcome of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asker {
+    /// An operator: by the number of the command.
+    Operator,
+    /// A script: only of a refusal, with the line.
+    Line { script: u32, line: u16 },
+    /// Another script has begun since.
+    Nobody,
+}
+
+impl OpenRequest {
+    fn is_restart(&self) -> bool {
+        self.request.action == PlantAction::Restart
+    }
+}
+
+/// When a fault began or ended; `before` is the tick before the report. A new change happened at the tick that comes
+/// with the report; a repeated one happened earlier, and a scheduled one will happen.
+fn time_of_fault(state: &FaultState, before: SimTime) -> SimTime {
+    match state {
+        FaultState::Scheduled { .. } => before,
+        state => state.time().max(before),
+    }
+}
+
+/// The script of the flight.
+#[derive(Debug, Clone)]
+struct Scripts {
+    /// The script that begins with each flight.
+    scenario: Option<Arc<Script>>,
+    /// Scripts may inject faults (`SYS_FAILURE_EN`).
+    may_fail: bool,
+    running: Option<Run>,
+    last_number: u32,
+}
+
 /// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
-pub(super) const EVENTS_MAX: usize = 256;
+const EVENTS_MAX: usize = 256;
 
 /// Events that wait to be fetched.
 #[derive(Debug, Clone)]
-pub(super) struct EventQueue {
+struct EventQueue {
     events: VecDeque<Event>,
     /// Dropped events that no event has reported yet.
     lost: u64,
 }
 
 impl EventQueue {
-    pub(super) fn new() -> Self {
-        Self { events: VecDeque::with_capacity(EVENTS_MAX + 1), lost: 0 }
-    }
-
     /// When there is no room, the oldest event of the least important kind is dropped, the new one included.
-    pub(super) fn push(&mut self, time: SimTime, kind: EventKind) {
+    fn push(&mut self, time: SimTime, kind: EventKind) {
         self.events.push_back(Event { time, kind });
         if self.events.len() > EVENTS_MAX {
             let ranks = self.events.iter().map(|event| rank(&event.kind)).enumerate();
@@ -669,7 +659,7 @@ impl EventQueue {
     }
 
     /// The oldest event. After the last one, the number of lost events, if any.
-    pub(super) fn pop(&mut self, now: SimTime) -> Option<Event> {
+    fn pop(&mut self, now: SimTime) -> Option<Event> {
         self.events.pop_front().or_else(|| {
             let lost = std::mem::take(&mut self.lost);
             (lost > 0).then_some(Event { time: now, kind: EventKind::EventsLost(lost) })

@@ -27,10 +27,12 @@ pub mod configuration;
 pub mod event;
 pub mod event_text;
 pub mod fault_list;
+pub mod own_law;
 pub mod parameters;
 pub mod script;
 pub mod termination;
+mod text_error;
 pub mod transitions;
 pub mod vehicle;
 
-pub use autopilot::own_law;
+pub use text_error::TextError;

@@ -32,7 +32,7 @@ impl<L: Law + Clone + Send + 'static> FlightLaw for L {
 pub struct OwnLaw {
     name: Arc<str>,
     /// What makes one for each flight.
-    pub(crate) make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
+    make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
 }
 
 impl OwnLaw {
@@ -64,3 +64,42 @@ impl PartialEq for OwnLaw {
 }
 
 impl Eq for OwnLaw {}
+
+/// The law of a flight and its constructor.
+pub struct Brought {
+    pub(crate) own: OwnLaw,
+    law: Box<dyn FlightLaw>,
+}
+
+impl Brought {
+    /// With a law that has not flown yet.
+    pub fn new(own: OwnLaw) -> Self {
+        let law = (own.make)();
+        Self { own, law }
+    }
+
+    /// The law of this flight.
+    pub fn law(&self) -> &dyn FlightLaw {
+        &*self.law
+    }
+
+    /// The same, to be flown.
+    pub fn law_mut(&mut self) -> &mut dyn Law {
+        &mut *self.law
+    }
+}
+
+/// A law that cannot be copied starts anew in the copy: see [`crate::autopilot::Autopilot::own_law`].
+impl Clone for Brought {
+    fn clone(&self) -> Self {
+        let own = self.own.clone();
+        let law = self.law.copy().unwrap_or_else(|| (own.make)());
+        Self { own, law }
+    }
+}
+
+impl fmt::Debug for Brought {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.own.fmt(f)
+    }
+}

@@ -23,7 +23,8 @@ pub use compatibility::{
 };
 pub use document::document;
 pub use failure::{
-    FAULT_CHOICES, FailureParameters, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
+    FAULT_CHOICES, FailureParameters, FaultParameter, ParameterName, fault_of, fault_parameters,
+    is_fault,
 };
 pub use table::{changes, nearest, table};
 
@@ -130,22 +131,14 @@ pub struct Parameter {
     pub choices: &'static [Choice],
     /// A change takes effect at the next start of the program, not at once.
     pub at_restart: bool,
-    get: Get,
-    set: Set,
+    access: Access,
 }
 
+/// How a value is read and set.
 #[derive(Debug, Clone, Copy)]
-enum Get {
-    Gain(fn(&Gains) -> f64),
-    Own(fn(&Parameters) -> f64),
-    /// Place of a setting of a kind of fault.
-    Fault(usize),
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Set {
-    Gain(fn(&mut Gains, f64)),
-    Own(fn(&mut Parameters, f64)),
+enum Access {
+    Gain(fn(&Gains) -> f64, fn(&mut Gains, f64)),
+    Own(fn(&Parameters) -> f64, fn(&mut Parameters, f64)),
     /// Place of a setting of a kind of fault.
     Fault(usize),
 }
@@ -211,10 +204,10 @@ fn after(unit: &str) -> String {
 
 impl Parameter {
     pub fn value(&self, parameters: &Parameters) -> f64 {
-        match self.get {
-            Get::Gain(get) => get(&parameters.gains),
-            Get::Own(get) => get(parameters),
-            Get::Fault(place) => parameters.failure.settings[place],
+        match self.access {
+            Access::Gain(get, _) => get(&parameters.gains),
+            Access::Own(get, _) => get(parameters),
+            Access::Fault(place) => parameters.failure.settings[place],
         }
     }
 
@@ -270,6 +263,14 @@ impl Parameters {
         self.check_law()
     }
 
+    /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
+    pub fn differences(&self, defaults: &Self) -> Vec<String> {
+        let bits = |row: &Parameter, of: &Self| row.value(of).to_bits();
+        let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
+        // Whole numbers have no decimals.
+        changed.map(|row| format!("{} = {}", row.name, row.value(self))).collect()
+    }
+
     /// Sets one parameter that is inside its range; does not check the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let name = compatibility(name).and_then(|row| row.meant()).map_or(name, |row| row.name);
@@ -291,10 +292,10 @@ impl Parameters {
         if row.kind == Kind::Int && libm::fmod(value, 1.0) != 0.0 {
             return Err(ParameterError::NotWhole { name, value, min, max, unit });
         }
-        match row.set {
-            Set::Gain(set) => set(&mut self.gains, value),
-            Set::Own(set) => set(self, value),
-            Set::Fault(place) => self.failure.settings[place] = value,
+        match row.access {
+            Access::Gain(_, set) => set(&mut self.gains, value),
+            Access::Own(_, set) => set(self, value),
+            Access::Fault(place) => self.failure.settings[place] = value,
         }
         Ok(())
     }
@@ -410,29 +411,21 @@ const HEADER: &str = "\
 /// Characters of a line that a message repeats.
 const LINE_MAX: usize = 60;
 
-/// Why saved parameters cannot be used.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("{file}: {problem}; mend the file, or start with --parameter-file none")]
-pub struct SavedError {
-    pub file: String,
-    /// The error in it.
-    pub problem: SavedProblem,
-}
-
 /// Error of saved parameters.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum SavedProblem {
-    /// The file exists and cannot be read.
-    #[error("cannot be read: {0}")]
-    Unreadable(String),
+    /// No parameters in TOML, or something other than a number.
     #[error("{0}")]
-    Syntax(String),
-    /// Something other than a number.
-    #[error("{name} = {value} is not a number")]
-    NotANumber { name: String, value: String },
+    Text(String),
     /// An invalid name or value.
     #[error(transparent)]
     Parameter(#[from] ParameterError),
+}
+
+/// Why a file of saved parameters cannot be used.
+pub fn saved_error(file: &str, problem: impl Display) -> TextError {
+    let advice = "mend the file, or start with --parameter-file none";
+    TextError::at(file, format!("{problem}; {advice}"))
 }
 
 /// The text for `parameters`, where `defaults` are those of the aircraft. [`from_text`] gives the same parameters to
@@ -442,20 +435,18 @@ pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
     for row in table() {
         let (value, default) = (row.value(parameters), row.value(defaults));
         if value.to_bits() != default.to_bits() {
-            let unit = if row.unit == "-" { String::new() } else { format!(" {}", row.unit) };
             // Writing to a string cannot fail.
-            let _ = writeln!(text, "{} = {value} # default {default}{unit}", row.name);
+            let _ = writeln!(text, "{} = {value} # default {default}{}", row.name, after(row.unit));
         }
     }
     text
 }
 
 /// The parameters in `text`, which comes from `file`; the others have the values of `defaults`.
-pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, SavedError> {
-    let refuse = |problem| SavedError { file: file.to_owned(), problem };
+pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, TextError> {
     let mut parameters = *defaults;
     // The warning, if any, was reported when the value was set.
-    set_from_text(&mut parameters, text).map_err(refuse)?;
+    set_from_text(&mut parameters, text).map_err(|problem| saved_error(file, problem))?;
     Ok(parameters)
 }
 
@@ -464,10 +455,14 @@ pub fn set_from_text(
     parameters: &mut Parameters,
     text: &str,
 ) -> Result<Option<Lemma1Warning>, SavedProblem> {
-    let table: toml::Table = text
-        .parse()
-        .map_err(|error: toml::de::Error| SavedProblem::Syntax(one_line(&error, text)))?;
-    set_from_table(parameters, &table)
+    let one_line = |error: toml::de::Error| {
+        let at = error.span().map_or(0, |span| span.start.min(text.len()));
+        let before = text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+        let line = text.lines().nth(before).unwrap_or_default().chars().take(LINE_MAX);
+        let (line, why) = (line.collect::<String>(), error.message().replace('\n', " "));
+        SavedProblem::Text(format!("line {} ({line}): {why}", before + 1))
+    };
+    set_from_table(parameters, &text.parse().map_err(one_line)?)
 }
 
 /// Sets the parameters in a table; the others stay.
@@ -494,29 +489,7 @@ fn number(name: &str, value: &toml::Value) -> Result<f64, SavedProblem> {
         toml::Value::Float(value) => Ok(*value),
         // A value beyond 32 bits is out of every range too.
         toml::Value::Integer(value) => Ok(i32::try_from(*value).map_or(f64::INFINITY, f64::from)),
-        _ => Err(SavedProblem::NotANumber { name: name.to_owned(), value: value.to_string() }),
-    }
-}
-
-fn one_line(error: &toml::de::Error, text: &str) -> String {
-    let at = error.span().map_or(0, |span| span.start.min(text.len()));
-    let before = text.bytes().take(at).filter(|byte| *byte == b'\n').count();
-    let line: String =
-        text.lines().nth(before).unwrap_or_default().chars().take(LINE_MAX).collect();
-    format!("line {} ({line}): {}", before + 1, error.message().replace('\n', " "))
-}
-
-impl Parameters {
-    /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
-    pub fn differences(&self, defaults: &Self) -> Vec<String> {
-        let bits = |row: &super::Parameter, of: &Self| row.value(of).to_bits();
-        let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
-        changed
-            .map(|row| match row.kind {
-                Kind::Int => format!("{} = {:.0}", row.name, row.value(self)),
-                Kind::Real => format!("{} = {}", row.name, row.value(self)),
-            })
-            .collect()
+        _ => Err(SavedProblem::Text(format!("{name} = {value} is not a number"))),
     }
 }
 

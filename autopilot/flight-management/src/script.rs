@@ -100,7 +100,7 @@ struct Text {
 
 impl Script {
     /// Reads a script for an aircraft with these effectors; messages call it `name`.
-    pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, ScriptError> {
+    pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, TextError> {
         // Some editors put a byte order mark before the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let sequences = parser::sequences(text, effectors).map_err(|error| error.in_file(name))?;
@@ -114,8 +114,8 @@ impl Script {
     }
 
     /// The error for a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
-    pub fn too_long(name: &str, length: usize) -> ScriptError {
-        Problem::TextTooLong(length).at(1, 1).in_file(name)
+    pub fn too_long(name: &str, length: u64) -> TextError {
+        parser::too_long(length).in_file(name)
     }
 
     /// Its name in messages.
@@ -187,8 +187,8 @@ impl fmt::Display for Script {
 }
 
 impl TryFrom<Text> for Script {
-    type Error = ScriptError;
-    fn try_from(Text { name, text, effectors }: Text) -> Result<Self, ScriptError> {
+    type Error = TextError;
+    fn try_from(Text { name, text, effectors }: Text) -> Result<Self, TextError> {
         Self::parse(&name, &text, &effectors)
     }
 }
@@ -237,7 +237,7 @@ pub enum NotBegun {
 /// Why the command of a line was not executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineRefusal {
-    Vehicle(crate::vehicle::VehicleRefusal),
+    Vehicle(VehicleRefusal),
     Plant {
         /// Target; `None` for all.
         target: Option<Target>,
@@ -311,58 +311,52 @@ pub struct Condition {
     pub value: f64,
 }
 
-/// One quantity in the language: its words, its unit with the factor to SI, and its range in that unit.
-pub(super) struct Row {
-    pub words: &'static str,
-    pub quantity: Quantity,
-    pub unit: &'static str,
-    pub scale: f64,
-    pub range: (f64, f64),
+/// One quantity in the language: its words, its unit with the factor to SI, its range in that unit, and its value in SI.
+struct QuantityRow {
+    words: &'static str,
+    quantity: Quantity,
+    unit: (&'static str, f64),
+    range: (f64, f64),
+    value: fn(&NavigationState) -> f64,
 }
 
 const fn row(
     words: &'static str,
     quantity: Quantity,
-    (unit, scale): (&'static str, f64),
+    unit: (&'static str, f64),
     range: (f64, f64),
-) -> Row {
-    Row { words, quantity, unit, scale, range }
+    value: fn(&NavigationState) -> f64,
+) -> QuantityRow {
+    QuantityRow { words, quantity, unit, range, value }
 }
 
 /// All quantities. Of names with the same beginning, the longer one is first.
-pub(super) const ROWS: [Row; 13] = [
-    row("roll rate", Quantity::RollRate, ("deg/s", DEG), (-720.0, 720.0)),
-    row("pitch rate", Quantity::PitchRate, ("deg/s", DEG), (-720.0, 720.0)),
-    row("yaw rate", Quantity::YawRate, ("deg/s", DEG), (-720.0, 720.0)),
-    row("roll", Quantity::Roll, ("deg", DEG), (-180.0, 180.0)),
-    row("pitch", Quantity::Pitch, ("deg", DEG), (-90.0, 90.0)),
-    row("heading", Quantity::Heading, ("deg", DEG), (0.0, 360.0)),
-    row("altitude", Quantity::Altitude, ("m", 1.0), (0.0, 30_000.0)),
-    row("climb rate", Quantity::ClimbRate, ("m/s", 1.0), (-1_000.0, 1_000.0)),
-    row("airspeed", Quantity::Airspeed, ("m/s", 1.0), (0.0, 1_000.0)),
-    row("alpha", Quantity::Alpha, ("deg", DEG), (-180.0, 180.0)),
-    row("beta", Quantity::Beta, ("deg", DEG), (-180.0, 180.0)),
-    row("load factor", Quantity::LoadFactor, ("g", 1.0), (-50.0, 50.0)),
-    row("time", Quantity::Time, ("s", 1.0), (0.0, SimTime::MAX_SECONDS)),
+const QUANTITIES: [QuantityRow; 13] = [
+    row("roll rate", Quantity::RollRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.x),
+    row("pitch rate", Quantity::PitchRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.y),
+    row("yaw rate", Quantity::YawRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.z),
+    row("roll", Quantity::Roll, ("deg", DEG), (-180.0, 180.0), |state| state.attitude.phi),
+    row("pitch", Quantity::Pitch, ("deg", DEG), (-90.0, 90.0), |state| state.attitude.theta),
+    row("heading", Quantity::Heading, ("deg", DEG), (0.0, 360.0), |state| state.attitude.psi),
+    row("altitude", Quantity::Altitude, ("m", 1.0), (0.0, 30_000.0), |state| state.altitude_m),
+    row("climb rate", Quantity::ClimbRate, ("m/s", 1.0), (-1_000.0, 1_000.0), |state| {
+        state.climb_rate_m_s()
+    }),
+    row("airspeed", Quantity::Airspeed, ("m/s", 1.0), (0.0, 1_000.0), |state| state.airspeed_m_s),
+    row("alpha", Quantity::Alpha, ("deg", DEG), (-180.0, 180.0), |state| state.alpha),
+    row("beta", Quantity::Beta, ("deg", DEG), (-180.0, 180.0), |state| state.beta),
+    row("load factor", Quantity::LoadFactor, ("g", 1.0), (-50.0, 50.0), |state| {
+        -state.specific_force.0.z / STANDARD_GRAVITY_M_S2
+    }),
+    row("time", Quantity::Time, ("s", 1.0), (0.0, SimTime::MAX_SECONDS), |state| {
+        state.time.as_seconds()
+    }),
 ];
 
 impl Quantity {
     pub fn value(self, state: &NavigationState) -> f64 {
-        match self {
-            Self::Roll => state.attitude.phi,
-            Self::Pitch => state.attitude.theta,
-            Self::Heading => state.attitude.psi,
-            Self::Altitude => state.altitude_m,
-            Self::ClimbRate => state.climb_rate_m_s(),
-            Self::Airspeed => state.airspeed_m_s,
-            Self::Alpha => state.alpha,
-            Self::Beta => state.beta,
-            Self::RollRate => state.rates.x,
-            Self::PitchRate => state.rates.y,
-            Self::YawRate => state.rates.z,
-            Self::LoadFactor => -state.specific_force.0.z / STANDARD_GRAVITY_M_S2,
-            Self::Time => state.time.as_seconds(),
-        }
+        let row = QUANTITIES.iter().find(|row| row.quantity == self);
+        row.map_or(0.0, |row| (row.value)(state))
     }
 
     /// Angles that wrap around.
@@ -495,74 +489,6 @@ impl Run {
     pub fn is_over(&self) -> bool {
         let mut sequences = self.script.sequences().iter().zip(&self.places);
         sequences.all(|(sequence, place)| place.next >= sequence.lines.len())
-    }
-}
-
-/// Why a text is not a valid script.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{file}, line {line}, column {column}: {problem}")]
-pub struct ScriptError {
-    /// Name of the file.
-    pub file: String,
-    /// Line of the text, from 1.
-    pub line: usize,
-    /// Character of the line, from 1.
-    pub column: usize,
-    pub problem: Box<Problem>,
-}
-
-/// A problem of a script.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum Problem {
-    #[error("{found} found, expected {expected}")]
-    Unexpected {
-        /// The word, or the end of the line.
-        found: String,
-        expected: String,
-    },
-    /// A character that no word contains.
-    #[error("{0:?} belongs to no word")]
-    Character(char),
-    /// A number out of range.
-    #[error("{what} {value} is outside {min} to {max} {unit}")]
-    OutOfRange {
-        /// Name of the number.
-        what: &'static str,
-        value: String,
-        min: String,
-        max: String,
-        /// Unit of all three.
-        unit: &'static str,
-    },
-    /// No aircraft can have this fault.
-    #[error("{0}")]
-    Fault(String),
-    /// Two sequences with the same name.
-    #[error("there is a sequence {0} already")]
-    SameName(String),
-    /// The text is too long.
-    #[error("the text has {0} bytes or more, at most {TEXT_MAX} are allowed")]
-    TextTooLong(usize),
-    #[error("more than {LINES_MAX} lines with an action")]
-    TooManyLines,
-    #[error("more than {SEQUENCES_MAX} sequences")]
-    TooManySequences,
-    /// No line has an action.
-    #[error("no line does anything")]
-    Empty,
-}
-
-impl Problem {
-    /// A problem at a place.
-    pub(super) fn at(self, line: usize, column: usize) -> ScriptError {
-        ScriptError { file: String::new(), line, column, problem: Box::new(self) }
-    }
-}
-
-impl ScriptError {
-    /// The same with the name of its file.
-    pub(super) fn in_file(self, name: &str) -> Self {
-        Self { file: name.to_owned(), ..self }
     }
 }
 

@@ -32,7 +32,7 @@ pub fn prepare(folder: &Path) -> io::Result<()> {
 }
 
 /// Name of a log: UTC time of its beginning and the short form of the flight's session.
-pub fn name(utc_s: u64, session: &str) -> String {
+pub fn log_name(utc_s: u64, session: &str) -> String {
     format!("{}-{session}.ulg", stamp(utc_s))
 }
 
@@ -84,45 +84,29 @@ fn begun(stamp: &str) -> Option<u64> {
 /// Removes the oldest logs until they have at most `limit` bytes together. It keeps logs that are being written, and
 /// files whose names are not those of logs.
 pub fn make_room(folder: &Path, limit: u64) {
-    let mut logs = match logs(folder) {
+    let logs = match logs(folder, usize::MAX, is_log) {
         Ok(logs) => logs,
         Err(problem) => {
             warn!(%problem, folder = %folder.display(), "old flight logs cannot be looked at");
             return;
         }
     };
-    // Names begin with the time.
-    logs.sort();
-    let mut all: u64 = logs.iter().map(|(_, _, bytes)| bytes).sum();
-    for (name, path, bytes) in logs {
+    let mut all: u64 = logs.iter().map(|log| log.size).sum();
+    for Log { name, size } in logs {
         if all <= limit {
             return;
         }
-        let is_free = File::open(&path).is_ok_and(|file| file.try_lock().is_ok());
-        if is_free {
+        let path = folder.join(&name);
+        if File::open(&path).is_ok_and(|file| file.try_lock().is_ok()) {
             match fs::remove_file(&path) {
                 Ok(()) => {
-                    all -= bytes;
+                    all -= size;
                     info!(log = name, "removed the oldest flight log to make room");
                 }
                 Err(problem) => warn!(%problem, log = name, "cannot remove an old flight log"),
             }
         }
     }
-}
-
-/// Name, path and bytes of each log.
-fn logs(folder: &Path) -> io::Result<Vec<(String, PathBuf, u64)>> {
-    let mut logs = Vec::new();
-    for entry in fs::read_dir(folder)? {
-        let entry = entry?;
-        let Ok(name) = entry.file_name().into_string() else { continue };
-        let metadata = entry.metadata()?;
-        if metadata.is_file() && is_log(&name) {
-            logs.push((name, entry.path(), metadata.len()));
-        }
-    }
-    Ok(logs)
 }
 
 /// `yyyymmdd-hhmmss`, then anything, then one of the extensions.
@@ -275,17 +259,13 @@ struct Log {
     size: u64,
 }
 
-/// The flight logs, sorted by name, that is, by age. A folder that does not exist has none.
-fn logs(folder: &Path) -> io::Result<Vec<Log>> {
-    let entries = match fs::read_dir(folder) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
-        entries => entries?,
-    };
+/// The files whose names `is_log` accepts among so many entries of the folder, sorted by name, that is, by age.
+fn logs(folder: &Path, most: usize, is_log: impl Fn(&str) -> bool) -> io::Result<Vec<Log>> {
     let mut logs = Vec::new();
-    for entry in entries.take(ENTRIES_MAX) {
+    for entry in fs::read_dir(folder)?.take(most) {
         let entry = entry?;
         let Ok(name) = entry.file_name().into_string() else { continue };
-        if flight_log_begun(&name).is_none() {
+        if !is_log(&name) {
             continue;
         }
         // Metadata of the entry itself: the target of a link is not in this folder. The file may be gone by now.
@@ -298,8 +278,16 @@ fn logs(folder: &Path) -> io::Result<Vec<Log>> {
     Ok(logs)
 }
 
+/// The flight logs. A folder that does not exist has none.
+fn flight_logs(folder: &Path) -> io::Result<Vec<Log>> {
+    match logs(folder, ENTRIES_MAX, |name| flight_log_begun(name).is_some()) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
+        logs => logs,
+    }
+}
+
 fn list(folder: &Path) -> io::Result<Vec<LogFile>> {
-    let logs = logs(folder)?;
+    let logs = flight_logs(folder)?;
     let first = logs.len().saturating_sub(LISTED_MAX);
     let entry = |Log { name, size }: Log| {
         let utc_s = flight_log_begun(&name).unwrap_or_default();
@@ -327,7 +315,7 @@ fn log_path(folder: &Path, name: &str) -> io::Result<PathBuf> {
 
 fn erase(folder: &Path) -> io::Result<Erased> {
     let mut erased = Erased::default();
-    for log in logs(folder)? {
+    for log in flight_logs(folder)? {
         match remove(folder, &log.name) {
             Ok(true) => erased.removed += 1,
             Ok(false) => erased.in_use += 1,
@@ -367,15 +355,15 @@ mod name_tests {
         assert_eq!(stamp(951_782_400), "20000229-000000");
         assert_eq!(stamp(1_735_689_599), "20241231-235959");
         assert_eq!(stamp(4_107_542_400), "21000301-000000");
-        assert_eq!(name(0, "000000ab"), "19700101-000000-000000ab.ulg");
-        assert!(is_log(&name(0, "00000001")) && is_log("19700101-000000.tlog"));
+        assert_eq!(log_name(0, "000000ab"), "19700101-000000-000000ab.ulg");
+        assert!(is_log(&log_name(0, "00000001")) && is_log("19700101-000000.tlog"));
     }
 
     #[test]
     fn the_oldest_logs_go_and_nothing_else() {
         let folder = tempfile::tempdir().unwrap();
         let names = ["notes.txt", "diary.ulg", "19700101-000000.tlog"];
-        let flights = [1, 2, 3, 4].map(|utc_s| name(utc_s, "0000000a"));
+        let flights = [1, 2, 3, 4].map(|utc_s| log_name(utc_s, "0000000a"));
         for name in names.iter().copied().chain(flights.iter().map(String::as_str)) {
             fs::write(folder.path().join(name), [0; 100]).unwrap();
         }
@@ -405,7 +393,7 @@ mod name_tests {
     #[test]
     fn a_name_leads_back_to_its_second() {
         for utc_s in (0..4_102_444_800).step_by(86_400 * 3 + 4321) {
-            assert_eq!(flight_log_begun(&name(utc_s, "0000000a")), Some(utc_s));
+            assert_eq!(flight_log_begun(&log_name(utc_s, "0000000a")), Some(utc_s));
         }
     }
 

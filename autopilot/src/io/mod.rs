@@ -8,3 +8,6 @@ pub mod recorder;
 pub mod status;
 pub mod store;
 pub mod tlog;
+
+/// Place of what the system refuses at the start.
+pub(crate) const HERE: &str = "autopilot";

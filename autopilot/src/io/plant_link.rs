@@ -9,6 +9,7 @@ use std::time::Duration;
 
 use flight_control::StepLog;
 use host_io::health::HealthFile;
+use host_io::problem::{At as _, Problem};
 use host_io::tick_log::TickLogWriter;
 use host_io::{LinkSocket, Stop, session};
 use icd::SimTime;
@@ -23,7 +24,6 @@ use super::channels::ControlChannels;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::clock::{self, WallTime};
-use crate::config::RunError;
 use flight_management::autopilot::Autopilot;
 use flight_management::event::EventKind;
 use flight_management::fault_list::FaultList;
@@ -99,18 +99,17 @@ impl PlantLink {
     }
 
     /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.
-    pub fn run(mut self) -> Result<Option<File>, RunError> {
+    pub fn run(mut self) -> Result<Option<File>, Problem> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
             let received = self.socket.receive_from(&mut buffer);
-            match received.map_err(|error| format!("plant link: {error}"))? {
+            match received.at("plant link")? {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
                 None => self.housekeeping(),
             }
         }
         let log = self.recorder.take().and_then(Recorder::finish);
-        let finished = self.step_log.map_or(Ok(()), TickLogWriter::finish);
-        finished.map_err(|error| format!("step log: {error}"))?;
+        self.step_log.map_or(Ok(()), TickLogWriter::finish).at("step log")?;
         Ok(log)
     }
 

@@ -34,7 +34,9 @@ use ulog::writer::Level;
 use super::log_folder::{log_name, make_room, prepare};
 use super::status::StatusSource;
 use super::tlog;
-use ::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Moment, Recorded, Step, open};
+use ::recorder::{
+    Begin, ControlHeader, Encoder, End, Entry, LogRate, Moment, Recorded, Step, open,
+};
 use flight_management::autopilot::Autopilot;
 use flight_management::command::{Command, Intent, VehicleCommand};
 use flight_management::event::Event;
@@ -138,10 +140,9 @@ pub struct Recorder {
 
 impl Recorder {
     /// Checks that logs can be written to the folder, which it creates if needed, and starts the log thread.
-    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RunError> {
-        let folder = config.folder.clone();
-        let failed = |error: io::Error| format!("--log-dir {}: {error}", folder.display());
-        folder::prepare(&config.folder).map_err(failed)?;
+    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), Problem> {
+        let place = format!("--log-dir {}", config.folder.display());
+        prepare(&config.folder).at(&place)?;
         let (full, batches) = sync_channel(QUEUE_MAX);
         let (recycle, empty) = sync_channel(QUEUE_MAX);
         let (sender, changes) = sync_channel(PARAMETERS_MAX);
@@ -151,8 +152,8 @@ impl Recorder {
         let theirs = Arc::clone(&removed);
         let thread = thread::Builder::new()
             .name("flight log".to_owned())
-            .spawn(move || writer::LogThread::new(config, changes, theirs).run(&batches, &recycle))
-            .map_err(failed)?;
+            .spawn(move || LogThread::new(config, changes, theirs).run(&batches, &recycle))
+            .at(place)?;
         let recorder = Self {
             batch: Vec::with_capacity(BATCH_ROOM),
             began: None,
@@ -232,7 +233,7 @@ impl Recorder {
         packet: &SensorPacket,
         envelope: &[u8],
         actuators: &Actuators,
-        request: Option<icd::fault::PlantRequest>,
+        request: Option<PlantRequest>,
         autopilot: &Autopilot,
     ) {
         let (truth, piece) = open(envelope);
@@ -339,7 +340,7 @@ const BUFFER_BYTES: usize = 256 * 1024;
 const LOOKS: u64 = 16;
 
 /// State of the log thread.
-pub struct LogThread {
+struct LogThread {
     config: RecorderConfig,
     changes: Receiver<Parameters>,
     log: Option<OpenLog>,
@@ -424,8 +425,8 @@ impl LogThread {
             // If the file cannot be created either, the result is the same.
             debug!(%problem, "the folder of the logs cannot be made again");
         }
-        folder::make_room(folder, *limit_bytes);
-        let path = folder.join(folder::name(clock::utc_seconds(), &begin.header.session));
+        make_room(folder, *limit_bytes);
+        let path = folder.join(log_name(clock::utc_seconds(), &begin.header.session));
         let log = LogFile::create(&path).and_then(|file| {
             let lock = file.file.try_clone().ok();
             let mut encoder = Encoder::begin(file, begin, parameters, *rate)?;
@@ -480,7 +481,7 @@ impl LogThread {
             self.finished = None;
         } else if written >= log.look_at {
             log.look_at = written + limit / LOOKS;
-            folder::make_room(&self.config.folder, limit);
+            make_room(&self.config.folder, limit);
         }
     }
 

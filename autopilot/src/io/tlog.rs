@@ -12,7 +12,7 @@ use std::thread::{self, JoinHandle};
 
 use tracing::warn;
 
-use super::recorder::folder::stamp;
+use super::log_folder::stamp;
 use crate::clock::WallTime;
 
 /// Frames that may wait for the disk: more than half a second of a download.

@@ -7,7 +7,9 @@ use std::str::FromStr;
 use std::sync::Arc;
 
 use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, MainLaw};
+use host_io::instance::whole;
 use host_io::problem::{At as _, Problem, problem};
+use host_io::process::CORE_MAX;
 use host_io::{Instance, Wait, file};
 use icd::EffectorList;
 use serde::Deserialize;
@@ -29,8 +31,6 @@ const SIGNING_KEY: &str = "signing.key";
 const LOG_FOLDER: &str = "logs";
 /// Largest size of all flight logs, MB.
 const LOG_LIMIT_MAX_MB: u64 = 1_000_000;
-/// Highest number of a core that the system's masks have.
-const CORE_MAX: usize = 1023;
 /// The scenarios that both programs know by name. Only the autopilot's part is read here.
 const SCENARIOS: [(&str, &str); 3] = [
     ("nominal", include_str!("../../../plant-sim/scenarios/nominal.toml")),
@@ -95,10 +95,10 @@ impl LawArgs {
     }
 
     /// Sets the values that the options give, and no others.
-    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), RunError> {
+    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), Problem> {
         if let Some(path) = &self.gains {
             parameters::set_from_text(parameters, &config::read(path)?)
-                .map_err(|problem| format!("--gains {}: {problem}", path.display()))?;
+                .at(format!("--gains {}", path.display()))?;
         }
         parameters.brings_law = self.own.is_some();
         let selection = &mut parameters.gains.selection;
@@ -123,7 +123,7 @@ impl ScriptArgs {
         &self,
         scenario: Option<Script>,
         effectors: &EffectorList,
-    ) -> Result<Option<Script>, ConfigError> {
+    ) -> Result<Option<Script>, Problem> {
         let Some(path) = &self.script else { return Ok(scenario) };
         config::script_file(path, effectors).map(Some)
     }
@@ -136,7 +136,7 @@ pub struct RecordingArgs {
     #[arg(long, value_name = "DIR|none")]
     pub log_dir: Option<PathOption>,
     /// Size of all flight logs in that folder together, MB; the oldest are removed when a flight begins
-    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = parse_log_limit)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = whole(1, LOG_LIMIT_MAX_MB))]
     pub log_limit_mb: u64,
     /// How many control steps a flight log has rows of
     #[arg(long, value_name = "RATE", value_enum, default_value_t)]
@@ -199,7 +199,7 @@ pub struct AutopilotArgs {
     #[arg(long, value_name = "FILE")]
     pub health_file: Option<PathBuf>,
     /// Run the control thread on this core only
-    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = parse_core)]
+    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = whole(0, CORE_MAX))]
     pub cpu: Option<usize>,
     /// How to wait for the plant: block, yield or spin
     #[arg(long, value_name = "HOW", default_value = "block")]
@@ -217,7 +217,7 @@ pub struct AutopilotArgs {
 
 impl AutopilotArgs {
     /// The requested sockets for ground stations; `None` if they are disabled.
-    pub fn links(&self) -> Result<Option<Links>, RunError> {
+    pub fn links(&self) -> Result<Option<Links>, Problem> {
         let file = match &self.config {
             None => ConfigFile::default(),
             Some(path) => ConfigFile::read(path)?,
@@ -242,7 +242,7 @@ impl AutopilotArgs {
     }
 
     /// The controller's model of the aircraft, with the defaults of its parameters.
-    pub fn model(&self) -> Result<Model, RunError> {
+    pub fn model(&self) -> Result<Model, Problem> {
         let mut model = config::named_model(&self.model)?;
         model.defaults.link.system_id = self.instance.system_id();
         Ok(model)
@@ -252,28 +252,26 @@ impl AutopilotArgs {
     pub fn kept_parameters(
         &self,
         defaults: &Parameters,
-    ) -> Result<Option<KeptParameters>, RunError> {
+    ) -> Result<Option<KeptParameters>, Problem> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptParameters::read(file, defaults)).transpose()?)
     }
 
     /// The plan that a ground station has uploaded in an earlier run; `None` if it is not saved.
-    pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
+    pub fn kept_plan(&self) -> Result<Option<KeptPlan>, Problem> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptPlan::read_beside(&file)).transpose()?)
     }
 
     /// The key file and the key in it; `None` if no key is saved.
-    pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
+    pub fn kept_key(&self) -> Result<Option<KeptKey>, Problem> {
         let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
-        let read =
-            |file| KeptKey::read(file).map_err(|problem| format!("signing: {problem}").into());
-        file.map(read).transpose()
+        file.map(|file| KeptKey::read(file).at("signing")).transpose()
     }
 
     /// The control side that the options request, validated. It does not depend on the parameter file, so that a
     /// flight of record does not either.
-    pub fn control_setup(&self) -> Result<(Settings, Parameters), RunError> {
+    pub fn control_setup(&self) -> Result<(Settings, Parameters), Problem> {
         let model = self.model()?;
         self.control_setup_over(&model.aircraft, &model.defaults)
     }
@@ -283,7 +281,7 @@ impl AutopilotArgs {
         &self,
         model: &AircraftModel,
         over: &Parameters,
-    ) -> Result<(Settings, Parameters), RunError> {
+    ) -> Result<(Settings, Parameters), Problem> {
         let mut parameters = *over;
         if let Some(path) = &self.setup {
             let mut setup = read_setup(path)?;
@@ -293,17 +291,17 @@ impl AutopilotArgs {
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
             parameters.brings_law = setup.own_law.is_some();
-            parameters.check_law().map_err(of_parameter)?;
+            parameters.check_law().at("--param")?;
             return Ok((setup, parameters));
         }
         self.laws.apply(&mut parameters)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
         let set = parameters.set_all(ftc.into_iter().chain(settings));
-        if let Some(warning) = set.map_err(of_parameter)? {
+        if let Some(warning) = set.at("--param")? {
             warn!("parameters: {warning}");
         }
-        parameters.check_law().map_err(of_parameter)?;
+        parameters.check_law().at("--param")?;
         let model = *model;
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
@@ -330,30 +328,23 @@ impl AutopilotArgs {
     }
 }
 
-fn of_parameter(error: ParameterError) -> RunError {
-    format!("--param: {error}").into()
-}
-
-fn read_scenario(name: &str) -> Result<String, ConfigError> {
-    let path = Path::new(name);
-    file::read_text(path, file::TEXT_MAX).map_err(|problem| {
-        if problem.is_not_found() {
+fn read_scenario(name: &str) -> Result<String, Problem> {
+    match file::read_text(Path::new(name), file::TEXT_MAX) {
+        Err(problem) if problem.is_not_found() => {
             let known = SCENARIOS.map(|(name, _)| name).join(", ");
-            ConfigError::NoScenario { name: name.to_owned(), known }
-        } else {
-            ConfigError::Read { path: path.to_path_buf(), source: problem.into() }
+            let why = "there is no such scenario and no such file; the scenarios are";
+            Err(problem!("--scenario {name}: {why} {known}"))
         }
-    })
+        read => read.at(name),
+    }
 }
 
-fn read_setup(path: &Path) -> Result<Settings, RunError> {
-    let refused = || format!("{}: not a control setup of this version", path.display());
+fn read_setup(path: &Path) -> Result<Settings, Problem> {
+    let refused = || problem!("{}: not a control setup of this version", path.display());
     let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
     let setup: Settings = postcard::from_bytes(&bytes).map_err(|_| refused())?;
-    let file = path.display().to_string();
-    let model = setup.model.validate();
-    model.map_err(|source| ConfigError::Model { file, source })?;
-    setup.gains.validate().map_err(|error| of_parameter(error.into()))?;
+    setup.model.validate().at(path.display())?;
+    setup.gains.validate().at("--param")?;
     Ok(setup)
 }
 
@@ -362,16 +353,6 @@ fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, St
         let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
         format!("there is no {what} {text}; the {what}s are {}", names.join(", "))
     })
-}
-
-fn parse_log_limit(text: &str) -> Result<u64, String> {
-    let limit = text.parse().ok().filter(|limit| (1..=LOG_LIMIT_MAX_MB).contains(limit));
-    limit.ok_or_else(|| format!("{text} is not a whole number from 1 to {LOG_LIMIT_MAX_MB}"))
-}
-
-fn parse_core(text: &str) -> Result<usize, String> {
-    let core = text.parse().ok().filter(|core| *core <= CORE_MAX);
-    core.ok_or_else(|| format!("{text} is not a whole number from 0 to {CORE_MAX}"))
 }
 
 fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
@@ -478,15 +459,13 @@ pub struct GroundStationTable {
 
 impl ConfigFile {
     /// Reads a file.
-    pub fn read(path: &Path) -> Result<Self, ConfigError> {
+    pub fn read(path: &Path) -> Result<Self, Problem> {
         Self::from_toml(&path.display().to_string(), &config::read(path)?)
     }
 
     /// Reads the text of a file; `file` is its name for error messages.
-    pub fn from_toml(file: &str, text: &str) -> Result<Self, ConfigError> {
-        let syntax =
-            |source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) };
-        toml::from_str(text).map_err(syntax)
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, Problem> {
+        toml::from_str(text).at(file)
     }
 }
 

@@ -81,7 +81,7 @@ impl Screen {
         if self.terminal.is_some() {
             return Ok(());
         }
-        text::plain_lines(ground_stations, self.state.advice.as_ref())
+        plain_lines(ground_stations, self.state.advice.as_ref())
             .iter()
             .try_for_each(|line| print(line))?;
         if has_keys { print(&keys::HELP.join(", ")) } else { Ok(()) }
@@ -175,7 +175,7 @@ impl Screen {
     pub(super) fn end(mut self, program: &Path) -> io::Result<()> {
         if let Some(terminal) = self.terminal.take() {
             drop(terminal);
-            if !terminal::takes_output(&io::stdout()) {
+            if !takes_output(&io::stdout()) {
                 return Ok(());
             }
             let is_warning = |line: &&str| line.contains("WARN") || line.contains("ERROR");
@@ -256,7 +256,7 @@ const USUAL: (usize, usize) = (80, 24);
 const DUMB: &str = "dumb";
 
 /// The terminal at the standard output; as it was again when this is dropped, and before a panic is reported.
-pub(super) struct Terminal {
+struct Terminal {
     out: Stdout,
     /// It is ours now.
     taken: Arc<AtomicBool>,
@@ -267,7 +267,7 @@ pub(super) struct Terminal {
 impl Terminal {
     /// `None` where the output is no terminal, one that knows only lines, or that of a shell that has put this
     /// process into the background.
-    pub(super) fn open() -> Option<Self> {
+    fn open() -> Option<Self> {
         let out = io::stdout();
         let is_dumb = std::env::var_os("TERM").is_some_and(|name| name == DUMB);
         if !out.is_terminal() || is_dumb || is_in_background(&out) {
@@ -284,7 +284,7 @@ impl Terminal {
     }
 
     /// Columns and rows now.
-    pub(super) fn size(&self) -> (usize, usize) {
+    fn size(&self) -> (usize, usize) {
         let size = tcgetwinsize(&self.out);
         let size = size.map(|size| (usize::from(size.ws_col), usize::from(size.ws_row)));
         size.ok().filter(|(columns, rows)| *columns > 0 && *rows > 0).unwrap_or(USUAL)
@@ -292,7 +292,7 @@ impl Terminal {
 
     /// Shows these lines, as many as [`Terminal::size`] has rows at most. Writes only those that have changed, so that
     /// a selection in the others stays. Nothing while a shell has the terminal, or while its output is stopped (Ctrl-S).
-    pub(super) fn draw(&mut self, lines: Vec<Line>) -> io::Result<()> {
+    fn draw(&mut self, lines: Vec<Line>) -> io::Result<()> {
         if is_in_background(&self.out) || !takes_output(&self.out) {
             return Ok(());
         }
@@ -321,7 +321,7 @@ impl Terminal {
     }
 
     /// Gives the terminal back. The next [`Terminal::draw`] takes it again.
-    pub(super) fn leave(&mut self) {
+    fn leave(&mut self) {
         give_back(&self.taken);
     }
 }
@@ -358,15 +358,10 @@ fn clamp(row: usize) -> u16 {
     u16::try_from(row).unwrap_or(u16::MAX)
 }
 
-/// Whether another process group has the terminal. One that is nobody's is not the background.
-fn is_in_background(out: &Stdout) -> bool {
-    tcgetpgrp(out).is_ok_and(|foreground| foreground != getpgrp())
-}
-
 /// Whether a write returns at once. It does not on a terminal whose output was stopped (Ctrl-S): a write would wait
 /// until the user lets it go on, and a request to stop with it. An output that cannot be asked is taken as ready, and
 /// the write finds out.
-pub(super) fn takes_output(out: &Stdout) -> bool {
+fn takes_output(out: &Stdout) -> bool {
     let mut asked = [PollFd::new(out.as_fd(), PollFlags::POLLOUT)];
     poll(&mut asked, PollTimeout::ZERO) != Ok(0)
 }

@@ -10,11 +10,14 @@ use std::sync::LazyLock;
 
 use arrayvec::ArrayString;
 use icd::fault::{
-    CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, Target, TargetClass, Targets,
+    CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, Target, TargetClass,
+    Targets,
 };
 use icd::{Effector, EffectorList};
 
 use super::{Access, Choice, Kind, Parameter};
+
+const GROUP: &str = "Fault injection";
 
 /// Most settings of kinds that the set can hold.
 const SETTINGS_MAX: usize = 64;
@@ -38,31 +41,21 @@ pub struct FailureParameters {
     pub times: u32,
 }
 
-/// A parameter that the catalogue needs.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Setting {
-    pub name: &'static str,
-    pub meaning: &'static str,
-    /// Unit; `-` for a choice.
-    pub unit: &'static str,
-    pub min: f64,
-    pub max: f64,
-    pub default: f64,
-    /// Empty for a number.
-    pub choices: Vec<Choice>,
-}
-
-/// All of them: choices, then numbers.
-pub(super) fn settings() -> &'static [Setting] {
-    static SETTINGS: LazyLock<Vec<Setting>> = LazyLock::new(|| {
+/// The parameters that the catalogue needs, with their defaults: choices, then numbers.
+pub(super) fn settings() -> &'static [(Parameter, f64)] {
+    static SETTINGS: LazyLock<Vec<(Parameter, f64)>> = LazyLock::new(|| {
         let choices = FailureType::ALL.into_iter().flat_map(choices_of);
-        choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX).collect()
+        let all = choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX);
+        let placed = all.enumerate().map(|(place, (row, default))| {
+            (Parameter { access: Access::Fault(place), ..row }, default)
+        });
+        placed.collect()
     });
     &SETTINGS
 }
 
 /// The mode of a type, and the choices of its kinds.
-fn choices_of(failure_type: FailureType) -> Vec<Setting> {
+fn choices_of(failure_type: FailureType) -> Vec<(Parameter, f64)> {
     let kinds = || CATALOGUE.iter().filter(|kind| kind.mavlink.failure_type == failure_type);
     let mode = failure_type.mode().map(|mode| {
         let labels = kinds().flat_map(|KindInfo { mavlink, .. }| {
@@ -82,23 +75,40 @@ fn choice(
     name: &'static str,
     meaning: &'static str,
     mut labels: Vec<(i32, &'static str)>,
-) -> Setting {
+) -> (Parameter, f64) {
     labels.sort_unstable();
     let max = labels.last().map_or(0.0, |(value, _)| f64::from(*value));
-    let choices = labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
-    Setting { name, meaning, unit: "-", min: 0.0, max, default: 0.0, choices }
+    let choices: Vec<_> =
+        labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
+    let kind = Kind::Int;
+    // The table is made once.
+    (Parameter { name, meaning, kind, max, choices: choices.leak(), ..NUMBER }, 0.0)
 }
 
-fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Setting> {
+fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = (Parameter, f64)> {
     kind.numbers.iter().map(|number| {
         let NumberParameter { name, min, max, default, meaning } = number.parameter;
         // One parameter for all sensors, whose units differ.
         let of_sensors = kind.targets == Targets::SENSORS;
         let unit = number.quantity.measure().unit(TargetClass::Angle).name;
         let unit = if of_sensors { "-" } else { unit };
-        Setting { name, meaning, unit, min, max, default, choices: Vec::new() }
+        (Parameter { name, meaning, unit, min, max, ..NUMBER }, default)
     })
 }
+
+/// What the numbers of the catalogue have in common.
+const NUMBER: Parameter = Parameter {
+    name: "",
+    group: GROUP,
+    kind: Kind::Real,
+    unit: "-",
+    min: 0.0,
+    max: 0.0,
+    meaning: "",
+    choices: &[],
+    at_restart: false,
+    access: Access::Fault(0),
+};
 
 /// The parameter with the size of every fault of a sensor, in the operator's unit of the sensor.
 const SENSOR_SIZE: &str = "FLT_SENSOR";
@@ -111,8 +121,8 @@ impl FailureParameters {
 
     pub(super) fn reference() -> Self {
         let mut numbers = [0.0; SETTINGS_MAX];
-        for (number, setting) in numbers.iter_mut().zip(settings()) {
-            *number = setting.default;
+        for (number, (_, default)) in numbers.iter_mut().zip(settings()) {
+            *number = *default;
         }
         Self {
             enabled: true,
@@ -128,7 +138,7 @@ impl FailureParameters {
     /// A number of a kind by the name of its parameter, in its unit; of a choice the number of the alternative.
     pub fn number(&self, name: &str) -> f64 {
         let mut all = settings().iter().zip(self.settings);
-        all.find(|(setting, _)| setting.name == name).map_or(0.0, |(_, number)| number)
+        all.find(|((row, _), _)| row.name == name).map_or(0.0, |(_, number)| number)
     }
 
     /// The selected alternative of a choice.

@@ -24,20 +24,16 @@ pub fn table() -> &'static [Parameter] {
             meaning: tunable.meaning,
             choices: &[],
             at_restart: false,
-            get: Get::Gain(tunable.get),
-            set: Set::Gain(tunable.set),
+            access: Access::Gain(tunable.get, tunable.set),
         });
-        let failure = services::failure_rows();
-        let own = [LAWS, REFERENCES, &failure, GUIDANCE, LINK_LOSS, LINK_SILENCE, LINK_TIMES];
-        let [channel, slots] = services::MODE_SWITCH_ROWS;
-        let stations = [services::STATION_ROWS, channel, slots];
-        own.concat()
-            .into_iter()
-            .chain(stations.concat())
-            .chain(STREAMS.iter().copied())
-            .chain(gains)
-            .chain(ESTIMATOR.iter().copied())
-            .collect()
+        let faults: Vec<Parameter> = settings().iter().map(|(row, _)| *row).collect();
+        let own = [LAWS, REFERENCES, FAULTS, &faults, FAULT_SIZES, FAULT_TIMES, GUIDANCE];
+        let links = [LINK_LOSS, LINK_SILENCE, LINK_TIMES, STATION, CHANNEL, SLOTS, STREAMS];
+        let mut rows = [own.concat(), links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
+        for row in rows.iter_mut().filter(|row| row.name == "MAV_SYS_ID") {
+            row.at_restart = true;
+        }
+        rows
     });
     &TABLE
 }
@@ -77,8 +73,8 @@ macro_rules! numbers {
             meaning: $meaning,
             choices: &[],
             at_restart: false,
-            get: Get::Own(|p| p.$($field).+),
-            set: Set::Own(|p, value| p.$($field).+ = value),
+            // A whole number was checked before to be one, and to be in range.
+            access: Access::Own(|p| f64::from(p.$($field).+), |p, value| p.$($field).+ = value as _),
         }),*]
     };
 }
@@ -100,16 +96,18 @@ macro_rules! choices {
             meaning: $meaning,
             choices: &[$(Choice { value: $value, label: $label }),+],
             at_restart: false,
-            get: Get::Own(|p| match p.$($field).+ $([$place])? {
-                $($($variant)::+ => f64::from($value)),+
-            }),
-            set: Set::Own(|p, value| {
-                let choices = [$(($value, $($variant)::+)),+];
-                let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
-                if let Some((_, variant)) = chosen {
-                    p.$($field).+ $([$place])? = variant;
-                }
-            }),
+            access: Access::Own(
+                |p| match p.$($field).+ $([$place])? {
+                    $($($variant)::+ => f64::from($value)),+
+                },
+                |p, value| {
+                    let choices = [$(($value, $($variant)::+)),+];
+                    let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
+                    if let Some((_, variant)) = chosen {
+                        p.$($field).+ $([$place])? = variant;
+                    }
+                },
+            ),
         }),*]
     };
 }
@@ -243,38 +241,13 @@ pub fn changes(from: &str, to: &str) -> usize {
     row[to.len()]
 }
 
-const GROUP: &str = "Fault injection";
-
-/// In the order of their index on the wire.
-fn failure_rows() -> Vec<Parameter> {
-    [SWITCH, &of_kinds(), NUMBERS, TIMES].concat()
-}
-
-const SWITCH: &[Parameter] = choices! { "Fault injection";
+const FAULTS: &[Parameter] = choices! { "Fault injection";
     "SYS_FAILURE_EN", failure.enabled, "Fault injection":
         0 false "refused",
         1 true "allowed";
 };
 
-/// Parameters of the catalogue of faults.
-fn of_kinds() -> Vec<Parameter> {
-    let rows = settings().iter().enumerate().map(|(place, setting)| Parameter {
-        name: setting.name,
-        group: GROUP,
-        kind: if setting.choices.is_empty() { Kind::Real } else { Kind::Int },
-        unit: setting.unit,
-        min: setting.min,
-        max: setting.max,
-        meaning: setting.meaning,
-        choices: &setting.choices,
-        at_restart: false,
-        get: Get::Fault(place),
-        set: Set::Fault(place),
-    });
-    rows.collect()
-}
-
-const NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
+const FAULT_SIZES: &[Parameter] = numbers! { Real, "Fault injection";
     "FLT_ENG_PCT", "%", -100.0 to 100.0, failure.engine_pct,
         "Size of the engine's faults in place of the degrees, percent of its largest thrust; of SLOW and DRIFT percent/s";
     "FLT_RAMP_S", "s", 0.0 to 3_600.0, failure.ramp_s,
@@ -285,33 +258,10 @@ const NUMBERS: &[Parameter] = numbers! { Real, "Fault injection";
         "From one onset of a fault to the next, needs FLT_DUR_S; 0 once only";
 };
 
-/// Largest number of repetitions.
-const TIMES_MAX: f64 = 1_000.0;
-
-const TIMES: &[Parameter] = &[Parameter {
-    name: "FLT_RPT_N",
-    group: GROUP,
-    kind: Kind::Int,
-    unit: "-",
-    min: 0.0,
-    max: TIMES_MAX,
-    meaning: "How often a fault acts in all with FLT_RPT_S; 0 without end",
-    choices: &[],
-    at_restart: false,
-    get: Get::Own(|p| f64::from(p.failure.times)),
-    set: Set::Own(|p, value| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "whole and in range, as checked before"
-        )]
-        let times = value as u32;
-        p.failure.times = times;
-    }),
-}];
-
-/// In the order of their index on the wire.
-const MODE_SWITCH_ROWS: [&[Parameter]; 2] = [CHANNEL, SLOTS];
+const FAULT_TIMES: &[Parameter] = numbers! { Int, "Fault injection";
+    "FLT_RPT_N", "-", 0.0 to 1_000.0, failure.times,
+        "How often a fault acts in all with FLT_RPT_S; 0 without end";
+};
 
 const CHANNEL: &[Parameter] = choices! { "Mode switch";
     "RC_MAP_FLTMODE", mode_switch.channel, "Channel of RC_CHANNELS_OVERRIDE that selects a mode when it changes its slot":
@@ -350,28 +300,7 @@ const SLOTS: &[Parameter] = slots! {
     "COM_FLTMODE6" 5 "Mode of the highest sixth, from 1833 us to 2000 us",
 };
 
-/// Largest system id, as PX4 has it; above are ground stations.
-const SYSTEM_ID_MAX: f64 = 250.0;
-
-/// In the order of their index on the wire.
-const STATION_ROWS: &[Parameter] = &[Parameter {
-    name: "MAV_SYS_ID",
-    group: "Ground stations",
-    kind: Kind::Int,
-    unit: "-",
-    min: 1.0,
-    max: SYSTEM_ID_MAX,
-    meaning: "MAVLink system id of the vehicle",
-    choices: &[],
-    at_restart: true,
-    get: Get::Own(|p| f64::from(p.link.system_id)),
-    set: Set::Own(|p, value| {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "whole and in range, as checked before"
-        )]
-        let system_id = value as u8;
-        p.link.system_id = system_id;
-    }),
-}];
+/// System ids up to 250, as PX4 has it; above are ground stations.
+const STATION: &[Parameter] = numbers! { Int, "Ground stations";
+    "MAV_SYS_ID", "-", 1.0 to 250.0, link.system_id, "MAVLink system id of the vehicle";
+};

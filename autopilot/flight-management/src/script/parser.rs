@@ -5,23 +5,33 @@ use core::cmp::Reverse;
 use core::fmt;
 
 use icd::fault::{
-    AirframePart, CATALOGUE, Choice, FaultDraft, FaultError, KindInfo, Piece, Quantity, SensorKind,
-    Target, TargetClass, Targets,
+    AirframePart, CATALOGUE, Choice, FaultDraft, KindInfo, Piece, Quantity, SensorKind, Target,
+    TargetClass, Targets,
 };
 use icd::units::DEG;
 use icd::{EffectorList, FaultRequest, SimTime};
 
 use super::{
-    Action, Condition, Crossing, LINES_MAX, Line, QUANTITIES, SEQUENCES_MAX, Sequence, TEXT_MAX, Trigger,
+    Action, Condition, Crossing, LINES_MAX, Line, QUANTITIES, SEQUENCES_MAX, Sequence, TEXT_MAX,
+    Trigger,
 };
 use crate::TextError;
 use crate::vehicle::schedule::{AIRSPEED_M_S, ALTITUDE_M, ROLL_DEG};
 use crate::vehicle::{Mode, Reference};
 
-const METRES: [(&str, f64); 1] = [("m", 1.0)];
-const METRES_PER_SECOND: [(&str, f64); 1] = [("m/s", 1.0)];
-/// Units of an angle, with their factors to rad.
-const DEGREES: [(&str, f64); 1] = [("deg", DEG)];
+/// Units of a time, with their factors to seconds.
+const SECONDS: [Unit; 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
+/// What makes a reference of a number in SI.
+type MakeReference = fn(f64) -> Reference;
+/// A unit and its factor to SI.
+type Unit = (&'static str, f64);
+/// References: their words, unit with its factor to SI, and range in that unit.
+const REFERENCES: [(&str, Unit, (f64, f64), MakeReference); 4] = [
+    ("altitude", ("m", 1.0), ALTITUDE_M, Reference::Altitude),
+    ("airspeed", ("m/s", 1.0), AIRSPEED_M_S, Reference::Airspeed),
+    ("roll", ("deg", DEG), ROLL_DEG, Reference::Roll),
+    ("course", ("deg", DEG), (0.0, 360.0), Reference::Course),
+];
 /// The modes that need no stream of a ground station.
 const MODES: [(&str, Mode); 4] = [
     ("position", Mode::Position),
@@ -32,75 +42,73 @@ const MODES: [(&str, Mode); 4] = [
 const ACTIONS: &str = "an action: fail, clear, altitude, roll, airspeed, course, mode, say, end";
 
 /// Reads a whole text.
-fn sequences(
-    text: &str,
-    effectors: &EffectorList,
-) -> Result<Vec<Sequence>, ScriptError> {
+pub(super) fn sequences(text: &str, effectors: &EffectorList) -> Result<Vec<Sequence>, TextError> {
     if text.len() > TEXT_MAX {
-        return Err(Problem::TextTooLong(text.len()).at(1, 1));
+        return Err(too_long(text.len()));
     }
     let mut sequences = vec![Sequence { name: None, lines: Vec::new() }];
     let mut count = 0;
     for (line, number) in text.lines().zip(1_u16..) {
         let at = usize::from(number);
-        let words = cursor::split(line, at)?;
+        let words = split(line, at)?;
         let Some(first) = words.first() else { continue };
-        let column = first.column;
         let mut cursor = Cursor::new(&words, at);
         if cursor.take("sequence") {
             begin_sequence(&mut cursor, number, &mut sequences)?;
             continue;
         }
         if count == LINES_MAX {
-            return Err(Problem::TooManyLines.at(at, column));
+            let why = format!("more than {LINES_MAX} lines with an action");
+            return Err(problem(at, first.column, why));
         }
         count += 1;
-        let line = read(&mut cursor, &words, number, effectors)?;
+        let trigger = trigger(&mut cursor)?;
+        let action = action(&mut cursor, effectors)?;
+        cursor.end()?;
+        let line = Line { number, text: joined(&words), trigger, action };
         if let Some(sequence) = sequences.last_mut() {
             sequence.lines.push(line);
         }
     }
     sequences.retain(|sequence| sequence.name.is_some() || !sequence.lines.is_empty());
     if count == 0 {
-        return Err(Problem::Empty.at(1, 1));
+        return Err(problem(1, 1, "no line does anything"));
     }
     Ok(sequences)
+}
+
+/// The error for a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
+pub(super) fn too_long(length: impl fmt::Display) -> TextError {
+    problem(1, 1, format!("the text has {length} bytes or more, at most {TEXT_MAX} are allowed"))
+}
+
+/// A problem at a line and a character of it, both from 1.
+fn problem(line: usize, column: usize, why: impl fmt::Display) -> TextError {
+    TextError(format!("line {line}, column {column}: {why}"))
 }
 
 fn begin_sequence(
     cursor: &mut Cursor,
     number: u16,
     sequences: &mut Vec<Sequence>,
-) -> Result<(), ScriptError> {
-    let place = cursor.problem(Problem::TooManySequences);
+) -> Result<(), TextError> {
+    let before = cursor.clone();
     let name = cursor.name("the name of the sequence, one word")?.to_owned();
     cursor.end()?;
     let mut names = sequences.iter().filter_map(|sequence| sequence.name.as_ref());
     if names.any(|(_, other)| *other == name) {
-        return Err(ScriptError { problem: Box::new(Problem::SameName(name)), ..place });
+        return Err(before.problem(format!("there is a sequence {name} already")));
     }
     // The one without a name counts only if it has a line with an action.
     let count = sequences.len() - usize::from(sequences[0].lines.is_empty());
     if count >= SEQUENCES_MAX {
-        return Err(place);
+        return Err(before.problem(format!("more than {SEQUENCES_MAX} sequences")));
     }
     sequences.push(Sequence { name: Some((number, name)), lines: Vec::new() });
     Ok(())
 }
 
-fn read(
-    cursor: &mut Cursor,
-    words: &[Word],
-    number: u16,
-    effectors: &EffectorList,
-) -> Result<Line, ScriptError> {
-    let trigger = trigger(cursor)?;
-    let action = action(cursor, effectors)?;
-    cursor.end()?;
-    Ok(Line { number, text: cursor::joined(words), trigger, action })
-}
-
-fn trigger(cursor: &mut Cursor) -> Result<Trigger, ScriptError> {
+fn trigger(cursor: &mut Cursor) -> Result<Trigger, TextError> {
     let trigger = if cursor.take("at") {
         Trigger::At(micros(cursor)?)
     } else if cursor.take("after") {
@@ -114,16 +122,15 @@ fn trigger(cursor: &mut Cursor) -> Result<Trigger, ScriptError> {
     Ok(trigger)
 }
 
-fn micros(cursor: &mut Cursor) -> Result<u64, ScriptError> {
-    let time = cursor.amount("the time", &SECONDS)?;
-    let seconds = time.within((0.0, SimTime::MAX_SECONDS), ("s", 1.0))?;
+fn micros(cursor: &mut Cursor) -> Result<u64, TextError> {
+    let seconds = cursor.amount("the time", &SECONDS, (0.0, SimTime::MAX_SECONDS))?;
     // In range, as just checked.
     Ok(SimTime::from_seconds(seconds).unwrap_or_default().as_micros())
 }
 
-fn condition(cursor: &mut Cursor) -> Result<Condition, ScriptError> {
-    let row = ROWS.iter().find(|row| cursor.take(row.words)).ok_or_else(|| {
-        let names: Vec<&str> = ROWS.iter().map(|row| row.words).collect();
+fn condition(cursor: &mut Cursor) -> Result<Condition, TextError> {
+    let row = QUANTITIES.iter().find(|row| cursor.take(row.words)).ok_or_else(|| {
+        let names: Vec<&str> = QUANTITIES.iter().map(|row| row.words).collect();
         cursor.expected(format!("a quantity: {}", names.join(", ")))
     })?;
     let crossings = [
@@ -132,37 +139,22 @@ fn condition(cursor: &mut Cursor) -> Result<Condition, ScriptError> {
         ("falls below", Crossing::FallsBelow),
     ];
     let crossing = cursor.need_one("how it is crossed", &crossings)?;
-    let (low, high) = row.range;
-    let amount = cursor.amount(row.words, &[(row.unit, row.scale)])?;
-    let value = amount.within((low * row.scale, high * row.scale), (row.unit, row.scale))?;
+    let value = cursor.amount(row.words, &[row.unit], row.range)?;
     Ok(Condition { quantity: row.quantity, crossing, value })
 }
 
-fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, ScriptError> {
+fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, TextError> {
     if cursor.take("fail") {
-        return fault::fail(cursor, effectors).map(Action::Fault);
+        return fail(cursor, effectors).map(Action::Fault);
     }
     if cursor.take("clear") {
-        return fault::clear(cursor, effectors).map(Action::Fault);
+        return clear(cursor, effectors).map(Action::Fault);
     }
-    if cursor.take("altitude") {
-        let altitude = cursor.amount("altitude", &METRES)?;
-        return altitude
-            .within((0.0, 20_000.0), ("m", 1.0))
-            .map(|m| Action::Refer(Reference::Altitude(m)));
-    }
-    if cursor.take("airspeed") {
-        let airspeed = cursor.amount("airspeed", &METRES_PER_SECOND)?;
-        return airspeed
-            .within(AIRSPEED_M_S, ("m/s", 1.0))
-            .map(|m_s| Action::Refer(Reference::Airspeed(m_s)));
-    }
-    if cursor.take("roll") {
-        return angle(cursor, "roll", (-80.0, 80.0)).map(|rad| Action::Refer(Reference::Roll(rad)));
-    }
-    if cursor.take("course") {
-        return angle(cursor, "course", (0.0, 360.0))
-            .map(|rad| Action::Refer(Reference::Course(rad)));
+    for (what, unit, range, reference) in REFERENCES {
+        if cursor.take(what) {
+            let value = cursor.amount(what, &[unit], range)?;
+            return Ok(Action::Refer(reference(value)));
+        }
     }
     if cursor.take("mode") {
         return cursor.need_one("a mode", &MODES).map(Action::Mode);
@@ -176,38 +168,23 @@ fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, Scrip
     Err(cursor.expected(ACTIONS))
 }
 
-fn angle(
-    cursor: &mut Cursor,
-    what: &'static str,
-    (min, max): (f64, f64),
-) -> Result<f64, ScriptError> {
-    let [(unit, deg)] = DEGREES;
-    cursor.amount(what, &DEGREES)?.within((min * deg, max * deg), (unit, deg))
-}
-
 /// The words after `say` in a line in plain form.
-fn said_text(line: &str) -> Option<&str> {
+pub(super) fn said_text(line: &str) -> Option<&str> {
     line.split_once("say ").map(|(_, words)| words)
 }
 
 /// The rest of a line after `fail`.
-fn fail(
-    cursor: &mut Cursor,
-    effectors: &EffectorList,
-) -> Result<FaultRequest, ScriptError> {
+fn fail(cursor: &mut Cursor, effectors: &EffectorList) -> Result<FaultRequest, TextError> {
     let target = target(cursor, effectors, &names(effectors))?;
     let mut draft = kind(cursor, target.class(effectors))?;
     let before = cursor.clone();
     timing(cursor, &mut draft)?;
-    let (kind, timing) = draft.finish().map_err(|error| refused(&before, &error))?;
+    let (kind, timing) = draft.finish().map_err(|error| before.problem(error))?;
     Ok(FaultRequest::Inject { target, kind, timing })
 }
 
 /// The rest of a line after `clear`.
-fn clear(
-    cursor: &mut Cursor,
-    effectors: &EffectorList,
-) -> Result<FaultRequest, ScriptError> {
+fn clear(cursor: &mut Cursor, effectors: &EffectorList) -> Result<FaultRequest, TextError> {
     if cursor.take("all") {
         return Ok(FaultRequest::ClearAll);
     }
@@ -241,7 +218,7 @@ fn target(
     cursor: &mut Cursor,
     effectors: &EffectorList,
     expected: &str,
-) -> Result<Target, ScriptError> {
+) -> Result<Target, TextError> {
     let names =
         |target: Target| [target.name(effectors), target.key(effectors)].map(|name| (name, target));
     let mut all: Vec<(&str, Target)> = Target::all(effectors).flat_map(names).collect();
@@ -271,7 +248,7 @@ fn target(
 }
 
 /// A kind by its words, of which the longest that fit count, with its numbers.
-fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, ScriptError> {
+fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, TextError> {
     let named = |info| first_words(info).iter().map(move |words| (*words, info));
     let mut all: Vec<(&str, &'static KindInfo)> = CATALOGUE.iter().flat_map(named).collect();
     all.sort_by_key(|(words, _)| Reverse(words.len()));
@@ -289,7 +266,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, ScriptErr
             _ => "not for the engine",
         };
         let why = format!("`{}` is {why}", words(info));
-        return Err(before.problem(Problem::Fault(why)));
+        return Err(before.problem(why));
     }
     let mut draft = FaultDraft::new(info, class);
     for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
@@ -340,23 +317,18 @@ fn number(
     cursor: &mut Cursor,
     draft: &mut FaultDraft,
     quantity: Quantity,
-) -> Result<(), ScriptError> {
+) -> Result<(), TextError> {
     let before = cursor.clone();
     let value = cursor.number(quantity.name())?;
     let units = quantity.measure().units(draft.class);
     let written: Vec<String> = units.iter().map(|unit| unit.name.to_ascii_lowercase()).collect();
     let choices: Vec<_> = written.iter().map(String::as_str).zip(units.iter().copied()).collect();
     let unit = cursor.unit(&choices)?;
-    draft.set(quantity, value, unit).map_err(|error| refused(&before, &error))
-}
-
-/// A problem with what comes next at the cursor.
-fn refused(cursor: &Cursor, error: &FaultError) -> ScriptError {
-    cursor.problem(Problem::Fault(error.to_string()))
+    draft.set(quantity, value, unit).map_err(|error| before.problem(error))
 }
 
 /// An alternative by its words, from 0; `None` for that of a choice without words.
-fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, ScriptError> {
+fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, TextError> {
     let all = (0..).zip(choice.alternatives);
     let all: Vec<(&str, u8)> =
         all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
@@ -367,7 +339,7 @@ fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, ScriptErro
 }
 
 /// `, ramp 1 s, for 5 s, every 10 s, 3 times`, in this order, each part once or not at all.
-fn timing(cursor: &mut Cursor, draft: &mut FaultDraft) -> Result<(), ScriptError> {
+fn timing(cursor: &mut Cursor, draft: &mut FaultDraft) -> Result<(), TextError> {
     use Quantity::{Duration, Every, Ramp, Times};
     let mut is_repeated = false;
     for (words, quantity) in [(", ramp", Ramp), (", for", Duration), (", every", Every)] {
@@ -385,9 +357,6 @@ fn timing(cursor: &mut Cursor, draft: &mut FaultDraft) -> Result<(), ScriptError
         Err(cursor.expected("the end of the line, or `, ramp`, `, for`, `, every` in this order"))
     }
 }
-
-/// Units of a time, with their factors to seconds.
-const SECONDS: [(&str, f64); 3] = [("s", 1.0), ("ms", 1.0e-3), ("min", 60.0)];
 
 /// A position in the words of a line.
 #[derive(Clone)]
@@ -416,16 +385,19 @@ impl<'a> Cursor<'a> {
     }
 
     /// A problem with the next word.
-    fn problem(&self, problem: Problem) -> ScriptError {
-        problem.at(self.line, self.column())
+    fn problem(&self, why: impl fmt::Display) -> TextError {
+        problem(self.line, self.column(), why)
+    }
+
+    fn next(&self) -> Option<&'a WordKind> {
+        self.words.get(self.at).map(|word| &word.kind)
     }
 
     /// An error here, with the expected text.
-    fn expected(&self, expected: impl Into<String>) -> ScriptError {
-        let found = self.words.get(self.at);
-        let found =
-            found.map_or_else(|| "end of the line".to_owned(), |w| quoted(&w.kind.to_string()));
-        self.problem(Problem::Unexpected { found, expected: expected.into() })
+    fn expected(&self, expected: impl fmt::Display) -> TextError {
+        let end = || "end of the line".to_owned();
+        let found = self.next().map_or_else(end, |word| quoted(&word.to_string()));
+        self.problem(format!("{found} found, expected {expected}"))
     }
 
     /// Takes these words (`a b c`) if they come next.
@@ -433,9 +405,9 @@ impl<'a> Cursor<'a> {
         let mut at = self.at;
         for word in words.split(' ') {
             let is_next = match self.words.get(at).map(|word| &word.kind) {
-                Some(Kind::Name(name)) => name == word,
-                Some(Kind::Sign(sign)) => word.chars().eq([*sign]),
-                Some(Kind::Number(_) | Kind::Text(_)) | None => false,
+                Some(WordKind::Name(name)) => name == word,
+                Some(WordKind::Sign(sign)) => word.chars().eq([*sign]),
+                Some(WordKind::Number(_) | WordKind::Text(_)) | None => false,
             };
             if !is_next {
                 return false;
@@ -447,7 +419,7 @@ impl<'a> Cursor<'a> {
     }
 
     /// Takes these words, or returns an error that expects them.
-    fn need(&mut self, words: &str) -> Result<(), ScriptError> {
+    fn need(&mut self, words: &str) -> Result<(), TextError> {
         if self.take(words) { Ok(()) } else { Err(self.expected(quoted(words))) }
     }
 
@@ -457,50 +429,49 @@ impl<'a> Cursor<'a> {
     }
 
     /// The same; an error if none of them comes next.
-    fn need_one<T: Copy>(
-        &mut self,
-        what: &str,
-        choices: &[(&str, T)],
-    ) -> Result<T, ScriptError> {
+    fn need_one<T: Copy>(&mut self, what: &str, choices: &[(&str, T)]) -> Result<T, TextError> {
         self.choose(choices).ok_or_else(|| {
             let names: Vec<&str> = choices.iter().map(|(words, _)| *words).collect();
             self.expected(format!("{what}: {}", names.join(", ")))
         })
     }
 
-    /// A number and its unit, one of these with its factor to SI; the number is returned in SI.
+    /// A number and its unit, one of these with its factor to SI: in SI, if it is inside a range in the first unit.
     fn amount(
         &mut self,
-        what: &'static str,
+        what: &str,
         units: &[(&str, f64)],
-    ) -> Result<Amount, ScriptError> {
-        let column = self.column();
-        let value = self.number(what)?;
-        let scale = self.unit(units)?;
-        Ok(Amount { what, line: self.line, column, value, scale })
+        (low, high): (f64, f64),
+    ) -> Result<f64, TextError> {
+        let before = self.clone();
+        let value = self.number(what)? * self.unit(units)?;
+        let (unit, scale) = units.first().copied().unwrap_or(("", 1.0));
+        if (low * scale..=high * scale).contains(&value) {
+            return Ok(value);
+        }
+        let (value, low, high) = (round(value / scale), round(low), round(high));
+        Err(before.problem(format!("{what} {value} is outside {low} to {high} {unit}")))
     }
 
     /// One of these units.
-    fn unit<T: Copy>(&mut self, units: &[(&str, T)]) -> Result<T, ScriptError> {
+    fn unit<T: Copy>(&mut self, units: &[(&str, T)]) -> Result<T, TextError> {
         self.choose(units).ok_or_else(|| {
             let names: Vec<&str> = units.iter().map(|(name, _)| unit(name)).collect();
             self.expected(format!("the unit {}", names.join(" or ")))
         })
     }
 
-    fn number(&mut self, what: &str) -> Result<f64, ScriptError> {
-        match self.words.get(self.at).map(|word| &word.kind) {
-            Some(Kind::Number(value)) => {
-                self.at += 1;
-                Ok(*value)
-            }
-            _ => Err(self.expected(format!("a number ({what})"))),
-        }
+    fn number(&mut self, what: &str) -> Result<f64, TextError> {
+        let Some(WordKind::Number(value)) = self.next() else {
+            return Err(self.expected(format!("a number ({what})")));
+        };
+        self.at += 1;
+        Ok(*value)
     }
 
     /// A whole number from 1 on.
-    fn whole(&mut self, what: &'static str, max: u32) -> Result<u32, ScriptError> {
-        let (line, column) = (self.line, self.column());
+    fn whole(&mut self, what: &'static str, max: u32) -> Result<u32, TextError> {
+        let before = self.clone();
         let value = self.number(what)?;
         if value.fract() == 0.0 && (1.0..=f64::from(max)).contains(&value) {
             #[expect(
@@ -510,72 +481,30 @@ impl<'a> Cursor<'a> {
             )]
             return Ok(value as u32);
         }
-        let (value, min, max) = (value.to_string(), "1".to_owned(), max.to_string());
-        Err(Problem::OutOfRange { what, value, min, max, unit: "" }.at(line, column))
+        Err(before.problem(format!("{what} {value} is outside 1 to {max} ")))
     }
 
     /// Whether a number comes next.
     fn is_number(&self) -> bool {
-        matches!(self.words.get(self.at).map(|word| &word.kind), Some(Kind::Number(_)))
+        matches!(self.next(), Some(WordKind::Number(_)))
     }
 
     /// A name that the author of the script chooses.
-    fn name(&mut self, what: &str) -> Result<&'a str, ScriptError> {
-        let words = self.words;
-        match words.get(self.at).map(|word| &word.kind) {
-            Some(Kind::Name(name)) => {
-                self.at += 1;
-                Ok(name)
-            }
-            _ => Err(self.expected(what)),
-        }
+    fn name(&mut self, what: &str) -> Result<&'a str, TextError> {
+        let Some(WordKind::Name(name)) = self.next() else { return Err(self.expected(what)) };
+        self.at += 1;
+        Ok(name)
     }
 
-    fn text(&mut self, what: &str) -> Result<(), ScriptError> {
-        match self.words.get(self.at).map(|word| &word.kind) {
-            Some(Kind::Text(_)) => {
-                self.at += 1;
-                Ok(())
-            }
-            _ => Err(self.expected(what)),
-        }
+    fn text(&mut self, what: &str) -> Result<(), TextError> {
+        let Some(WordKind::Text(_)) = self.next() else { return Err(self.expected(what)) };
+        self.at += 1;
+        Ok(())
     }
 
     /// An error unless the line ends here.
-    fn end(&self) -> Result<(), ScriptError> {
+    fn end(&self) -> Result<(), TextError> {
         if self.is_at_end() { Ok(()) } else { Err(self.expected("the end of the line")) }
-    }
-}
-
-/// A number with its unit, not yet checked.
-struct Amount {
-    what: &'static str,
-    line: usize,
-    column: usize,
-    value: f64,
-    scale: f64,
-}
-
-impl Amount {
-    /// In SI units, if it is inside a range in SI units; `unit` and its factor are those of the message.
-    fn within(
-        self,
-        (min, max): (f64, f64),
-        unit: (&'static str, f64),
-    ) -> Result<f64, ScriptError> {
-        let value = self.si();
-        if (min..=max).contains(&value) {
-            return Ok(value);
-        }
-        let (unit, scale) = unit;
-        let shown = |si: f64| format!("{}", round(si / scale));
-        let (value, min, max) = (shown(value), shown(min), shown(max));
-        let problem = Problem::OutOfRange { what: self.what, value, min, max, unit };
-        Err(problem.at(self.line, self.column))
-    }
-
-    fn si(&self) -> f64 {
-        self.value * self.scale
     }
 }
 
@@ -588,12 +517,12 @@ fn round(value: f64) -> f64 {
 #[derive(Debug, Clone, PartialEq)]
 struct Word {
     /// Character of the line, from 1.
-    pub column: usize,
-    pub kind: Kind,
+    column: usize,
+    kind: WordKind,
 }
 
 #[derive(Debug, Clone, PartialEq)]
-enum Kind {
+enum WordKind {
     /// Letters, digits, and the characters of units and names; in small letters.
     Name(String),
     Number(f64),
@@ -603,7 +532,7 @@ enum Kind {
     Text(String),
 }
 
-impl fmt::Display for Kind {
+impl fmt::Display for WordKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Name(name) => f.write_str(unit(name)),
@@ -625,7 +554,7 @@ fn unit(name: &str) -> &str {
 }
 
 /// The words of a line up to its comment.
-fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError> {
+fn split(line: &str, number: usize) -> Result<Vec<Word>, TextError> {
     let chars: Vec<char> = line.chars().collect();
     let mut words = Vec::new();
     let mut at = 0;
@@ -640,25 +569,28 @@ fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError> {
                 at += 1;
                 continue;
             }
-            ',' | ':' | '%' => (1, Kind::Sign(first)),
+            ',' | ':' | '%' => (1, WordKind::Sign(first)),
             '0'..='9' | '.' | '+' | '-' => {
                 let length = run(|c| c.is_ascii_digit() || c == '.');
                 let text: String = chars[at..at + length].iter().collect();
                 let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
                 let value = value.ok_or_else(|| {
-                    let expected = "a number such as 10 or -2.5".to_owned();
-                    Problem::Unexpected { found: quoted(&text), expected }.at(number, column)
+                    let found = quoted(&text);
+                    let why = format!("{found} found, expected a number such as 10 or -2.5");
+                    problem(number, column, why)
                 })?;
-                (length, Kind::Number(value))
+                (length, WordKind::Number(value))
             }
             _ if first.is_ascii_alphabetic() => {
                 let length = run(|c| c.is_ascii_alphanumeric() || "_-'/".contains(c));
                 let text: String = chars[at..at + length].iter().collect();
-                (length, Kind::Name(text.to_ascii_lowercase()))
+                (length, WordKind::Name(text.to_ascii_lowercase()))
             }
-            other => return Err(Problem::Character(other).at(number, column)),
+            other => {
+                return Err(problem(number, column, format!("{other:?} belongs to no word")));
+            }
         };
-        let is_text_next = kind == Kind::Name("say".to_owned());
+        let is_text_next = kind == WordKind::Name("say".to_owned());
         words.push(Word { column, kind });
         at += length;
         if is_text_next {
@@ -667,7 +599,7 @@ fn split(line: &str, number: usize) -> Result<Vec<Word>, ScriptError> {
             let text: String = chars[at + blank..].iter().take_while(|c| **c != '#').collect();
             let text = text.trim_end();
             if !text.is_empty() {
-                let kind = Kind::Text(text.to_owned());
+                let kind = WordKind::Text(text.to_owned());
                 words.push(Word { column: at + blank + 1, kind });
             }
             break;
@@ -685,7 +617,7 @@ fn quoted(text: &str) -> String {
 fn joined(words: &[Word]) -> String {
     let mut text = String::new();
     for word in words {
-        if !text.is_empty() && !matches!(word.kind, Kind::Sign(',' | ':')) {
+        if !text.is_empty() && !matches!(word.kind, WordKind::Sign(',' | ':')) {
             text.push(' ');
         }
         text.push_str(&word.kind.to_string());

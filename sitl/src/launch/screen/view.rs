@@ -236,7 +236,7 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
 
 /// Where to connect and how to break something: each command is a line of its own.
 fn help(stations: &Listening, advice: Option<&Advice>, width: usize) -> Vec<Line> {
-    let parts = text::parts(stations, advice);
+    let parts = parts(stations, advice);
     let mut lines = Vec::new();
     if !parts.is_empty() {
         lines.push(line(Tone::Plain, String::new()));
@@ -275,7 +275,7 @@ const GOES_ON: &str = " \\";
 
 /// What to break of this aircraft: an elevator, or else its first surface.
 #[derive(Debug, Clone, PartialEq)]
-pub(in super::super) struct Advice {
+pub(crate) struct Advice {
     name: String,
     /// Number of its servo, from 1.
     servo: usize,
@@ -289,7 +289,7 @@ const OF_THE_SCRIPT: (usize, f64) = (3, 30.0);
 
 impl Advice {
     /// For an aircraft; `None` for one without surfaces.
-    pub(in super::super) fn of(airframe: &Airframe) -> Option<Self> {
+    pub(crate) fn of(airframe: &Airframe) -> Option<Self> {
         let list = &airframe.effectors;
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
         let elevator = list.of_kind(EffectorKind::Elevator).next();
