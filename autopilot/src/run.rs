@@ -11,9 +11,8 @@ use tokio::sync::watch;
 use tracing::{info, warn};
 
 use crate::io::HERE;
-use crate::io::channels::{self, GroundChannels};
 use crate::io::gcs_link::{ControlEnded, GcsConfig, GcsLink, Logs};
-use crate::io::plant_link::{PlantLink, RECEIVE_TIMEOUT};
+use crate::io::plant_link::{GroundChannels, PlantLink, RECEIVE_TIMEOUT, channels};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig};
 use crate::io::status::{self, Listening, StatusLine, StatusSource};
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan};
@@ -55,10 +54,7 @@ pub fn run(args: &AutopilotArgs) -> Result<(), Problem> {
     let step_log = args.step_log.as_ref().map(create).transpose().at("step log")?;
     let (status, printer) = args.status.then(status::channel).unzip();
     let (recorder, ground_feed) = args.recorder(&parameters, status.clone())?.unzip();
-    let (ground, control) = channels::channels();
-    let identity = args.ground_stations.identity;
-    let model = settings.model;
-    let script = settings.script.clone();
+    let (ground, control) = channels();
     let limit_bytes = args.recording.limit_bytes();
     let folder = recorder.as_ref().and_then(|_| args.log_folder());
     let logs = folder.map(|folder| Logs { folder, limit_bytes });
@@ -66,9 +62,9 @@ pub fn run(args: &AutopilotArgs) -> Result<(), Problem> {
         links,
         parameters,
         defaults: model_file.defaults,
-        model,
-        identity,
-        script,
+        model: settings.model,
+        identity: args.ground_stations.identity,
+        script: settings.script.clone(),
         kept,
         kept_plan,
         kept_key,

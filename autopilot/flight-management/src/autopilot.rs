@@ -18,12 +18,11 @@ use serde::{Deserialize, Serialize};
 use crate::command::{
     Command, Configuration, FIRST_SCRIPT_REQUEST, Intent, Outcome, ScriptCommand, VehicleCommand,
 };
-use crate::event::{Event, EventKind, Snapshot};
+use crate::event::{Event, EventKind, Snapshot, Transitions};
 use crate::own_law::{Brought, FlightLaw, OwnLaw};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::termination;
-use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
 use crate::vehicle::rules::within;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -39,7 +38,7 @@ const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
 const LINES_PER_STEP: usize = 32;
 const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 
-/// The control side of a flight at its start.
+/// The control side of a flight at its start. Flight logs have it in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The controller's model of the aircraft.
@@ -47,11 +46,11 @@ pub struct Settings {
     pub gains: Gains,
     pub limits: ReferenceLimits,
     pub navigation: NavigationParameters,
-    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
-    pub fault_injection: bool,
     pub references: ReferenceSchedule,
     /// The script that begins with each flight.
     pub script: Option<Arc<Script>>,
+    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
+    pub fault_injection: bool,
     /// The law of the program that flies where `CTL_LAW` is 9. A file of settings has none.
     #[serde(skip)]
     pub own_law: Option<OwnLaw>,

@@ -21,6 +21,9 @@
 //! # Ok::<(), flight_management::parameters::ParameterError>(())
 //! ```
 
+#[macro_use]
+mod named;
+
 pub mod autopilot;
 pub mod command;
 pub mod configuration;
@@ -32,7 +35,6 @@ pub mod parameters;
 pub mod script;
 pub mod termination;
 mod text_error;
-pub mod transitions;
 pub mod vehicle;
 
 pub use text_error::TextError;

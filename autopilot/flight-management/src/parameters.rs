@@ -1,6 +1,6 @@
 //! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table; the groups of them; and
-//! their text for reading and editing, which has the values that differ from their defaults, as TOML. The defaults are in
-//! [`Parameters::default`], the ranges in the table.
+//! their text for reading and editing, which has the values that differ from their defaults, as TOML. Their ranges and
+//! defaults are in the table.
 
 use core::fmt::{Display, Write as _};
 
@@ -47,55 +47,24 @@ pub struct Parameters {
 }
 
 impl Default for Parameters {
+    /// The reference gains, and the defaults of the table.
     fn default() -> Self {
-        Self {
+        let mut parameters = Self {
             gains: Gains::REFERENCE,
-            limits: ReferenceLimits {
-                altitude_min_m: 500.0,
-                altitude_max_m: 12_000.0,
-                airspeed_min_m_s: 140.0,
-                airspeed_max_m_s: 280.0,
-                roll_max_deg: 45.0,
-            },
-            failure: FailureParameters::reference(),
-            navigation: NavigationParameters {
-                l1_period_s: 25.0,
-                l1_damping: 0.75,
-                bank_max_deg: 45.0,
-                loiter_radius_m: 10_000.0,
-                acceptance_m: 500.0,
-                climb_max_m_s: 30.0,
-                return_altitude_m: 5_000.0,
-                // The ailerons of the paper's jet follow it without reaching their stops.
-                roll_slew_deg_s: 20.0,
-            },
-            link: LinkParameters {
-                loss_action: LinkLossAction::Continue,
-                loss_s: 10.0,
-                offboard_loss_s: 0.5,
-                sticks_loss_s: 0.5,
-                sticks_loss_action: SticksLossAction::Hold,
-                system_id: 1,
-            },
-            mode_switch: ModeSwitchParameters {
-                channel: SwitchChannel::None,
-                slots: [
-                    SwitchMode::Position,
-                    SwitchMode::Altitude,
-                    SwitchMode::Hold,
-                    SwitchMode::Mission,
-                    SwitchMode::Return,
-                    SwitchMode::Unassigned,
-                ],
-            },
-            streams: StreamParameters {
-                attitude_hz: 25.0,
-                position_hz: 10.0,
-                actuators_hz: 10.0,
-                compensator_hz: 10.0,
-            },
+            limits: ReferenceLimits::default(),
+            failure: FailureParameters::NONE,
+            navigation: NavigationParameters::default(),
+            link: LinkParameters::default(),
+            mode_switch: ModeSwitchParameters::default(),
+            streams: StreamParameters::default(),
             brings_law: false,
+        };
+        for row in table() {
+            if let Some(default) = row.default {
+                row.set(&mut parameters, default);
+            }
         }
+        parameters
     }
 }
 
@@ -132,6 +101,8 @@ pub struct Parameter {
     /// A change takes effect at the next start of the program, not at once.
     pub at_restart: bool,
     access: Access,
+    /// `None` for what the gains of reference have.
+    default: Option<f64>,
 }
 
 /// How a value is read and set.
@@ -203,11 +174,35 @@ fn after(unit: &str) -> String {
 }
 
 impl Parameter {
+    /// What most rows have in common.
+    const NUMBER: Self = Self {
+        name: "",
+        group: "",
+        kind: Kind::Real,
+        unit: "-",
+        min: 0.0,
+        max: 0.0,
+        meaning: "",
+        choices: &[],
+        at_restart: false,
+        access: Access::Fault(0),
+        default: None,
+    };
+
     pub fn value(&self, parameters: &Parameters) -> f64 {
         match self.access {
             Access::Gain(get, _) => get(&parameters.gains),
             Access::Own(get, _) => get(parameters),
             Access::Fault(place) => parameters.failure.settings[place],
+        }
+    }
+
+    /// Sets a value that is one of the allowed.
+    fn set(&self, parameters: &mut Parameters, value: f64) {
+        match self.access {
+            Access::Gain(_, set) => set(&mut parameters.gains, value),
+            Access::Own(_, set) => set(parameters, value),
+            Access::Fault(place) => parameters.failure.settings[place] = value,
         }
     }
 
@@ -292,11 +287,7 @@ impl Parameters {
         if row.kind == Kind::Int && libm::fmod(value, 1.0) != 0.0 {
             return Err(ParameterError::NotWhole { name, value, min, max, unit });
         }
-        match row.access {
-            Access::Gain(_, set) => set(&mut self.gains, value),
-            Access::Own(_, set) => set(self, value),
-            Access::Fault(place) => self.failure.settings[place] = value,
-        }
+        row.set(self, value);
         Ok(())
     }
 }
@@ -325,7 +316,7 @@ fn check_limits(parameters: &Parameters) -> Result<(), ParameterError> {
 }
 
 /// Reaction to the silence of ground stations, and its delay.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct LinkParameters {
     /// Reaction when the controlling ground station falls silent.
     pub loss_action: LinkLossAction,
@@ -342,9 +333,10 @@ pub struct LinkParameters {
 }
 
 /// Reaction of the aircraft when a pilot's sticks fall silent, with PX4's numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SticksLossAction {
     /// Circles at its position.
+    #[default]
     Hold,
     Return,
 }
@@ -353,7 +345,7 @@ pub enum SticksLossAction {
 pub const MODE_SLOTS: usize = 6;
 
 /// A switch of a pilot's transmitter that selects flight modes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ModeSwitchParameters {
     pub channel: SwitchChannel,
     /// The mode of each slot, from 1000 us to 2000 us.
@@ -361,9 +353,10 @@ pub struct ModeSwitchParameters {
 }
 
 /// A channel that a mode switch can have: 1 to 4 are the sticks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SwitchChannel {
     /// There is no switch.
+    #[default]
     None,
     /// Channel 5.
     Five,
@@ -376,9 +369,10 @@ pub enum SwitchChannel {
 }
 
 /// Selection of a slot of the mode switch, with PX4's numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum SwitchMode {
     /// None: the mode stays.
+    #[default]
     Unassigned,
     Manual,
     Altitude,
@@ -392,7 +386,7 @@ pub enum SwitchMode {
 }
 
 /// Default rates of the streams, Hz of wall time.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct StreamParameters {
     pub attitude_hz: f64,
     pub position_hz: f64,

@@ -3,9 +3,8 @@
 //! headers.
 
 use core::fmt;
-use std::sync::Arc;
 
-use flight_control::{AircraftModel, Gains, StepLog};
+use flight_control::StepLog;
 use icd::fault::{CATALOGUE, FaultEntry, PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
 use icd::record::{self, TruthRow};
@@ -18,9 +17,7 @@ use super::hash::hex;
 use flight_management::autopilot::Settings;
 use flight_management::command::{Command, Configuration, Intent, ScriptCommand, VehicleCommand};
 use flight_management::event::Event;
-use flight_management::parameters::{NavigationParameters, Parameters, ReferenceLimits};
-use flight_management::script::Script;
-use flight_management::vehicle::schedule::ReferenceSchedule;
+use flight_management::parameters::Parameters;
 use flight_management::vehicle::{Mode, Reference};
 
 /// Version of the rules that a flight follows. It is raised whenever a program of the same version would fly the
@@ -44,16 +41,9 @@ pub struct ControlHeader {
     pub row_every: u32,
     /// The first packet was not the flight's first: such a log cannot be replayed.
     pub joined_in_flight: bool,
-    /// The controller's model of the aircraft.
-    pub model: AircraftModel,
-    pub gains: Gains,
-    pub limits: ReferenceLimits,
-    pub navigation: NavigationParameters,
-    pub references: ReferenceSchedule,
-    /// The script that begins with the flight.
-    pub script: Option<Arc<Script>>,
-    /// Scripts may break the aircraft.
-    pub fault_injection: bool,
+    /// The control side as it was at the first packet, without a law that the program brings.
+    #[serde(flatten)]
+    pub settings: Settings,
     /// SHA-256 of the parameters ([`parameter_hash`]).
     pub parameter_hash: String,
 }
@@ -67,9 +57,6 @@ impl ControlHeader {
         period_us: u32,
         joined_in_flight: bool,
     ) -> Self {
-        let Settings {
-            model, gains, limits, navigation, references, script, fault_injection, ..
-        } = settings;
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             wire_version: wire::VERSION,
@@ -78,28 +65,8 @@ impl ControlHeader {
             period_us,
             row_every: 1,
             joined_in_flight,
-            model,
-            gains,
-            limits,
-            navigation,
-            references,
-            script,
-            fault_injection,
+            settings: Settings { own_law: None, ..settings },
             parameter_hash: String::new(),
-        }
-    }
-
-    /// The control side as it was at the first packet.
-    pub fn settings(&self) -> Settings {
-        Settings {
-            model: self.model,
-            gains: self.gains,
-            limits: self.limits,
-            navigation: self.navigation,
-            references: self.references.clone(),
-            script: self.script.clone(),
-            fault_injection: self.fault_injection,
-            own_law: None,
         }
     }
 }

@@ -30,12 +30,11 @@ use tokio::time::{Instant, sleep_until};
 use tracing::{info, warn};
 
 use super::HERE;
-use super::channels::GroundChannels;
-use super::log_folder::{LogFolder, make_room};
+use super::log_folder::{LogFolder, Tlog, make_room, share};
+use super::plant_link::GroundChannels;
 use super::recorder::GroundFeed;
 use super::status::Listening;
-use super::store::{KeptKey, KeptParameters, KeptPlan, Store};
-use super::tlog::{Tlog, share};
+use super::store::{Change, KeptKey, KeptParameters, KeptPlan, Store};
 use crate::clock::{self, WallTime};
 use flight_management::command::Intent;
 use flight_management::event::{Event, Snapshot};
@@ -44,6 +43,7 @@ use flight_management::script::Script;
 use mavlink_services::Ground;
 use mavlink_services::heartbeat::HeartbeatIdentity;
 use mavlink_services::logs::LogDone;
+use mavlink_services::param::Saved;
 use mavlink_services::peers::{
     Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, Crowding, VISITORS_MAX, is_this_computer,
 };
@@ -456,6 +456,18 @@ impl Logs {
     }
 }
 
+/// Passes a change to a writer, if there is one, and gives the result of its latest write.
+fn exchange<C: Into<Change>>(
+    store: &Option<Store>,
+    change: impl FnOnce() -> Option<C>,
+) -> Option<Saved> {
+    let store = store.as_ref()?;
+    if let Some(change) = change() {
+        store.change(change);
+    }
+    store.outcome()
+}
+
 /// The writers of the files saved for the next start. Dropping one waits until everything is written.
 #[derive(Debug)]
 struct Stores {
@@ -480,21 +492,11 @@ impl Stores {
 
     /// Passes changed contents to the writers, and reports their results.
     fn poll(&self, ground: &mut Ground, now: WallTime) {
-        if let Some(store) = &self.parameters {
-            if let Some(save) = ground.pop_save() {
-                store.change(save);
-            }
-            if let Some(saved) = store.outcome() {
-                ground.handle_saved(&saved);
-            }
+        if let Some(saved) = exchange(&self.parameters, || ground.pop_save()) {
+            ground.handle_saved(&saved);
         }
-        if let Some(store) = &self.plan {
-            if let Some(save) = ground.pop_plan_save() {
-                store.change(save);
-            }
-            if let Some(saved) = store.outcome() {
-                ground.handle_plan_saved(&saved, now);
-            }
+        if let Some(saved) = exchange(&self.plan, || ground.pop_plan_save()) {
+            ground.handle_plan_saved(&saved, now);
         }
         while let Some(line) = ground.report_signing(now) {
             match line {
@@ -502,13 +504,9 @@ impl Stores {
                 LogLine::Refused(line) => warn!("{line}"),
             }
         }
-        if let Some(store) = &self.key {
-            if let Some(change) = ground.pop_key_change() {
-                store.change(change);
-            }
-            if let Some(why) = store.outcome().and_then(|saved| saved.result.err()) {
-                ground.handle_key_unsaved(&why, now);
-            }
+        let saved = exchange(&self.key, || ground.pop_key_change());
+        if let Some(why) = saved.and_then(|saved| saved.result.err()) {
+            ground.handle_key_unsaved(&why, now);
         }
     }
 

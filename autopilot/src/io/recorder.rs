@@ -31,9 +31,8 @@ use icd::{Actuators, SimTime};
 use tracing::{debug, info, warn};
 use ulog::writer::Level;
 
-use super::log_folder::{log_name, make_room, prepare};
+use super::log_folder::{log_name, make_room, prepare, share};
 use super::status::StatusSource;
-use super::tlog;
 use ::recorder::{
     Begin, ControlHeader, Encoder, End, Entry, LogRate, Moment, Recorded, Step, open,
 };
@@ -91,31 +90,21 @@ pub struct GroundFeed {
 }
 
 impl GroundFeed {
-    /// Sends new parameters and texts.
+    /// Sends the present parameters, and texts for ground stations. Never waits: without room for the parameters a later call makes
+    /// up for it, and a text is lost, which the next one counts.
     pub fn follow(&mut self, ground: &mut Ground) {
-        self.send_parameters(ground.parameters());
-        while let Some(text) = ground.pop_text_for_log() {
-            self.send_text(text);
-        }
-    }
-
-    /// Sends the present parameters. Never waits: without room, a later call makes up for it.
-    fn send_parameters(&mut self, now: &Parameters) {
+        let now = ground.parameters();
         if *now != self.last || self.late {
             self.late = self.sender.try_send(*now).is_err();
             self.last = *now;
         }
-    }
-
-    /// Sends a text for ground stations. Never waits: without room it is lost, and the next one counts it.
-    fn send_text(&mut self, (severity, mut text): LogText) {
-        if self.lost > 0 {
-            text = format!("{text} ({} more are not in the log)", self.lost);
+        while let Some((severity, mut text)) = ground.pop_text_for_log() {
+            if self.lost > 0 {
+                text = format!("{text} ({} more are not in the log)", self.lost);
+            }
+            let is_sent = self.texts.try_send((severity, text)).is_ok();
+            self.lost = if is_sent { 0 } else { self.lost + 1 };
         }
-        self.lost = match self.texts.try_send((severity, text)) {
-            Ok(()) => 0,
-            Err(_) => self.lost + 1,
-        };
     }
 }
 
@@ -393,7 +382,10 @@ impl LogThread {
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
             }
-            self.take_parameters();
+            while let Ok(now) = self.changes.try_recv() {
+                self.config.parameters = now;
+                self.write(|encoder| encoder.add(Entry::Parameters(Box::new(now))));
+            }
             self.poll();
         }
         self.end(End::Stopped);
@@ -409,13 +401,6 @@ impl LogThread {
             }
             Entry::End(why) => self.end(why),
             entry => self.write(|encoder| encoder.add(entry)),
-        }
-    }
-
-    fn take_parameters(&mut self) {
-        while let Ok(now) = self.changes.try_recv() {
-            self.config.parameters = now;
-            self.write(|encoder| encoder.add(Entry::Parameters(Box::new(now))));
         }
     }
 
@@ -467,13 +452,19 @@ impl LogThread {
                 self.write(Encoder::settle);
             }
             self.write(|encoder| encoder.sync().and_then(|()| encoder.flush()));
-            self.look_for_the_file();
+            // Data written to a file that has lost its name are lost at the end of the process.
+            let is_gone = |log: &OpenLog| std::fs::symlink_metadata(&log.path).is_err();
+            if let Some(log) = self.log.take_if(|log| is_gone(log)) {
+                let path = log.path.display();
+                warn!(log = %path, "the flight log was removed; recording ends here and begins again with the next flight");
+                self.removed.store(true, Ordering::Relaxed);
+            }
         }
         let limit = self.config.limit_bytes;
         let Some(log) = self.log.as_mut() else { return };
         let written = log.encoder.written();
         // The log of traffic has its share besides it.
-        if written >= limit - tlog::share(limit) {
+        if written >= limit - share(limit) {
             let path = log.path.display();
             warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
             self.end(End::Full);
@@ -482,16 +473,6 @@ impl LogThread {
         } else if written >= log.look_at {
             log.look_at = written + limit / LOOKS;
             make_room(&self.config.folder, limit);
-        }
-    }
-
-    /// Data written to a file that has lost its name are lost at the end of the process.
-    fn look_for_the_file(&mut self) {
-        let is_gone = |log: &OpenLog| std::fs::symlink_metadata(&log.path).is_err();
-        if let Some(log) = self.log.take_if(|log| is_gone(log)) {
-            let path = log.path.display();
-            warn!(log = %path, "the flight log was removed; recording ends here and begins again with the next flight");
-            self.removed.store(true, Ordering::Relaxed);
         }
     }
 

@@ -51,12 +51,8 @@ pub enum Ftc {
 
 impl Ftc {
     /// Value of `FTC_MODE`.
-    pub const fn value(self) -> f64 {
-        match self {
-            Self::Off => 0.0,
-            Self::Armed => 1.0,
-            Self::Always => 2.0,
-        }
+    pub fn value(self) -> f64 {
+        f64::from(self as u8)
     }
 }
 
@@ -312,17 +308,15 @@ impl AutopilotArgs {
         let list = &model.effectors.list;
         let script = self.script.read(config::script(name, &text, list)?, list)?.map(Arc::new);
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
-        let fault_injection = failure.enabled;
-        let own_law = self.laws.own.clone();
         let setup = Settings {
             model,
             gains,
             limits,
             navigation,
-            fault_injection,
             references,
             script,
-            own_law,
+            fault_injection: failure.enabled,
+            own_law: self.laws.own.clone(),
         };
         Ok((setup, parameters))
     }

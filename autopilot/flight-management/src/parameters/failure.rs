@@ -17,7 +17,9 @@ use icd::{Effector, EffectorList};
 
 use super::{Access, Choice, Kind, Parameter};
 
-const GROUP: &str = "Fault injection";
+/// What the parameters of the catalogue have in common.
+const FAULT: Parameter =
+    Parameter { group: "Fault injection", default: Some(0.0), ..Parameter::NUMBER };
 
 /// Most settings of kinds that the set can hold.
 const SETTINGS_MAX: usize = 64;
@@ -41,21 +43,19 @@ pub struct FailureParameters {
     pub times: u32,
 }
 
-/// The parameters that the catalogue needs, with their defaults: choices, then numbers.
-pub(super) fn settings() -> &'static [(Parameter, f64)] {
-    static SETTINGS: LazyLock<Vec<(Parameter, f64)>> = LazyLock::new(|| {
+/// The parameters that the catalogue needs: choices, then numbers.
+pub(super) fn settings() -> &'static [Parameter] {
+    static SETTINGS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
         let choices = FailureType::ALL.into_iter().flat_map(choices_of);
         let all = choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX);
-        let placed = all.enumerate().map(|(place, (row, default))| {
-            (Parameter { access: Access::Fault(place), ..row }, default)
-        });
-        placed.collect()
+        let place = |(place, row)| Parameter { access: Access::Fault(place), ..row };
+        all.enumerate().map(place).collect()
     });
     &SETTINGS
 }
 
 /// The mode of a type, and the choices of its kinds.
-fn choices_of(failure_type: FailureType) -> Vec<(Parameter, f64)> {
+fn choices_of(failure_type: FailureType) -> Vec<Parameter> {
     let kinds = || CATALOGUE.iter().filter(|kind| kind.mavlink.failure_type == failure_type);
     let mode = failure_type.mode().map(|mode| {
         let labels = kinds().flat_map(|KindInfo { mavlink, .. }| {
@@ -75,40 +75,26 @@ fn choice(
     name: &'static str,
     meaning: &'static str,
     mut labels: Vec<(i32, &'static str)>,
-) -> (Parameter, f64) {
+) -> Parameter {
     labels.sort_unstable();
     let max = labels.last().map_or(0.0, |(value, _)| f64::from(*value));
     let choices: Vec<_> =
         labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
     let kind = Kind::Int;
     // The table is made once.
-    (Parameter { name, meaning, kind, max, choices: choices.leak(), ..NUMBER }, 0.0)
+    Parameter { name, meaning, kind, max, choices: choices.leak(), ..FAULT }
 }
 
-fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = (Parameter, f64)> {
+fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Parameter> {
     kind.numbers.iter().map(|number| {
         let NumberParameter { name, min, max, default, meaning } = number.parameter;
         // One parameter for all sensors, whose units differ.
         let of_sensors = kind.targets == Targets::SENSORS;
         let unit = number.quantity.measure().unit(TargetClass::Angle).name;
         let unit = if of_sensors { "-" } else { unit };
-        (Parameter { name, meaning, unit, min, max, ..NUMBER }, default)
+        Parameter { name, meaning, unit, min, max, default: Some(default), ..FAULT }
     })
 }
-
-/// What the numbers of the catalogue have in common.
-const NUMBER: Parameter = Parameter {
-    name: "",
-    group: GROUP,
-    kind: Kind::Real,
-    unit: "-",
-    min: 0.0,
-    max: 0.0,
-    meaning: "",
-    choices: &[],
-    at_restart: false,
-    access: Access::Fault(0),
-};
 
 /// The parameter with the size of every fault of a sensor, in the operator's unit of the sensor.
 const SENSOR_SIZE: &str = "FLT_SENSOR";
@@ -119,37 +105,27 @@ impl FailureParameters {
         self.number(SENSOR_SIZE)
     }
 
-    pub(super) fn reference() -> Self {
-        let mut numbers = [0.0; SETTINGS_MAX];
-        for (number, (_, default)) in numbers.iter_mut().zip(settings()) {
-            *number = *default;
-        }
-        Self {
-            enabled: true,
-            settings: numbers,
-            engine_pct: 10.0,
-            ramp_s: 0.0,
-            duration_s: 0.0,
-            every_s: 0.0,
-            times: 0,
-        }
-    }
+    /// Without defaults: those are in the table.
+    pub(super) const NONE: Self = Self {
+        enabled: false,
+        settings: [0.0; SETTINGS_MAX],
+        engine_pct: 0.0,
+        ramp_s: 0.0,
+        duration_s: 0.0,
+        every_s: 0.0,
+        times: 0,
+    };
 
     /// A number of a kind by the name of its parameter, in its unit; of a choice the number of the alternative.
     pub fn number(&self, name: &str) -> f64 {
         let mut all = settings().iter().zip(self.settings);
-        all.find(|((row, _), _)| row.name == name).map_or(0.0, |(_, number)| number)
+        all.find(|(row, _)| row.name == name).map_or(0.0, |(_, number)| number)
     }
 
     /// The selected alternative of a choice.
     pub fn choice(&self, name: &str) -> u8 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked against the choices when it was set"
-        )]
-        let choice = self.number(name) as u8;
-        choice
+        // Checked against the choices when it was set.
+        self.number(name) as u8
     }
 }
 

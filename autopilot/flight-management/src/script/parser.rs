@@ -474,11 +474,7 @@ impl<'a> Cursor<'a> {
         let before = self.clone();
         let value = self.number(what)?;
         if value.fract() == 0.0 && (1.0..=f64::from(max)).contains(&value) {
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "whole and in range, as just checked"
-            )]
+            // Whole and in range, as just checked.
             return Ok(value as u32);
         }
         Err(before.problem(format!("{what} {value} is outside 1 to {max} ")))

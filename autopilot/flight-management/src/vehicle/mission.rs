@@ -238,16 +238,14 @@ impl Mission {
         let situation = tick.situation;
         let flown = match &mut task {
             Task::Leg(leg) => leg.fly(situation, demand),
-            Task::Loiter(loiter) => match loiter.fly(situation, demand) {
-                Circled::On(flown) => Some(flown),
-                Circled::Reached(flown) => {
-                    if loiter.until == Until::ForGood {
-                        (tick.publish)(VehicleEvent::ItemReached(self.current));
-                    }
-                    Some(flown)
+            Task::Loiter(loiter) => {
+                let was_reached = loiter.reached;
+                let flown = loiter.fly(situation, demand);
+                if loiter.reached && !was_reached && loiter.until == Until::ForGood {
+                    (tick.publish)(VehicleEvent::ItemReached(self.current));
                 }
-                Circled::Done => None,
-            },
+                flown
+            }
             Task::Climb(course_rad) => {
                 let left = (situation.altitude_m - demand.altitude_m).abs();
                 let is_under_way = left > situation.rules.altitude_reached_m();
@@ -320,7 +318,7 @@ impl Mission {
         demand: &Demand,
         tick: &Tick,
     ) -> Leg {
-        let here = *tick.situation.horizon().site();
+        let here = tick.situation.horizon().site;
         let to = point.place.map_or(here, Site::at);
         let length_m = tick.situation.horizon().offset(&to).norm();
         let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
@@ -531,7 +529,7 @@ impl Leg {
                 return Some(Flown { target, ..situation.hold_course(course_rad) });
             }
             self.phase = LegPhase::ToWaypoint;
-            self.from = *situation.horizon().site();
+            self.from = situation.horizon().site;
             view = View::new(self, situation);
         } else if is_reached {
             if let Some(ramp) = &self.ramp {
@@ -589,18 +587,9 @@ struct Loiter {
     leaving_rad: Option<f64>,
 }
 
-/// Result of one tick.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Circled {
-    On(Flown),
-    /// The circle has just been reached; continue.
-    Reached(Flown),
-    /// Done, and the next point is ahead.
-    Done,
-}
-
 impl Loiter {
-    fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Circled {
+    /// One tick; `None` when it is done, and the next point is ahead.
+    fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
         let rules = situation.rules;
         let offset = situation.horizon().offset(&self.orbit.centre);
         let radius_m = self.orbit.flown_radius_m(situation, demand);
@@ -616,13 +605,13 @@ impl Loiter {
         let flown = self.orbit.fly(situation, demand);
         self.on_circle = self.on_circle || self.is_on(&offset, radius_m, situation);
         if !self.on_circle {
-            return Circled::On(flown);
+            return Some(flown);
         }
         if let Some(ramp) = self.ramp.take() {
             demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
         }
         let turned_rad = self.count(&offset, situation);
-        let newly = !core::mem::replace(&mut self.reached, true);
+        self.reached = true;
         let is_done = match self.until {
             Until::ForGood => false,
             Until::Turned(angle) => self.turned_rad >= angle,
@@ -631,10 +620,8 @@ impl Loiter {
                 (situation.altitude_m - demand.altitude_m).abs() < rules.altitude_reached_m()
             }
         };
-        if is_done && self.is_left(turned_rad, &offset, radius_m, situation) {
-            return Circled::Done;
-        }
-        if newly { Circled::Reached(flown) } else { Circled::On(flown) }
+        let is_left = is_done && self.is_left(turned_rad, &offset, radius_m, situation);
+        (!is_left).then_some(flown)
     }
 
     fn is_on(&self, offset: &Horizontal, radius_m: f64, situation: &Situation) -> bool {

@@ -21,7 +21,7 @@ pub mod schedule;
 
 use geodesy::{Horizon, LocalAxes, Site};
 use mission::{Flight, Mission};
-use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position};
+use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position, check_sticks};
 use plan::{Plan, Progress};
 pub use request::{
     Airspeed, LinkLossAction, Mode, Navigation, Place, Reference, Reposition, Setpoint, Sticks,
@@ -349,11 +349,14 @@ impl Vehicle {
 
     pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
-        match self.mode {
-            Mode::Position => self.position.take(sticks),
-            Mode::Altitude => self.pilot.take(sticks),
-            _ => Err(VehicleRefusal::NotPiloted),
-        }
+        let held = match self.mode {
+            Mode::Position => &mut self.position.sticks,
+            Mode::Altitude => &mut self.pilot.sticks,
+            _ => return Err(VehicleRefusal::NotPiloted),
+        };
+        check_sticks(&sticks)?;
+        *held = Some(sticks);
+        Ok(())
     }
 
     /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first

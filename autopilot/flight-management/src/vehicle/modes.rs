@@ -89,7 +89,7 @@ impl Orbit {
         clockwise: bool,
         demand: &Demand,
     ) -> Self {
-        let circle = Self { centre: *situation.horizon().site(), radius_m, clockwise };
+        let circle = Self { centre: situation.horizon().site, radius_m, clockwise };
         let (sin, cos) = libm::sincos(situation.course_rad());
         let ahead = Horizontal::new(cos, sin);
         let side = if clockwise { 1.0 } else { -1.0 };
@@ -135,18 +135,11 @@ pub fn target(site: &Site, offset: &Horizontal, altitude_m: f64, radius_m: Optio
 /// ones come.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Pilot {
-    sticks: Option<Sticks>,
+    pub sticks: Option<Sticks>,
     climb: ClimbReference,
 }
 
 impl Pilot {
-    /// Sets the stick positions.
-    pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
-        check(&sticks)?;
-        self.sticks = Some(sticks);
-        Ok(())
-    }
-
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand) {
         let rules = situation.rules;
         let Some(sticks) = self.sticks else { return };
@@ -159,7 +152,7 @@ impl Pilot {
     }
 }
 
-fn check(sticks: &Sticks) -> Result<(), VehicleRefusal> {
+pub fn check_sticks(sticks: &Sticks) -> Result<(), VehicleRefusal> {
     within("roll stick", "of 1", sticks.roll, (-1.0, 1.0))?;
     within("climb stick", "of 1", sticks.climb, (-1.0, 1.0))?;
     sticks.throttle.map_or(Ok(()), |value| within("throttle", "of 1", value, (0.0, 1.0)))
@@ -272,7 +265,7 @@ enum Lateral {
 #[derive(Debug, Clone, Copy)]
 pub struct Position {
     lateral: Lateral,
-    sticks: Option<Sticks>,
+    pub sticks: Option<Sticks>,
     throttle: Option<f64>,
     climb: ClimbReference,
 }
@@ -303,12 +296,6 @@ impl Position {
     /// Whether the laws get given references only.
     pub fn is_as_given(&self) -> bool {
         self.lateral == Lateral::Roll && self.sticks.is_none()
-    }
-
-    pub fn take(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
-        check(&sticks)?;
-        self.sticks = Some(sticks);
-        Ok(())
     }
 
     /// One tick; `None` if the roll reference stays unchanged.

@@ -1,5 +1,6 @@
 //! A plan: the items that Mission flies. It is checked as a whole before it replaces another.
 
+pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
 use crate::vehicle::rules::{RADIUS_MAX_M, Rules, check_radius, within};
@@ -80,21 +81,6 @@ pub enum Action {
     },
     /// Fly home and circle there (NAV_RETURN_TO_LAUNCH).
     Return,
-}
-
-/// Progress of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Progress {
-    /// There is no plan.
-    #[default]
-    NoPlan,
-    /// Loaded, not begun.
-    NotStarted,
-    Active,
-    /// Begun, while another mode is active.
-    Paused,
-    /// The last item is done.
-    Complete,
 }
 
 /// Most turns of a circle.

@@ -7,8 +7,6 @@ use flight_control::design_model::atmosphere;
 use icd::Ned;
 use serde::{Deserialize, Serialize};
 
-use super::plan::Progress;
-
 /// A point on the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
@@ -114,8 +112,9 @@ impl Sticks {
 }
 
 /// Reaction to the silence of the controlling ground station (parameter `NAV_DLL_ACT`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum LinkLossAction {
+    #[default]
     Continue,
     /// Circle at the present position.
     Hold,
@@ -228,39 +227,24 @@ impl VehicleRefusal {
     }
 }
 
-/// Source of the references.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Mode {
-    /// Given references, or a pilot's sticks; without either the aircraft holds altitude, course and
-    /// speed. A flight begins in this mode.
-    #[default]
-    Position,
-    /// The aircraft circles around a point.
-    Hold,
-    /// The aircraft flies its plan.
-    Mission,
-    /// The aircraft flies home and circles there.
-    Return,
-    /// A ground station streams setpoints.
-    Offboard,
-    /// A pilot's sticks give roll angle, climb and airspeed.
-    Altitude,
-}
-
-impl Mode {
-    /// All modes, in the order in which ground stations list them.
-    pub const ALL: [Self; 6] =
-        [Self::Position, Self::Hold, Self::Mission, Self::Return, Self::Offboard, Self::Altitude];
-
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Position => "Position",
-            Self::Hold => "Hold",
-            Self::Mission => "Mission",
-            Self::Return => "Return",
-            Self::Offboard => "Offboard",
-            Self::Altitude => "Altitude",
-        }
+named! {
+    /// Source of the references.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    pub enum Mode {
+        /// Given references, or a pilot's sticks; without either the aircraft holds altitude, course and
+        /// speed. A flight begins in this mode.
+        #[default]
+        Position = "Position",
+        /// The aircraft circles around a point.
+        Hold = "Hold",
+        /// The aircraft flies its plan.
+        Mission = "Mission",
+        /// The aircraft flies home and circles there.
+        Return = "Return",
+        /// A ground station streams setpoints.
+        Offboard = "Offboard",
+        /// A pilot's sticks give roll angle, climb and airspeed.
+        Altitude = "Altitude",
     }
 }
 
@@ -268,6 +252,21 @@ impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())
     }
+}
+
+/// Progress of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Progress {
+    /// There is no plan.
+    #[default]
+    NoPlan,
+    /// Loaded, not begun.
+    NotStarted,
+    Active,
+    /// Begun, while another mode is active.
+    Paused,
+    /// The last item is done.
+    Complete,
 }
 
 /// Guidance at one tick.

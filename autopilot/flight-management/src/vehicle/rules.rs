@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::request::{Airspeed, Place, Reference, VehicleRefusal};
 
 /// Parameters of the guidance.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct NavigationParameters {
     /// Period of the lateral guidance, s.
     pub l1_period_s: f64,
@@ -28,7 +28,7 @@ pub struct NavigationParameters {
     pub roll_slew_deg_s: f64,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// Lowest altitude, m.
     pub altitude_min_m: f64,

@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use super::sockets::TcpServer;
 use super::*;
 use crate::config::{self, DEFAULT_MODEL};
-use crate::io::channels::{ControlChannels, channels};
+use crate::io::plant_link::{ControlChannels, channels};
 use mavlink_services::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 
