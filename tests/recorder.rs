@@ -201,7 +201,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
     // Headers, parameters, end.
     let control: ControlHeader =
         serde_json::from_str(log.info_text("control_header").expect("a header")).expect("JSON");
-    assert_eq!((control.gains.neso.bandwidth, control.period_us), (41.0, 2_000));
+    assert_eq!((control.settings.gains.neso.bandwidth, control.period_us), (41.0, 2_000));
     assert_eq!(control.parameter_hash.len(), parameter_hash([]).len());
     assert_eq!(log.info_text("session"), Some(control.session.as_str()));
     assert_eq!(control.session.len(), 8, "a hash and not the number: {}", control.session);

@@ -6,18 +6,12 @@ use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
 pub use mavlink_services::wall_time::WallTime;
 
-/// The one clock read of the process.
-#[expect(clippy::disallowed_methods, reason = "the one clock read of the process")]
-fn read() -> Instant {
-    Instant::now()
-}
-
-static START: LazyLock<Instant> = LazyLock::new(read);
+static START: LazyLock<Instant> = LazyLock::new(host_io::clock::now);
 
 /// Wall time now. The first call is time zero.
 pub fn now() -> WallTime {
     let start = *START;
-    WallTime::ZERO + read().saturating_duration_since(start)
+    WallTime::ZERO + host_io::clock::now().saturating_duration_since(start)
 }
 
 /// UNIX time at [`WallTime::ZERO`] by the computer's calendar, us; `None` if that is before 1970. Sent to

@@ -20,7 +20,7 @@
 //! let model = autopilot::configuration::model("tvc_jet.toml", autopilot::configuration::DEFAULT_MODEL)?;
 //! let ground = autopilot::mavlink::Ground::new(&model.defaults, &model.aircraft, &[]);
 //! assert!(!ground.needs_snapshot());
-//! # Ok::<(), autopilot::configuration::ConfigError>(())
+//! # Ok::<(), flight_management::TextError>(())
 //! ```
 
 pub mod clock;

@@ -1,18 +1,18 @@
 //! The autopilot process from its options to its end.
 
-use std::io;
 use std::path::PathBuf;
 use std::thread::{self, JoinHandle};
 
 use host_io::health::HealthFile;
+use host_io::problem::{At as _, Problem, problem};
 use host_io::tick_log::{Kind, TickLogWriter};
 use host_io::{LinkSocket, Stop, process};
 use tokio::sync::watch;
 use tracing::{info, warn};
 
-use crate::io::channels::{self, GroundChannels};
-use crate::io::gcs_link::{GcsConfig, GcsError, GcsLink, Logs};
-use crate::io::plant_link::{PlantLink, RECEIVE_TIMEOUT};
+use crate::io::HERE;
+use crate::io::gcs_link::{ControlEnded, GcsConfig, GcsLink, Logs};
+use crate::io::plant_link::{GroundChannels, PlantLink, RECEIVE_TIMEOUT, channels};
 use crate::io::recorder::{self, GroundFeed, Recorder, RecorderConfig};
 use crate::io::status::{self, Listening, StatusLine, StatusSource};
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan};
@@ -20,24 +20,20 @@ use flight_management::autopilot::Autopilot;
 use flight_management::parameters::Parameters;
 
 mod args;
-mod ground_stations;
 
-pub use crate::config::RunError;
-pub use args::{AutopilotArgs, Ftc, LawArgs, RecordingArgs, ScriptArgs};
-pub use ground_stations::{ConfigFile, GroundStationArgs, GroundStationTable};
-
-fn system(error: io::Error) -> RunError {
-    format!("autopilot: {error}").into()
-}
+pub use args::{
+    AutopilotArgs, ConfigFile, Ftc, GroundStationArgs, GroundStationTable, LawArgs, RecordingArgs,
+    ScriptArgs,
+};
 
 /// Flies until the process receives a request to end.
 ///
 /// Call it before the process starts any thread: it changes how the process handles signals.
-pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
+pub fn run(args: &AutopilotArgs) -> Result<(), Problem> {
     let stop = Stop::new();
-    stop.on_signals().map_err(system)?;
+    stop.on_signals().at(HERE)?;
     if args.with_parent {
-        stop.with_parent().map_err(system)?;
+        stop.with_parent().at(HERE)?;
     }
     let model_file = args.model()?;
     let kept = args.kept_parameters(&model_file.defaults)?;
@@ -53,16 +49,12 @@ pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
     let address = args.plant_link.unwrap_or_else(|| args.instance.plant_link());
     let socket =
         LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;
-    let listening = socket.local_address().map_err(system)?;
+    let listening = socket.local_address().at(HERE)?;
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::ControlSteps);
-    let step_log = args.step_log.as_ref().map(create).transpose();
-    let step_log = step_log.map_err(|error| format!("step log: {error}"))?;
+    let step_log = args.step_log.as_ref().map(create).transpose().at("step log")?;
     let (status, printer) = args.status.then(status::channel).unzip();
     let (recorder, ground_feed) = args.recorder(&parameters, status.clone())?.unzip();
-    let (ground, control) = channels::channels();
-    let identity = args.ground_stations.identity;
-    let model = settings.model;
-    let script = settings.script.clone();
+    let (ground, control) = channels();
     let limit_bytes = args.recording.limit_bytes();
     let folder = recorder.as_ref().and_then(|_| args.log_folder());
     let logs = folder.map(|folder| Logs { folder, limit_bytes });
@@ -70,9 +62,9 @@ pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
         links,
         parameters,
         defaults: model_file.defaults,
-        model,
-        identity,
-        script,
+        model: settings.model,
+        identity: args.ground_stations.identity,
+        script: settings.script.clone(),
         kept,
         kept_plan,
         kept_key,
@@ -82,10 +74,10 @@ pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
         config.map(|config| GroundStations::start(&config, ground, ground_feed, &stop));
     let ground_stations = ground_stations.transpose()?;
     if let Some(printer) = printer {
-        let ground_stations =
-            ground_stations.as_ref().map_or_else(Listening::default, GroundStations::listening);
+        let stations = ground_stations.as_ref().map(|stations| stations.listening.clone());
+        let ground_stations = stations.unwrap_or_default();
         let first = StatusLine::Listening { plant_link: listening, ground_stations };
-        status::start(printer, first, stop.clone()).map_err(system)?;
+        status::start(printer, first, stop.clone()).at(HERE)?;
     }
     info!(plant_link = %listening, "autopilot ready");
     let autopilot = Autopilot::new(&settings);
@@ -103,9 +95,9 @@ pub fn run(args: &AutopilotArgs) -> Result<(), RunError> {
     };
     let control_thread = thread::Builder::new().name("plant link".to_owned()).spawn(control);
     let finished_log = control_thread
-        .map_err(system)?
+        .at(HERE)?
         .join()
-        .map_err(|_| "autopilot: the control thread has broken down")??;
+        .map_err(|_| problem!("{HERE}: the control thread has broken down"))??;
     ground_stations.map_or(Ok(()), GroundStations::end)?;
     drop(finished_log);
     Ok(())
@@ -118,7 +110,7 @@ impl AutopilotArgs {
         &self,
         parameters: &Parameters,
         status: Option<StatusSource>,
-    ) -> Result<Option<(Recorder, GroundFeed)>, RunError> {
+    ) -> Result<Option<(Recorder, GroundFeed)>, Problem> {
         let Some(folder) = self.log_folder() else { return Ok(None) };
         let limit_bytes = self.recording.limit_bytes();
         let introduction = recorder::introduction(&folder, limit_bytes);
@@ -145,7 +137,7 @@ impl AutopilotArgs {
 
 /// The thread that serves ground stations.
 struct GroundStations {
-    thread: JoinHandle<Result<(), GcsError>>,
+    thread: JoinHandle<Result<(), ControlEnded>>,
     shutdown: watch::Sender<bool>,
     listening: Listening,
 }
@@ -157,9 +149,9 @@ impl GroundStations {
         channels: GroundChannels,
         ground_feed: Option<GroundFeed>,
         stop: &Stop,
-    ) -> Result<Self, RunError> {
+    ) -> Result<Self, Problem> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let runtime = runtime.map_err(system)?;
+        let runtime = runtime.at(HERE)?;
         let mut link = runtime.block_on(GcsLink::open(config))?;
         link.ground_feed = ground_feed;
         let listening = link.listening().clone();
@@ -171,21 +163,16 @@ impl GroundStations {
             result
         };
         let thread = thread::Builder::new().name("ground stations".to_owned()).spawn(serve);
-        Ok(Self { thread: thread.map_err(system)?, shutdown, listening })
+        Ok(Self { thread: thread.at(HERE)?, shutdown, listening })
     }
 
-    fn listening(&self) -> Listening {
-        self.listening.clone()
-    }
-
-    fn end(self) -> Result<(), RunError> {
+    fn end(self) -> Result<(), Problem> {
         // A thread that has ended already needs no request.
         let _ = self.shutdown.send(true);
         match self.thread.join() {
             // The control thread ends first in normal operation.
-            Ok(Ok(()) | Err(GcsError::ControlEnded)) => Ok(()),
-            Ok(Err(error)) => Err(error.into()),
-            Err(_) => Err("autopilot: the ground-station thread has broken down".into()),
+            Ok(Ok(()) | Err(ControlEnded)) => Ok(()),
+            Err(_) => Err(problem!("{HERE}: the ground-station thread has broken down")),
         }
     }
 }

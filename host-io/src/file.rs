@@ -63,20 +63,22 @@ impl FileProblem {
     }
 }
 
-/// Name of a file type that is not a regular file.
-fn kind(file: FileType) -> Option<&'static str> {
-    match file {
-        file if file.is_file() => None,
-        file if file.is_dir() => Some("a folder"),
-        file if file.is_fifo() => Some("a pipe"),
-        file if file.is_socket() => Some("a socket"),
-        file if file.is_char_device() || file.is_block_device() => Some("a device"),
-        _ => Some("something else"),
-    }
+fn check_ordinary(file: FileType) -> Result<(), FileProblem> {
+    Err(FileProblem::NotOrdinary(match file {
+        file if file.is_file() => return Ok(()),
+        file if file.is_dir() => "a folder",
+        file if file.is_fifo() => "a pipe",
+        file if file.is_socket() => "a socket",
+        file if file.is_char_device() || file.is_block_device() => "a device",
+        _ => "something else",
+    }))
 }
 
-fn check_ordinary(file: FileType) -> Result<(), FileProblem> {
-    kind(file).map_or(Ok(()), |kind| Err(FileProblem::NotOrdinary(kind)))
+/// Whether an open file is empty or begins as `is_own` accepts.
+fn check_own(file: &File, is_own: impl Fn(&[u8]) -> bool) -> Result<(), FileProblem> {
+    let mut beginning = Vec::new();
+    file.take(BEGINNING).read_to_end(&mut beginning)?;
+    if beginning.is_empty() || is_own(&beginning) { Ok(()) } else { Err(FileProblem::Foreign) }
 }
 
 /// A name without a file is free, unless it is a dangling link, which would be replaced itself.
@@ -155,11 +157,7 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
     options.read(true).write(true).create(true).truncate(false).custom_flags(O_NONBLOCK);
     let mut file = options.open(path)?;
     check_ordinary(file.metadata()?.file_type())?;
-    let mut beginning = Vec::new();
-    (&file).take(BEGINNING).read_to_end(&mut beginning)?;
-    if !beginning.is_empty() && !is_own(&beginning) {
-        return Err(FileProblem::Foreign);
-    }
+    check_own(&file, is_own)?;
     file.set_len(0)?;
     file.rewind()?;
     Ok(file)
@@ -199,23 +197,40 @@ impl NewFile {
         // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
         match open(&path) {
-            Ok(file) => {
-                let mut beginning = Vec::new();
-                file.take(BEGINNING).read_to_end(&mut beginning)?;
-                if !beginning.is_empty() && !is_own(&beginning) {
-                    return Err(FileProblem::Foreign);
-                }
-            }
+            Ok(file) => check_own(&file, is_own)?,
             Err(problem) if problem.is_not_found() => check_free(&path)?,
             Err(problem) => return Err(problem),
         }
-        let (file, beside) = create_beside(&path, OpenOptions::new().write(true))?;
-        Ok(Self { file: BufWriter::new(file), beside: Some(beside), path })
+        Ok(Self::beside(path, OpenOptions::new().write(true))?)
+    }
+
+    /// A new file beside another one. Two writers of the same file use different names, also where several machines share
+    /// a folder and processes have the same number.
+    fn beside(path: PathBuf, options: &mut OpenOptions) -> io::Result<Self> {
+        let mut number = 0;
+        loop {
+            let mut name = path.file_name().unwrap_or_default().to_os_string();
+            name.push(format!(".{}-{number}.new", process::id()));
+            let beside = path.with_file_name(name);
+            match options.create_new(true).open(&beside) {
+                Ok(file) => {
+                    return Ok(Self { file: BufWriter::new(file), beside: Some(beside), path });
+                }
+                Err(error) if error.kind() == ErrorKind::AlreadyExists && number < BESIDE_MAX => {
+                    number += 1;
+                }
+                Err(error) => return Err(error),
+            }
+        }
     }
 
     /// Puts it on the disk and renames it to its final name.
-    pub fn finish(mut self) -> Result<(), FileProblem> {
-        self.put_on_disk()?;
+    pub fn finish(self) -> Result<(), FileProblem> {
+        self.finish_with(true)
+    }
+
+    fn finish_with(mut self, waits_for_disk: bool) -> Result<(), FileProblem> {
+        if waits_for_disk { self.put_on_disk() } else { self.file.flush() }?;
         if let Some(beside) = &self.beside {
             fs::rename(beside, &self.path)?;
         }
@@ -260,33 +275,6 @@ impl Drop for NewFile {
     }
 }
 
-/// A new file beside another one. Two writers of the same file use different names, also where several machines share
-/// a folder and processes have the same number.
-fn create_beside(path: &Path, options: &mut OpenOptions) -> io::Result<(File, PathBuf)> {
-    let mut number = 0;
-    loop {
-        let mut name = path.file_name().unwrap_or_default().to_os_string();
-        name.push(format!(".{}-{number}.new", process::id()));
-        let beside = path.with_file_name(name);
-        match options.create_new(true).open(&beside) {
-            Ok(file) => return Ok((file, beside)),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && number < BESIDE_MAX => {
-                number += 1;
-            }
-            Err(error) => return Err(error),
-        }
-    }
-}
-
-/// When the content of an own file reaches the disk.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Sync {
-    /// It is on the disk when the call returns.
-    Disk,
-    /// When the operating system writes it; the call does not wait for the disk.
-    Later,
-}
-
 /// A file that a program writes, rewrites, and may remove: its content is always complete, and files that the
 /// program did not write are neither replaced nor removed.
 #[derive(Debug, Clone)]
@@ -296,7 +284,8 @@ pub struct OwnFile {
     is_own: fn(&[u8]) -> bool,
     /// Longest content that the program writes, bytes.
     limit: u64,
-    sync: Sync,
+    /// The content is on the disk when a call returns; otherwise when the operating system writes it.
+    waits_for_disk: bool,
     /// Permissions of the file, unless the system sets them; of folders created for it.
     modes: Option<(u32, u32)>,
 }
@@ -306,13 +295,13 @@ impl OwnFile {
     pub fn new(path: &Path, limit: u64, is_own: fn(&[u8]) -> bool) -> Self {
         // A link is followed: its target is replaced and not the link.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf());
-        Self { path, is_own, limit, sync: Sync::Disk, modes: None }
+        Self { path, is_own, limit, waits_for_disk: true, modes: None }
     }
 
     /// Does not wait for the disk.
     #[must_use]
     pub fn without_sync(mut self) -> Self {
-        self.sync = Sync::Later;
+        self.waits_for_disk = false;
         self
     }
 
@@ -353,14 +342,11 @@ impl OwnFile {
         if let Some((mode, _)) = self.modes {
             options.mode(mode);
         }
-        let (file, new) = create_beside(&self.path, &mut options)?;
-        let written = self.fill(file, content).and_then(|()| fs::rename(&new, &self.path));
-        if written.is_err() {
-            // It may not exist; the important error is the one above.
-            let _ = fs::remove_file(&new);
-        }
-        written?;
-        Ok(self.sync_folder()?)
+        let mut new = NewFile::beside(self.path.clone(), &mut options)?;
+        new.write_all(content)?;
+        new.finish_with(self.waits_for_disk)?;
+        self.sync_folder();
+        Ok(())
     }
 
     /// Removes the file, if it exists.
@@ -368,7 +354,10 @@ impl OwnFile {
         self.check()?;
         match fs::remove_file(&self.path) {
             Err(error) if error.kind() != ErrorKind::NotFound => Err(error.into()),
-            _ => Ok(self.sync_folder()?),
+            _ => {
+                self.sync_folder();
+                Ok(())
+            }
         }
     }
 
@@ -377,16 +366,10 @@ impl OwnFile {
         folder.unwrap_or(Path::new("."))
     }
 
-    fn fill(&self, mut file: File, content: &[u8]) -> io::Result<()> {
-        file.write_all(content)?;
-        if self.sync == Sync::Disk { file.sync_all() } else { Ok(()) }
-    }
-
     /// Syncs the folder, which puts the name on the disk. If the folder cannot be opened, the file still exists.
-    fn sync_folder(&self) -> io::Result<()> {
-        match self.sync {
-            Sync::Disk => File::open(self.folder()).and_then(|folder| folder.sync_all()).or(Ok(())),
-            Sync::Later => Ok(()),
+    fn sync_folder(&self) {
+        if self.waits_for_disk {
+            let _ = File::open(self.folder()).and_then(|folder| folder.sync_all());
         }
     }
 }

@@ -5,15 +5,11 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use crate::file::{self, FileProblem, NewFile};
+use crate::problem::{At as _, Problem};
 
-/// What keeps the folder, or a file in it, from being written.
-#[derive(Debug, thiserror::Error)]
-#[error("--out: cannot write {}: {source}", path.display())]
-pub struct FolderError {
-    /// The folder or the file.
-    pub path: PathBuf,
-    /// What is wrong with it.
-    pub source: FileProblem,
+/// Adds what could not be written: the folder, or a file in it.
+fn unwritten<T>(path: &Path, result: Result<T, FileProblem>) -> Result<T, Problem> {
+    result.at(format!("--out: cannot write {}", path.display()))
 }
 
 /// First line of a text in Markdown.
@@ -32,14 +28,16 @@ pub struct OutFile {
 
 impl OutFolder {
     /// Makes the folder if it is not there, and tries whether it takes a file.
-    pub fn create(path: &Path) -> Result<Self, FolderError> {
-        let failed = |source| FolderError { path: path.to_path_buf(), source };
-        if fs::metadata(path).is_ok_and(|about| !about.is_dir()) {
-            return Err(failed(FileProblem::NoFolder));
-        }
-        fs::create_dir_all(path).map_err(|error| failed(error.into()))?;
-        // Given up at once, so nothing stays.
-        let _ = NewFile::begin(&path.join("written"), |_| true).map_err(failed)?;
+    pub fn create(path: &Path) -> Result<Self, Problem> {
+        let make = || {
+            if fs::metadata(path).is_ok_and(|about| !about.is_dir()) {
+                return Err(FileProblem::NoFolder);
+            }
+            fs::create_dir_all(path)?;
+            // Given up at once, so nothing stays.
+            NewFile::begin(&path.join("written"), |_| true).map(drop)
+        };
+        unwritten(path, make())?;
         Ok(Self(path.to_path_buf()))
     }
 
@@ -48,42 +46,38 @@ impl OutFolder {
     }
 
     /// Begins a file that replaces one with this mark in its beginning.
-    pub fn begin(&self, name: &str, mark: &[u8]) -> Result<OutFile, FolderError> {
+    pub fn begin(&self, name: &str, mark: &[u8]) -> Result<OutFile, Problem> {
         let path = self.0.join(name);
-        match NewFile::begin(&path, |beginning| file::has_mark(beginning, mark)) {
-            Ok(file) => Ok(OutFile { file, path }),
-            Err(source) => Err(FolderError { path, source }),
-        }
+        let file = NewFile::begin(&path, |beginning| file::has_mark(beginning, mark));
+        Ok(OutFile { file: unwritten(&path, file)?, path })
     }
 
     /// Writes a whole file that replaces one with this mark in its beginning.
-    pub fn write_marked(&self, name: &str, mark: &[u8], content: &[u8]) -> Result<(), FolderError> {
+    pub fn write_marked(&self, name: &str, mark: &[u8], content: &[u8]) -> Result<(), Problem> {
         let mut output = self.begin(name, mark)?;
         output.write(content)?;
         output.finish()
     }
 
     /// Writes text in Markdown, which may begin with anything, after a line by which it is known again.
-    pub fn write_markdown(&self, name: &str, text: &str) -> Result<(), FolderError> {
+    pub fn write_markdown(&self, name: &str, text: &str) -> Result<(), Problem> {
         self.write_marked(name, MARKDOWN.as_bytes(), format!("{MARKDOWN}\n\n{text}").as_bytes())
     }
 
     /// Writes a whole table or picture that replaces one of its kind.
-    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), FolderError> {
+    pub fn write(&self, name: &str, content: &[u8]) -> Result<(), Problem> {
         self.write_marked(name, file::beginning(content), content)
     }
 }
 
 impl OutFile {
-    pub fn write(&mut self, bytes: &[u8]) -> Result<(), FolderError> {
-        let written = self.file.write_all(bytes);
-        written.map_err(|error| FolderError { path: self.path.clone(), source: error.into() })
+    pub fn write(&mut self, bytes: &[u8]) -> Result<(), Problem> {
+        unwritten(&self.path, self.file.write_all(bytes).map_err(FileProblem::from))
     }
 
     /// Gives the file its name.
-    pub fn finish(self) -> Result<(), FolderError> {
-        let path = self.path;
-        self.file.finish().map_err(|source| FolderError { path, source })
+    pub fn finish(self) -> Result<(), Problem> {
+        unwritten(&self.path, self.file.finish())
     }
 }
 

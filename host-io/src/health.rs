@@ -6,20 +6,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::file::{FileProblem, OwnFile};
+use crate::problem::{At as _, Problem};
 
 /// Interval of touching the file in normal operation.
 pub const EVERY: Duration = Duration::from_secs(1);
 
 /// Content of the file.
 const CONTENT: &[u8] = b"well\n";
-
-/// Why a health file cannot be used.
-#[derive(Debug, thiserror::Error)]
-#[error("--health-file {path}: {problem}")]
-pub struct HealthFileError {
-    path: String,
-    problem: FileProblem,
-}
 
 #[derive(Debug)]
 pub struct HealthFile {
@@ -29,12 +22,11 @@ pub struct HealthFile {
 
 impl HealthFile {
     /// Creates no file yet: that happens on the first report. Removes the file of an earlier process.
-    pub fn new(path: &Path) -> Result<Self, HealthFileError> {
+    pub fn new(path: &Path) -> Result<Self, Problem> {
         let is_own = |content: &[u8]| content == CONTENT;
         // The control loop does not wait for a disk.
         let file = OwnFile::new(path, CONTENT.len() as u64, is_own).without_sync();
-        file.remove()
-            .map_err(|problem| HealthFileError { path: path.display().to_string(), problem })?;
+        file.remove().at(format!("--health-file {}", path.display()))?;
         Ok(Self { file, touched: None })
     }
 

@@ -1,5 +1,6 @@
 //! Several vehicles on one computer: the number of each, and the addresses and files that follow from it.
 
+use std::fmt::Display;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::str::FromStr;
 
@@ -43,9 +44,18 @@ impl FromStr for Instance {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = text.parse().ok().filter(|number| *number <= Self::MAX);
-        let refused = || format!("{text} is not a whole number from 0 to {}", Self::MAX);
-        number.map(Self).ok_or_else(refused)
+        whole(0, Self::MAX)(text).map(Self)
+    }
+}
+
+/// A reader of whole numbers in a range, for options.
+pub fn whole<T>(min: T, max: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
+where
+    T: FromStr + Display + PartialOrd + Copy + Send + Sync,
+{
+    move |text: &str| match text.parse() {
+        Ok(value) if (min..=max).contains(&value) => Ok(value),
+        _ => Err(format!("{text} is not a whole number from {min} to {max}")),
     }
 }
 

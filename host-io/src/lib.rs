@@ -51,4 +51,4 @@ pub mod tick_log;
 
 pub use instance::Instance;
 pub use process::Stop;
-pub use socket::{BindError, LinkSocket, Wait};
+pub use socket::{LinkSocket, Wait};

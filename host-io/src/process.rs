@@ -9,6 +9,8 @@ use nix::sched::{CpuSet, sched_getaffinity, sched_setaffinity};
 use nix::sys::signal::{SigSet, Signal, raise};
 use nix::unistd::Pid;
 
+use crate::problem::{At as _, Problem};
+
 /// The request to end the process: set once, read by every loop.
 #[derive(Debug, Clone, Default)]
 pub struct Stop(Arc<AtomicBool>);
@@ -126,20 +128,14 @@ fn each_line(mut input: impl BufRead, mut on_line: impl FnMut(&str)) {
 /// The calling thread, for the scheduler calls.
 const THIS_THREAD: Pid = Pid::from_raw(0);
 
-/// The system refuses to pin a thread to a core.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("cannot run on core {cpu}: {source}")]
-pub struct PinError {
-    pub cpu: usize,
-    pub source: nix::Error,
-}
+/// Highest number of a core that the system's masks have.
+pub const CORE_MAX: usize = 1023;
 
 /// Keeps the calling thread on one core. Threads that it starts later inherit that; others do not.
-pub fn pin_this_thread(cpu: usize) -> Result<(), PinError> {
+pub fn pin_this_thread(cpu: usize) -> Result<(), Problem> {
     let mut set = CpuSet::new();
-    set.set(cpu)
-        .and_then(|()| sched_setaffinity(THIS_THREAD, &set))
-        .map_err(|source| PinError { cpu, source })
+    let pinned = set.set(cpu).and_then(|()| sched_setaffinity(THIS_THREAD, &set));
+    pinned.at(format!("cannot run on core {cpu}"))
 }
 
 /// The cores that this thread may run on, in ascending order; empty if the system does not report them.

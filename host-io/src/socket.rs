@@ -15,6 +15,7 @@ use nix::sys::socket::{
 
 use crate::clock;
 use crate::instance::ADVICE;
+use crate::problem::{At as _, Problem, problem};
 
 /// Attempts between two reads of the clock while spinning: about 20 us.
 const ATTEMPTS_PER_LOOK: u32 = 64;
@@ -45,31 +46,13 @@ impl Wait {
     }
 }
 
-/// Not a way of waiting.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[error("{0:?} is none of block, yield, spin")]
-pub struct UnknownWait(String);
-
 impl FromStr for Wait {
-    type Err = UnknownWait;
-    fn from_str(text: &str) -> Result<Self, UnknownWait> {
-        [Self::Block, Self::Yield, Self::Spin]
-            .into_iter()
-            .find(|wait| wait.name() == text)
-            .ok_or_else(|| UnknownWait(text.to_owned()))
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let mut all = [Self::Block, Self::Yield, Self::Spin].into_iter();
+        let found = all.find(|wait| wait.name() == text);
+        found.ok_or_else(|| format!("{text:?} is none of block, yield, spin"))
     }
-}
-
-/// Why a socket could not be opened.
-#[derive(Debug, thiserror::Error)]
-pub enum BindError {
-    /// The port is in use.
-    #[error(
-        "{process}: cannot bind the {link} to {address}: address in use; is another {process} running? {ADVICE}"
-    )]
-    InUse { process: &'static str, link: &'static str, address: SocketAddr },
-    #[error("{process}: cannot bind the {link} to {address}: {source}")]
-    Other { process: &'static str, link: &'static str, address: SocketAddr, source: io::Error },
 }
 
 /// A UDP socket that waits in a selected way and never longer than its timeout.
@@ -90,10 +73,12 @@ impl LinkSocket {
         address: SocketAddr,
         wait: Wait,
         timeout: Duration,
-    ) -> Result<Self, BindError> {
+    ) -> Result<Self, Problem> {
         Self::open(address, wait, timeout).map_err(|source| match source.kind() {
-            ErrorKind::AddrInUse => BindError::InUse { process, link, address },
-            _ => BindError::Other { process, link, address, source },
+            ErrorKind::AddrInUse => problem!(
+                "{process}: cannot bind the {link} to {address}: address in use; is another {process} running? {ADVICE}"
+            ),
+            _ => problem!("{process}: cannot bind the {link} to {address}: {source}"),
         })
     }
 
@@ -104,16 +89,15 @@ impl LinkSocket {
         peer: SocketAddr,
         wait: Wait,
         timeout: Duration,
-    ) -> Result<Self, BindError> {
+    ) -> Result<Self, Problem> {
         let own = match peer {
             SocketAddr::V4(_) => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
             SocketAddr::V6(_) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
         };
         let socket = Self::listen(process, link, own, wait, timeout)?;
-        match socket.socket.connect(peer) {
-            Ok(()) => Ok(socket),
-            Err(source) => Err(BindError::Other { process, link, address: peer, source }),
-        }
+        let place = format_args!("{process}: cannot bind the {link} to {peer}");
+        socket.socket.connect(peer).at(place)?;
+        Ok(socket)
     }
 
     #[expect(

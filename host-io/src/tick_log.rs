@@ -17,7 +17,8 @@ use std::thread::{self, JoinHandle};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::file::{self, FileProblem};
+use crate::file;
+use crate::problem::{At as _, Problem, problem};
 
 const MAGIC: [u8; 8] = *b"2STPTICK";
 const VERSION: u16 = 1;
@@ -37,26 +38,6 @@ pub enum Kind {
     ControlSteps = 2,
 }
 
-/// Why a log cannot be written or read.
-#[derive(Debug, thiserror::Error)]
-pub enum LogError {
-    #[error("{}: {source}", path.display())]
-    Io { path: PathBuf, source: io::Error },
-    /// A file that must not be read or overwritten.
-    #[error("{}: {source}", path.display())]
-    File { path: PathBuf, source: FileProblem },
-    /// Not a log of this kind and version.
-    #[error("{}: not a version {VERSION} log of {kind:?}", path.display())]
-    Header { path: PathBuf, kind: Kind },
-    /// A damaged or truncated entry.
-    #[error("{}: entry {number} is damaged", path.display())]
-    Entry {
-        path: PathBuf,
-        /// The entry, from 0.
-        number: u64,
-    },
-}
-
 #[derive(Debug)]
 pub struct TickLogWriter {
     path: PathBuf,
@@ -67,14 +48,12 @@ pub struct TickLogWriter {
 
 impl TickLogWriter {
     /// Creates the file, or empties an earlier log.
-    pub fn create(path: &Path, kind: Kind) -> Result<Self, LogError> {
-        let file = file::create(path, |beginning| beginning.starts_with(&MAGIC))
-            .map_err(|source| LogError::File { path: path.to_path_buf(), source })?;
-        Self::begin(path, file, kind)
+    pub fn create(path: &Path, kind: Kind) -> Result<Self, Problem> {
+        let file = file::create(path, |beginning| beginning.starts_with(&MAGIC));
+        Self::begin(path, file.at(path.display())?, kind)
     }
 
-    fn begin(path: &Path, mut file: File, kind: Kind) -> Result<Self, LogError> {
-        let failed = |source| LogError::Io { path: path.to_path_buf(), source };
+    fn begin(path: &Path, mut file: File, kind: Kind) -> Result<Self, Problem> {
         let (full, queue) = sync_channel(QUEUE_MAX);
         let mut buffer = Vec::with_capacity(BUFFER_BYTES);
         buffer.extend_from_slice(&MAGIC);
@@ -83,18 +62,21 @@ impl TickLogWriter {
         let writer = thread::Builder::new()
             .name("tick log".to_owned())
             .spawn(move || write_all(&mut file, &queue))
-            .map_err(failed)?;
+            .at(path.display())?;
         Ok(Self { path: path.to_path_buf(), buffer, full: Some(full), writer: Some(writer) })
     }
 
-    pub fn write(&mut self, entry: &impl Serialize) -> Result<(), LogError> {
+    pub fn write(&mut self, entry: &impl Serialize) -> Result<(), Problem> {
         if self.full.is_none() {
             return Ok(());
         }
         let mut scratch = [0; ENTRY_MAX];
         let used = match postcard::to_slice(entry, &mut scratch) {
             Ok(used) => used.len(),
-            Err(error) => return Err(self.give_up(io::Error::other(error))),
+            Err(error) => {
+                self.full = None;
+                return Err(error).at(self.path.display());
+            }
         };
         let length = u16::try_from(used).unwrap_or(u16::MAX);
         self.buffer.extend_from_slice(&length.to_le_bytes());
@@ -110,7 +92,7 @@ impl TickLogWriter {
     }
 
     /// Writes the rest and closes the file.
-    pub fn finish(mut self) -> Result<(), LogError> {
+    pub fn finish(mut self) -> Result<(), Problem> {
         if let Some(full) = &self.full {
             // If the writer has ended, the join below returns its error.
             let _ = full.send(std::mem::take(&mut self.buffer));
@@ -118,23 +100,17 @@ impl TickLogWriter {
         self.finish_writer()
     }
 
-    fn finish_writer(&mut self) -> Result<(), LogError> {
+    fn finish_writer(&mut self) -> Result<(), Problem> {
         self.full = None;
         match self.writer.take().map(JoinHandle::join) {
             None | Some(Ok(Ok(()))) => Ok(()),
-            Some(Ok(Err(source))) => Err(LogError::Io { path: self.path.clone(), source }),
+            Some(Ok(failed)) => failed.at(self.path.display()),
             Some(Err(_)) => Err(self.stopped()),
         }
     }
 
-    fn give_up(&mut self, source: io::Error) -> LogError {
-        self.full = None;
-        LogError::Io { path: self.path.clone(), source }
-    }
-
-    fn stopped(&self) -> LogError {
-        let source = io::Error::other("the writer thread has ended");
-        LogError::Io { path: self.path.clone(), source }
+    fn stopped(&self) -> Problem {
+        problem!("{}: the writer thread has ended", self.path.display())
     }
 }
 
@@ -154,31 +130,27 @@ pub struct TickLogReader {
 
 impl TickLogReader {
     /// Opens a log of this kind.
-    pub fn open(path: &Path, kind: Kind) -> Result<Self, LogError> {
-        let failed = |source| LogError::Io { path: path.to_path_buf(), source };
-        let file = file::open(path)
-            .map_err(|source| LogError::File { path: path.to_path_buf(), source })?;
+    pub fn open(path: &Path, kind: Kind) -> Result<Self, Problem> {
+        let file = file::open(path).at(path.display())?;
         let mut file = io::BufReader::with_capacity(BUFFER_BYTES, file);
         let mut header = [0; HEADER_BYTES];
-        file.read_exact(&mut header).map_err(failed)?;
+        file.read_exact(&mut header).at(path.display())?;
         let word = |at: usize| u16::from_le_bytes([header[at], header[at + 1]]);
         if header[..8] != MAGIC || word(8) != VERSION || word(10) != kind as u16 {
-            return Err(LogError::Header { path: path.to_path_buf(), kind });
+            return Err(problem!("{}: not a version {VERSION} log of {kind:?}", path.display()));
         }
         Ok(Self { path: path.to_path_buf(), file, number: 0 })
     }
 
     /// Next entry; `None` at the end.
-    pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, LogError> {
+    pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, Problem> {
         let mut length = [0; 2];
-        match self.file.read(&mut length[..1]) {
-            Ok(0) => return Ok(None),
-            Ok(_) => {}
-            Err(source) => return Err(LogError::Io { path: self.path.clone(), source }),
+        if self.file.read(&mut length[..1]).at(self.path.display())? == 0 {
+            return Ok(None);
         }
-        let entry = self.read_entry(&mut length);
-        let entry = entry
-            .ok_or_else(|| LogError::Entry { path: self.path.clone(), number: self.number })?;
+        let (path, number) = (&self.path, self.number);
+        let damaged = problem!("{}: entry {number} is damaged", path.display());
+        let entry = self.read_entry(&mut length).ok_or(damaged)?;
         self.number += 1;
         Ok(Some(entry))
     }
@@ -223,10 +195,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log");
         write(&path, 3);
-        assert!(matches!(
-            TickLogReader::open(&path, Kind::ControlSteps),
-            Err(LogError::Header { kind: Kind::ControlSteps, .. })
-        ));
+        let error = TickLogReader::open(&path, Kind::ControlSteps).unwrap_err().to_string();
+        assert!(error.ends_with("log: not a version 1 log of ControlSteps"), "{error}");
         let bytes = std::fs::read(&path).unwrap();
         std::fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
         let mut log = TickLogReader::open(&path, Kind::Truth).unwrap();

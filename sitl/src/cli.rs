@@ -254,10 +254,7 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
         Some(Command::Aircraft(command)) => run_aircraft(command)?,
         Some(Command::Log(LogCommand::Plot(args))) => plot::run(args)?,
         Some(Command::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
-        Some(Command::Autopilot(args)) => {
-            autopilot::run::run(args).map_err(|error| error as Box<dyn Error>)?;
-        }
-
+        Some(Command::Autopilot(args)) => autopilot::run::run(args)?,
         Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(Command::Echo(args)) => echo::run(args)?,
     }

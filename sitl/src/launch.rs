@@ -4,28 +4,31 @@
 //! become lines on the plant's standard input.
 //! The children end when their standard input ends, so they do not outlive this process, however it ends.
 
-use std::io;
+use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::SocketAddr;
+use std::os::unix::process::CommandExt;
 use std::path::Path;
-use std::process::ExitStatus;
+use std::process::{self, ChildStdin, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::thread;
 use std::time::{Duration, Instant};
 
-use autopilot::io::status::{PlantState, StatusLine};
-use autopilot::run::RunError;
-use host_io::{Stop, clock, process};
-use nix::sys::signal::{Signal, killpg};
-use nix::unistd::getpgrp;
+use autopilot::io::status::{Listening, PlantState, StatusLine};
+use host_io::problem::{At as _, Problem, problem};
+use host_io::process::stop_until_continued;
+use host_io::{Stop, clock};
+use nix::sys::signal::{Signal, kill, killpg};
+use nix::unistd::{Pid, getpgrp};
+use plant_sim::io::PlantLine;
 
 use crate::arrangement::{self, Arrangement};
 
 mod args;
-mod child;
 mod keys;
 mod screen;
 
 pub use args::LaunchArgs;
-use child::{Child, Report, Reports};
-use keys::{Key, Keys};
+use keys::{Key, Keys, PaceState};
 use screen::Screen;
 
 /// How often the children are looked after.
@@ -37,58 +40,41 @@ const NOTICE_MAX: Duration = Duration::from_secs(3);
 /// Time for a child to end on request.
 const END_MAX: Duration = Duration::from_secs(2);
 
-/// Why the flight could not go on.
-#[derive(Debug, thiserror::Error)]
-pub enum LaunchError {
-    /// An option or a file that it names is wrong.
-    #[error(transparent)]
-    Option(#[from] RunError),
-    /// A child cannot be started.
-    #[error("cannot start {process}: {source}")]
-    Start {
-        process: &'static str,
-        /// The error of the system.
-        source: io::Error,
-    },
-    #[error("{process} ended ({status}); the last thing it said: {message}")]
-    Ended { process: &'static str, status: ExitStatus, message: String },
-    /// The autopilot does not say where it listens.
-    #[error("the autopilot has not started after {START_MAX:?}")]
-    Silent,
-    /// The system refuses signals or output.
-    #[error("sitl: {0}")]
-    System(#[from] io::Error),
-}
+/// Place of what the system refuses: signals or output.
+const HERE: &str = "sitl";
 
 /// Flies until the operator ends it, or the scenario's `duration_s`. `program` is the `sitl` executable.
 ///
 /// Call it before the process starts any thread: it changes how the process takes signals.
-pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), LaunchError> {
+pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let stop = Stop::new();
-    let reports = Reports::channel();
-    let suspensions = reports.sender();
-    stop.on_signals_and_suspension(move || {
+    let (sender, receiver) = sync_channel(REPORTS_MAX);
+    let reports = Reports { sender: ReportSender(sender), receiver };
+    let suspensions = reports.sender.clone();
+    let suspend = move || {
         suspensions.send(Report::Suspended);
-    })?;
+    };
+    stop.on_signals_and_suspension(suspend).at(HERE)?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace(), options.advice.clone());
     if let Some(note) = &options.note {
-        screen.message(note)?;
+        screen.message(note).at(HERE)?;
     }
     let arrangement = if args.is_as_fast_as_possible() {
         let fastest = arrangement::fastest(program);
-        screen.message(&format!(
+        let note = format!(
             "fastest here: {}, {:.0} bare round trips/s",
             fastest.arrangement, fastest.round_trips_per_s
-        ))?;
+        );
+        screen.message(&note).at(HERE)?;
         fastest.arrangement
     } else {
         Arrangement::UNPINNED
     };
     // The terminal is switched back when this goes, however this function ends.
     let keys = {
-        let sender = reports.sender();
-        Keys::listen(move |key| sender.send(Report::Pressed(key)))?
+        let sender = reports.sender.clone();
+        Keys::listen(move |key| sender.send(Report::Pressed(key))).at(HERE)?
     };
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
@@ -122,8 +108,8 @@ impl Flight<'_> {
     fn watch(
         &mut self,
         reports: &Reports,
-        start_plant: impl Fn(SocketAddr) -> Result<Child, LaunchError>,
-    ) -> Result<(), LaunchError> {
+        start_plant: impl Fn(SocketAddr) -> Result<Child, Problem>,
+    ) -> Result<(), Problem> {
         let began = clock::now();
         while !self.stop.is_requested() {
             if let Some(report) = reports.next(LOOK_EVERY) {
@@ -132,19 +118,19 @@ impl Flight<'_> {
             if let Some(keys) = &self.keys {
                 keys.keep();
             }
-            self.screen.refresh(clock::now())?;
-            if let Some(error) = self.autopilot.ended(reports, &mut self.screen) {
-                return Err(error);
+            self.screen.refresh(clock::now()).at(HERE)?;
+            if let Some((_, why)) = self.autopilot.ended(reports, &mut self.screen)? {
+                return Err(why);
             }
-            let plant = self.plant.as_mut();
-            if let Some(error) = plant.and_then(|plant| plant.ended(reports, &mut self.screen)) {
+            if let Some(plant) = self.plant.as_mut()
+                && let Some((status, why)) = plant.ended(reports, &mut self.screen)?
+            {
                 self.await_notice(reports);
                 // The plant ends in order at the scenario's duration_s.
-                let LaunchError::Ended { status, .. } = &error else { return Err(error) };
-                return if status.success() { Ok(()) } else { Err(error) };
+                return if status.success() { Ok(()) } else { Err(why) };
             }
             if self.plant.is_none() && clock::now() - began > START_MAX {
-                return Err(LaunchError::Silent);
+                return Err(problem!("the autopilot has not started after {START_MAX:?}"));
             }
         }
         Ok(())
@@ -166,24 +152,25 @@ impl Flight<'_> {
     fn take(
         &mut self,
         report: Report,
-        start_plant: impl Fn(SocketAddr) -> Result<Child, LaunchError>,
-    ) -> Result<(), LaunchError> {
+        start_plant: impl Fn(SocketAddr) -> Result<Child, Problem>,
+    ) -> Result<(), Problem> {
         match report {
             Report::Listening { plant_link, ground_stations } => {
                 self.plant = Some(start_plant(plant_link)?);
-                self.screen.introduce(&ground_stations, self.keys.is_some())?;
+                self.screen.introduce(&ground_stations, self.keys.is_some()).at(HERE)?;
             }
-            Report::Status(status) => self.screen.status(status, clock::now())?,
+            Report::Status(status) => self.screen.status(status, clock::now()).at(HERE)?,
             Report::PaceState(pace) => self.screen.set_pace(pace),
             Report::Pressed(Key::Quit) => self.stop.request(),
             // To the whole job, as the terminal does where Ctrl-Z is no key; this process takes it as the report below.
             Report::Pressed(Key::Suspend) => {
-                killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from)?;
+                killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from).at(HERE)?;
             }
             Report::Suspended => self.suspend()?,
             Report::Pressed(key) => self.press(key),
             Report::Line { process, line } => {
-                self.screen.message(&format!("{process}: {}", line.trim_start()))?;
+                let message = format!("{process}: {}", line.trim_start());
+                self.screen.message(&message).at(HERE)?;
                 for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
                     child.remember(process, &line);
                 }
@@ -193,7 +180,7 @@ impl Flight<'_> {
     }
 
     /// Gives the terminal back and stops both children and this process, until the shell lets the job go on.
-    fn suspend(&mut self) -> Result<(), LaunchError> {
+    fn suspend(&mut self) -> Result<(), Problem> {
         self.screen.leave();
         if let Some(keys) = &self.keys {
             keys.restore();
@@ -205,12 +192,12 @@ impl Flight<'_> {
             }
         };
         signal_all(Signal::SIGSTOP);
-        let stopped = process::stop_until_continued();
+        let stopped = stop_until_continued();
         signal_all(Signal::SIGCONT);
         if let Some(keys) = &self.keys {
             keys.keep();
         }
-        Ok(stopped?)
+        stopped.at(HERE)
     }
 
     /// A key that is about time: what it leads to is shown at once, and again when the plant says so.
@@ -234,4 +221,181 @@ impl Flight<'_> {
         // Where the operator cannot read any more, nobody misses it.
         let _ = self.screen.end(Path::new(&program));
     }
+}
+
+/// Lines that wait to be shown.
+const REPORTS_MAX: usize = 256;
+/// How often an ending child is looked at.
+const END_LOOK_EVERY: Duration = Duration::from_millis(5);
+/// Time for the last lines of a child that has ended.
+const LAST_LINES: Duration = Duration::from_millis(200);
+
+/// What a child reports.
+#[derive(Debug)]
+enum Report {
+    /// The autopilot waits for plants and ground stations.
+    Listening { plant_link: SocketAddr, ground_stations: Listening },
+    /// The flight goes on.
+    Status(StatusLine),
+    /// Simulation time passes like this from here on.
+    PaceState(PaceState),
+    /// The shell asks the job to stop for a while.
+    Suspended,
+    /// The operator has pressed a key.
+    Pressed(Key),
+    /// A line for the operator.
+    Line { process: &'static str, line: String },
+}
+
+/// Where the reports of both children arrive.
+struct Reports {
+    sender: ReportSender,
+    receiver: Receiver<Report>,
+}
+
+impl Reports {
+    /// Next report; `None` if none comes in time.
+    fn next(&self, timeout: Duration) -> Option<Report> {
+        self.receiver.recv_timeout(timeout).ok()
+    }
+}
+
+/// For another thread that has something to report.
+#[derive(Clone)]
+struct ReportSender(SyncSender<Report>);
+
+impl ReportSender {
+    /// Never waits: a full channel means that the operator's screen has stopped, and drops the report.
+    /// False if nobody reads any more.
+    fn send(&self, report: Report) -> bool {
+        !matches!(self.0.try_send(report), Err(TrySendError::Disconnected(_)))
+    }
+}
+
+/// A running process; killed if it is dropped before its end.
+struct Child {
+    name: &'static str,
+    process: process::Child,
+    /// Open as long as the child should run.
+    input: Option<ChildStdin>,
+    last_line: String,
+}
+
+impl Child {
+    /// Starts `program` with these options. Its standard output is status, its standard error is for people.
+    fn start(
+        name: &'static str,
+        program: &Path,
+        words: &[String],
+        reports: &Reports,
+    ) -> Result<Self, Problem> {
+        let failed = format!("cannot start {name}");
+        let mut process = Command::new(program)
+            .args(words)
+            .arg("--with-parent")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            // Ctrl-C reaches the launcher only, which then ends both in order.
+            .process_group(0)
+            .spawn()
+            .at(&failed)?;
+        let input = process.stdin.take();
+        if let Some(output) = process.stdout.take() {
+            forward(output, reports.sender.clone(), move |line| status(name, line)).at(&failed)?;
+        }
+        if let Some(errors) = process.stderr.take() {
+            let line_of = move |line| Report::Line { process: name, line };
+            forward(errors, reports.sender.clone(), line_of).at(&failed)?;
+        }
+        Ok(Self { name, process, input, last_line: "nothing".to_owned() })
+    }
+
+    /// Says a line to it. One that has ended is noticed elsewhere.
+    fn send_line(&mut self, line: &str) {
+        if let Some(input) = self.input.as_mut() {
+            let _ = writeln!(input, "{line}").and_then(|()| input.flush());
+        }
+    }
+
+    /// Sends it a signal. One that has ended is noticed elsewhere.
+    fn signal(&self, signal: Signal) {
+        let _ = kill(Pid::from_raw(self.process.id().cast_signed()), signal);
+    }
+
+    /// Remembers its last line.
+    fn remember(&mut self, process: &str, line: &str) {
+        if process == self.name {
+            line.trim().clone_into(&mut self.last_line);
+        }
+    }
+
+    /// If the process has ended: how and why, after its last lines have been shown.
+    fn ended(
+        &mut self,
+        reports: &Reports,
+        screen: &mut Screen,
+    ) -> Result<Option<(ExitStatus, Problem)>, Problem> {
+        let Some(status) = self.process.try_wait().at(HERE)? else { return Ok(None) };
+        // The other child may go on talking.
+        let deadline = clock::now() + LAST_LINES;
+        while clock::now() < deadline {
+            if let Some(Report::Line { process, line }) = reports.next(LAST_LINES) {
+                self.remember(process, &line);
+                // Where the operator cannot read any more, the error below still says why.
+                let _ = screen.message(&format!("{process}: {line}"));
+            }
+        }
+        let Self { name, last_line, .. } = self;
+        let why = problem!("{name} ended ({status}); the last thing it said: {last_line}");
+        Ok(Some((status, why)))
+    }
+
+    /// Tells the process to end, and makes sure that it has by `deadline`.
+    fn end(&mut self, deadline: Instant) {
+        self.input = None;
+        while let Ok(None) = self.process.try_wait() {
+            if clock::now() > deadline {
+                return;
+            }
+            clock::sleep(END_LOOK_EVERY);
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        // It has ended already, or it ends now; either way nothing is left to do.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+fn status(process: &'static str, line: String) -> Report {
+    match serde_json::from_str(&line) {
+        Ok(StatusLine::Listening { plant_link, ground_stations }) => {
+            Report::Listening { plant_link, ground_stations }
+        }
+        Ok(status) => Report::Status(status),
+        Err(_) => match serde_json::from_str(&line) {
+            Ok(PlantLine::Pace { paused, speed }) => Report::PaceState(PaceState { paused, speed }),
+            Err(_) => Report::Line { process, line },
+        },
+    }
+}
+
+fn forward(
+    stream: impl Read + Send + 'static,
+    reports: ReportSender,
+    report: impl Fn(String) -> Report + Send + 'static,
+) -> io::Result<()> {
+    let read = move || {
+        for line in BufReader::new(stream).lines().map_while(Result::ok) {
+            // Better lose lines than stop the child.
+            if !reports.send(report(line)) {
+                return;
+            }
+        }
+    };
+    thread::Builder::new().name("child".to_owned()).spawn(read).map(|_| ())
 }

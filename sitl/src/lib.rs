@@ -38,5 +38,4 @@ pub mod bench;
 pub mod cli;
 pub mod echo;
 pub mod launch;
-mod process;
 pub mod udp_flight;

@@ -23,8 +23,7 @@ use nix::unistd::Pid;
 use plant_sim::Truth;
 use plant_sim::io::FlightReport;
 
-use crate::arrangement::Arrangement;
-use crate::process::Process;
+use crate::arrangement::{Arrangement, Process};
 use flight_analysis::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is checked while the plant flies.
@@ -80,14 +79,8 @@ fn fly_processes(
     fs::write(&control_file, postcard::to_stdvec(&setup.settings()).at(no_setup)?).at(no_setup)?;
 
     let mut autopilot = Command::new(program);
-    autopilot.args([
-        "autopilot",
-        "--plant-link",
-        "127.0.0.1:0",
-        "--no-gcs",
-        "--status",
-        "--with-parent",
-    ]);
+    autopilot.args(["autopilot", "--plant-link", "127.0.0.1:0"]);
+    autopilot.args(["--no-gcs", "--status", "--with-parent"]);
     autopilot.arg("--setup").arg(&control_file).args(arrangement.autopilot.options());
     let mut plant = Command::new(program);
     plant.args(["plant-sim", "--speed", "max", "--report", "--with-parent"]);

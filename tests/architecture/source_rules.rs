@@ -165,7 +165,7 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
         // It hands recorded samples to the navigator, to measure its time.
-        "sitl/src/bench/parts.rs",
+        "sitl/src/bench.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
     let judges = ["lab", "sitl/src", "sitl/analysis/src", "sitl/campaign/src"]

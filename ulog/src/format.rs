@@ -13,52 +13,39 @@ pub const MESSAGE_HEADER: usize = 3;
 /// Bytes that mark a position from which a damaged file can be read (message `S`).
 pub const SYNC: [u8; 8] = [0x2F, 0x73, 0x13, 0x20, 0x25, 0x0C, 0xBB, 0x12];
 
-/// Type of a field.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum FieldType {
-    /// `int8_t`.
-    I8,
-    /// `uint8_t`.
-    U8,
-    /// `int16_t`.
-    I16,
-    /// `uint16_t`.
-    U16,
-    /// `int32_t`.
-    I32,
-    /// `uint32_t`.
-    U32,
-    /// `int64_t`.
-    I64,
-    /// `uint64_t`.
-    U64,
-    /// `float`.
-    F32,
-    /// `double`.
-    F64,
-    /// `bool`.
-    Bool,
-    /// `char`.
-    Char,
+// One row for each type, so that names and sizes are in the order of the variants.
+macro_rules! field_types {
+    ($($variant:ident $name:literal $size:literal,)+) => {
+        /// Type of a field.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        pub enum FieldType {
+            $(#[doc = concat!("`", $name, "`.")] $variant,)+
+        }
+
+        impl FieldType {
+            /// All types, with name and size in bytes.
+            pub const ALL: [(Self, &'static str, usize); [$($size),+].len()] =
+                [$((Self::$variant, $name, $size)),+];
+        }
+    };
+}
+
+field_types! {
+    I8 "int8_t" 1,
+    U8 "uint8_t" 1,
+    I16 "int16_t" 2,
+    U16 "uint16_t" 2,
+    I32 "int32_t" 4,
+    U32 "uint32_t" 4,
+    I64 "int64_t" 8,
+    U64 "uint64_t" 8,
+    F32 "float" 4,
+    F64 "double" 8,
+    Bool "bool" 1,
+    Char "char" 1,
 }
 
 impl FieldType {
-    /// All types, with name and size in bytes.
-    pub const ALL: [(Self, &'static str, usize); 12] = [
-        (Self::I8, "int8_t", 1),
-        (Self::U8, "uint8_t", 1),
-        (Self::I16, "int16_t", 2),
-        (Self::U16, "uint16_t", 2),
-        (Self::I32, "int32_t", 4),
-        (Self::U32, "uint32_t", 4),
-        (Self::I64, "int64_t", 8),
-        (Self::U64, "uint64_t", 8),
-        (Self::F32, "float", 4),
-        (Self::F64, "double", 8),
-        (Self::Bool, "bool", 1),
-        (Self::Char, "char", 1),
-    ];
-
     /// Name in the file.
     pub fn name(self) -> &'static str {
         Self::ALL[self as usize].1

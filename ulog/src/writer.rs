@@ -37,16 +37,9 @@ pub enum Level {
 impl Level {
     /// The level with this syslog number; larger numbers are [`Level::Debug`].
     pub const fn from_number(number: u8) -> Self {
-        match number {
-            0 => Self::Emergency,
-            1 => Self::Alert,
-            2 => Self::Critical,
-            3 => Self::Error,
-            4 => Self::Warning,
-            5 => Self::Notice,
-            6 => Self::Info,
-            _ => Self::Debug,
-        }
+        use Level::{Alert, Critical, Debug, Emergency, Error, Info, Notice, Warning};
+        let levels = [Emergency, Alert, Critical, Error, Warning, Notice, Info, Debug];
+        if number < 8 { levels[number as usize] } else { Debug }
     }
 }
 
@@ -146,12 +139,12 @@ pub struct Definitions<W>(Messages<W>);
 impl<W: Write> Definitions<W> {
     /// Writes the file header; `start_us` is the time of the first row.
     pub fn begin(out: W, start_us: u64) -> io::Result<Self> {
-        let mut messages = Messages { out, written: 0, scratch: Vec::new() };
+        let mut messages = Messages { out, written: FILE_HEADER as u64, scratch: Vec::new() };
         let mut header = [0; FILE_HEADER];
         header[..7].copy_from_slice(&MAGIC);
         header[7] = VERSION;
         header[8..].copy_from_slice(&start_us.to_le_bytes());
-        messages.raw(&header)?;
+        messages.out.write_all(&header)?;
         messages.message(b'B', &[&FLAG_BITS])?;
         Ok(Self(messages))
     }
@@ -207,10 +200,8 @@ impl<W: Write> Data<W> {
     /// The output's error; [`io::ErrorKind::InvalidInput`] if the row does not have the topic's length.
     pub fn row(&mut self, topic: Topic, row: &Row) -> io::Result<()> {
         if row.bytes.len() != topic.size {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidInput,
-                format!("a row of {} bytes in a topic of {}", row.bytes.len(), topic.size),
-            ));
+            let text = format!("a row of {} bytes in a topic of {}", row.bytes.len(), topic.size);
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
         self.messages.message(b'D', &[&topic.id.to_le_bytes(), &row.bytes])
     }
@@ -276,12 +267,6 @@ struct Messages<W> {
 }
 
 impl<W: Write> Messages<W> {
-    fn raw(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.out.write_all(bytes)?;
-        self.written += bytes.len() as u64;
-        Ok(())
-    }
-
     fn message(&mut self, kind: u8, parts: &[&[u8]]) -> io::Result<()> {
         let length = parts.iter().map(|part| part.len()).sum::<usize>();
         let size = u16::try_from(length).map_err(|_| too_long("message", length, MESSAGE_MAX))?;
@@ -299,10 +284,8 @@ impl<W: Write> Messages<W> {
     fn named(&mut self, kind: u8, name: &str, value: Value<'_>) -> io::Result<()> {
         let is_number = matches!(value, Value::I32(_) | Value::F32(_));
         if kind == b'P' && !is_number {
-            return Err(io::Error::new(
-                io::ErrorKind::InvalidInput,
-                format!("parameter {name} is neither int32_t nor float"),
-            ));
+            let text = format!("parameter {name} is neither int32_t nor float");
+            return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
         let (i32, u64, f32);
         let (key, bytes): (String, &[u8]) = match value {

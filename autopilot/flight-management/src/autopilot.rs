@@ -10,32 +10,35 @@ use flight_control::{
     AircraftModel, Authority, Estimator, FlightControl, Gains, NavigationSource, NavigationState,
     StepLog,
 };
+use icd::fault::{FaultReply, FaultRequest, FaultState, PlantAction, PlantReport, PlantRequest};
+use icd::pace::Pace;
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use serde::{Deserialize, Serialize};
 
-use crate::command::{Command, Configuration, Intent, Outcome, ScriptCommand, VehicleCommand};
-use crate::event::{Event, EventKind, Snapshot};
+use crate::command::{
+    Command, Configuration, FIRST_SCRIPT_REQUEST, Intent, Outcome, ScriptCommand, VehicleCommand,
+};
+use crate::event::{Event, EventKind, Snapshot, Transitions};
+use crate::own_law::{Brought, FlightLaw, OwnLaw};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
-use crate::script::Script;
+use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::termination;
-use crate::transitions::Transitions;
 use crate::vehicle::plan::Plan;
+use crate::vehicle::rules::within;
 use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Rules, Vehicle, VehicleRefusal};
-use event_queue::{EVENTS_MAX, EventQueue};
-use own_law::{Brought, OwnLaw};
-use plant_requests::OpenRequest;
-use scripts::Scripts;
-
-mod event_queue;
-pub mod own_law;
-mod plant_requests;
-mod scripts;
 
 /// Requests to the plant that may be open.
 const REQUESTS_MAX: usize = 32;
+/// Open requests of a script to the plant; the rest of the room is for ground stations.
+const OPEN_MAX: usize = 8;
+const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
+/// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
+/// three events.
+const LINES_PER_STEP: usize = 32;
+const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 
-/// The control side of a flight at its start.
+/// The control side of a flight at its start. Flight logs have it in this order.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settings {
     /// The controller's model of the aircraft.
@@ -43,11 +46,11 @@ pub struct Settings {
     pub gains: Gains,
     pub limits: ReferenceLimits,
     pub navigation: NavigationParameters,
-    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
-    pub fault_injection: bool,
     pub references: ReferenceSchedule,
     /// The script that begins with each flight.
     pub script: Option<Arc<Script>>,
+    /// Scripts may break the aircraft (`SYS_FAILURE_EN`).
+    pub fault_injection: bool,
     /// The law of the program that flies where `CTL_LAW` is 9. A file of settings has none.
     #[serde(skip)]
     pub own_law: Option<OwnLaw>,
@@ -56,7 +59,7 @@ pub struct Settings {
 /// The control side of the flight software.
 ///
 /// A copy continues as the original would, with one exception: a law that cannot be copied starts anew in it
-/// ([`own_law::FlightLaw::copy`]).
+/// ([`FlightLaw::copy`]).
 #[derive(Debug, Clone)]
 pub struct Autopilot {
     model: AircraftModel,
@@ -98,8 +101,13 @@ impl Autopilot {
             transitions: Transitions::default(),
             latest: None,
             open: VecDeque::with_capacity(REQUESTS_MAX),
-            scripts: Scripts::new(script.clone(), settings.fault_injection),
-            events: EventQueue::new(),
+            scripts: Scripts {
+                scenario: script.clone(),
+                may_fail: settings.fault_injection,
+                running: None,
+                last_number: FIRST_SCRIPT_REQUEST,
+            },
+            events: EventQueue { events: VecDeque::with_capacity(EVENTS_MAX + 1), lost: 0 },
         }
     }
 
@@ -305,6 +313,18 @@ impl Autopilot {
         self.navigation.estimator()
     }
 
+    /// The law that the program brought, as it is in this flight.
+    pub fn own_law(&self) -> Option<&dyn FlightLaw> {
+        self.own_law.as_ref().map(Brought::law)
+    }
+
+    /// Creates the law again.
+    fn reset_own_law(&mut self) {
+        if let Some(brought) = &mut self.own_law {
+            *brought = Brought::new(brought.own.clone());
+        }
+    }
+
     /// The present settings: gains, limits and guidance as operators have set them.
     pub fn settings(&self) -> Settings {
         Settings {
@@ -313,8 +333,8 @@ impl Autopilot {
             limits: self.rules.limits,
             navigation: self.rules.navigation,
             references: self.vehicle.references().clone(),
-            script: self.scripts.of_scenario().cloned(),
-            own_law: self.own_law.as_ref().map(Brought::own),
+            script: self.scripts.scenario.clone(),
+            own_law: self.own_law.as_ref().map(|brought| brought.own.clone()),
             fault_injection: self.scripts.may_fail,
         }
     }
@@ -332,6 +352,333 @@ impl Autopilot {
     /// The gains that fly.
     pub fn gains(&self) -> &Gains {
         &self.gains
+    }
+
+    /// Next request for the plant; at most one leaves with each answer.
+    pub fn next_request(&mut self) -> Option<PlantRequest> {
+        let place = self.open.iter().position(|open| !open.is_sent)?;
+        let open = self.open.get_mut(place)?;
+        open.is_sent = true;
+        let open = *open;
+        if open.request.action == PlantAction::ListFaults {
+            // The answers are ordinary reports.
+            self.open.remove(place);
+            self.conclude(&open, Outcome::Done);
+        }
+        Some(open.request)
+    }
+
+    /// Handles a report of the plant.
+    pub fn handle_report(&mut self, report: &PlantReport) {
+        let (at, kind) = match *report {
+            PlantReport::FaultReply { request, reply } => {
+                if let Some(open) = self.take_answered(request) {
+                    self.conclude(&open, Outcome::Plant(reply));
+                }
+                return;
+            }
+            PlantReport::Started { positions } => {
+                if self.latest.is_none() {
+                    self.flight.start_at(&positions);
+                }
+                return;
+            }
+            PlantReport::Fault(entry) => {
+                (time_of_fault(&entry.state, self.time), EventKind::Fault(entry))
+            }
+            PlantReport::GroundContact { at } => {
+                self.on_ground = true;
+                self.stop_script();
+                (at, EventKind::GroundContact)
+            }
+            PlantReport::Paced { request, pace, at } => {
+                if let Some(open) = request.and_then(|number| self.take_answered(number)) {
+                    self.conclude(&open, Outcome::Done);
+                }
+                (at, EventKind::Paced(pace))
+            }
+        };
+        self.events.push(at, kind);
+    }
+
+    /// Removes the request with this number that the plant answers; the answer to a restart is the new flight.
+    fn take_answered(&mut self, number: u32) -> Option<OpenRequest> {
+        let is_it = |open: &OpenRequest| {
+            open.is_sent && open.request.number == number && !open.is_restart()
+        };
+        self.open.iter().position(is_it).and_then(|place| self.open.remove(place))
+    }
+
+    /// Publishes the outcome of a request for whoever made it.
+    fn conclude(&mut self, open: &OpenRequest, outcome: Outcome) {
+        let PlantRequest { number, action } = open.request;
+        let at = match outcome {
+            Outcome::Plant(FaultReply::Applied { at } | FaultReply::Cleared { at }) => at,
+            _ => self.time,
+        };
+        let kind = match (open.asker, outcome) {
+            (Asker::Operator, outcome) => EventKind::Outcome { number, outcome },
+            (Asker::Line { script, line }, outcome) => {
+                let why = match (outcome, action) {
+                    (Outcome::NoAnswer, _) => LineRefusal::NoAnswer,
+                    (Outcome::Plant(FaultReply::Refused(refusal)), PlantAction::Fault(request)) => {
+                        LineRefusal::Plant { target: request.target(), refusal }
+                    }
+                    _ => return,
+                };
+                EventKind::Script { script, event: ScriptEvent::LineRefused { line, why } }
+            }
+            (Asker::Nobody, _) => return,
+        };
+        self.events.push(at, kind);
+    }
+
+    /// Refuses a pace that is out of range.
+    fn check_action(&self, action: PlantAction) -> Result<(), VehicleRefusal> {
+        match action {
+            PlantAction::Pace(pace @ Pace::Step(periods)) if !pace.is_valid() => {
+                within("step", "periods", f64::from(periods), (1.0, f64::from(Pace::STEPS_MAX)))
+            }
+            PlantAction::Pace(pace @ Pace::Speed(speed)) if !pace.is_valid() => {
+                within("simulation speed", "x real time", speed, Pace::SPEED)
+            }
+            // For an aircraft on the ground simulation time has ended.
+            PlantAction::Pace(Pace::Step(_)) => self.can_fly(),
+            _ => Ok(()),
+        }
+    }
+
+    /// Queues a request for the plant, or publishes why it cannot be sent.
+    fn request(&mut self, number: u32, action: PlantAction) {
+        let request = PlantRequest { number, action };
+        let mut open = OpenRequest { request, is_sent: false, asker: Asker::Operator };
+        if !self.in_flight {
+            self.conclude(&open, Outcome::Refused(VehicleRefusal::NoFlight));
+        } else if self.has_room_for_request() {
+            open.is_sent = open.is_restart() && self.open.iter().any(OpenRequest::is_restart);
+            self.open.push_back(open);
+        } else {
+            self.conclude(&open, Outcome::NoAnswer);
+        }
+    }
+
+    fn has_room_for_request(&self) -> bool {
+        self.open.len() < REQUESTS_MAX
+    }
+
+    /// The plant has been silent for too long: its open requests end without an answer.
+    pub fn plant_lost(&mut self) {
+        self.in_flight = false;
+        self.abandon_requests();
+        self.resolve_restarts(Outcome::NoAnswer);
+        self.publish(EventKind::PlantLost);
+    }
+
+    /// The plant was silent and continues the same flight.
+    pub fn plant_back(&mut self) {
+        self.in_flight = true;
+        self.publish(EventKind::PlantBack);
+    }
+
+    /// Ends all requests without an answer, except those for a new flight.
+    fn abandon_requests(&mut self) {
+        while let Some(place) = self.open.iter().position(|open| !open.is_restart())
+            && let Some(open) = self.open.remove(place)
+        {
+            self.conclude(&open, Outcome::NoAnswer);
+        }
+    }
+
+    /// Ends the requests for a new flight.
+    fn resolve_restarts(&mut self, outcome: Outcome) {
+        while let Some(open) = self.open.pop_front() {
+            self.conclude(&open, outcome);
+        }
+    }
+
+    /// Begins a flight: ends the running script and begins the scenario's.
+    fn begin_script(&mut self, joined_in_flight: bool) {
+        self.stop_script();
+        // A flight does not depend on earlier flights.
+        self.scripts.last_number = FIRST_SCRIPT_REQUEST;
+        let Some(script) = self.scripts.scenario.clone() else { return };
+        let id = script.id();
+        if joined_in_flight {
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::JoinedInFlight));
+        } else if self.start_script(script).is_err() {
+            self.publish_script_event(id, ScriptEvent::NotBegun(NotBegun::FaultInjectionOff));
+        }
+    }
+
+    /// Runs a script from the next control step on, instead of the running one.
+    fn start_script(&mut self, script: Arc<Script>) -> Result<(), VehicleRefusal> {
+        self.can_fly()?;
+        if script.has_faults() && !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        self.stop_script();
+        let id = script.id();
+        for open in self.open.iter_mut().filter(|open| open.asker != Asker::Operator) {
+            open.asker = Asker::Nobody;
+        }
+        self.scripts.running = Some(Run::new(script));
+        self.publish_script_event(id, ScriptEvent::Began);
+        Ok(())
+    }
+
+    /// Ends the running script, if any, and returns whether there was one.
+    fn stop_script(&mut self) -> bool {
+        let Some(run) = self.scripts.running.take() else { return false };
+        self.publish_script_event(run.script().id(), ScriptEvent::Stopped);
+        true
+    }
+
+    /// Executes the lines that are due at this tick, up to [`LINES_PER_STEP`].
+    fn step_script(&mut self, state: &NavigationState) {
+        let Some(mut run) = self.scripts.running.take() else { return };
+        let id = run.script().id();
+        self.vehicle.see(state);
+        for _ in 0..LINES_PER_STEP {
+            let of_scripts = |open: &&OpenRequest| matches!(open.asker, Asker::Line { .. });
+            let has_room = self.open.iter().filter(of_scripts).count() < OPEN_MAX
+                && self.has_room_for_request();
+            let Some(due) = run.next(state, has_room) else { break };
+            self.publish_script_event(id, ScriptEvent::Line(due.line));
+            let asker = Asker::Line { script: id, line: due.line };
+            if let Err(refusal) = self.execute(asker, due.action) {
+                let why = LineRefusal::Vehicle(refusal);
+                self.publish_script_event(id, ScriptEvent::LineRefused { line: due.line, why });
+            }
+        }
+        // The next line has been evaluated at this tick, even if the limit was reached before it.
+        run.look(state);
+        if run.is_over() {
+            self.publish_script_event(id, ScriptEvent::Done);
+        } else {
+            self.scripts.running = Some(run);
+        }
+    }
+
+    fn execute(&mut self, asker: Asker, action: Action) -> Result<(), VehicleRefusal> {
+        match action {
+            Action::Fault(request) => self.request_fault(asker, request),
+            Action::Refer(reference) => self.vehicle.refer(reference, &self.rules),
+            Action::Mode(mode) => {
+                let Self { vehicle, rules, events, time, .. } = self;
+                let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
+                vehicle.change_mode(mode, rules, publish)
+            }
+            Action::Say | Action::End => Ok(()),
+        }
+    }
+
+    fn request_fault(&mut self, asker: Asker, request: FaultRequest) -> Result<(), VehicleRefusal> {
+        if !self.scripts.may_fail {
+            return Err(VehicleRefusal::FaultInjectionOff);
+        }
+        let number = self.scripts.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
+        self.scripts.last_number = number;
+        let request = PlantRequest { number, action: PlantAction::Fault(request) };
+        self.open.push_back(OpenRequest { request, is_sent: false, asker });
+        Ok(())
+    }
+
+    fn publish_script_event(&mut self, script: u32, event: ScriptEvent) {
+        self.publish(EventKind::Script { script, event });
+    }
+}
+
+/// A request to the plant without an answer.
+#[derive(Debug, Clone, Copy)]
+struct OpenRequest {
+    pub request: PlantRequest,
+    /// The plant has it. One new flight completes all requests for one, so only the first of them is sent.
+    pub is_sent: bool,
+    pub asker: Asker,
+}
+
+/// Who learns the outcome of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Asker {
+    /// An operator: by the number of the command.
+    Operator,
+    /// A script: only of a refusal, with the line.
+    Line { script: u32, line: u16 },
+    /// Another script has begun since.
+    Nobody,
+}
+
+impl OpenRequest {
+    fn is_restart(&self) -> bool {
+        self.request.action == PlantAction::Restart
+    }
+}
+
+/// When a fault began or ended; `before` is the tick before the report. A new change happened at the tick that comes
+/// with the report; a repeated one happened earlier, and a scheduled one will happen.
+fn time_of_fault(state: &FaultState, before: SimTime) -> SimTime {
+    match state {
+        FaultState::Scheduled { .. } => before,
+        state => state.time().max(before),
+    }
+}
+
+/// The script of the flight.
+#[derive(Debug, Clone)]
+struct Scripts {
+    /// The script that begins with each flight.
+    scenario: Option<Arc<Script>>,
+    /// Scripts may inject faults (`SYS_FAILURE_EN`).
+    may_fail: bool,
+    running: Option<Run>,
+    last_number: u32,
+}
+
+/// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
+const EVENTS_MAX: usize = 256;
+
+/// Events that wait to be fetched.
+#[derive(Debug, Clone)]
+struct EventQueue {
+    events: VecDeque<Event>,
+    /// Dropped events that no event has reported yet.
+    lost: u64,
+}
+
+impl EventQueue {
+    /// When there is no room, the oldest event of the least important kind is dropped, the new one included.
+    fn push(&mut self, time: SimTime, kind: EventKind) {
+        self.events.push_back(Event { time, kind });
+        if self.events.len() > EVENTS_MAX {
+            let ranks = self.events.iter().map(|event| rank(&event.kind)).enumerate();
+            let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
+            self.events.remove(victim);
+            self.lost += 1;
+        }
+    }
+
+    /// The oldest event. After the last one, the number of lost events, if any.
+    fn pop(&mut self, now: SimTime) -> Option<Event> {
+        self.events.pop_front().or_else(|| {
+            let lost = std::mem::take(&mut self.lost);
+            (lost > 0).then_some(Event { time: now, kind: EventKind::EventsLost(lost) })
+        })
+    }
+}
+
+/// How important an event is: the lower, the sooner it is dropped.
+fn rank(kind: &EventKind) -> u8 {
+    match kind {
+        EventKind::Script { event: ScriptEvent::Line(_), .. } => 0,
+        EventKind::Script { event: ScriptEvent::LineRefused { .. }, .. } => 1,
+        // Events from which receivers maintain a state.
+        EventKind::Fault(_)
+        | EventKind::FlightBegan { .. }
+        | EventKind::PlantLost
+        | EventKind::PlantBack => 3,
+        // A ground station waits for these.
+        EventKind::Outcome { .. } => 4,
+        _ => 2,
     }
 }
 

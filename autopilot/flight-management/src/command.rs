@@ -122,36 +122,15 @@ pub enum Outcome {
     NoAnswer,
 }
 
-/// A command as recorded in flight logs: one list whose variant numbers are recorded. New variants come last.
-#[derive(Clone, Serialize, Deserialize)]
-enum Logged {
-    Mode(Mode),
-    Refer(Reference),
-    Gains(Box<Gains>),
-    Limits(ReferenceLimits),
-    Fault(FaultRequest),
-    Restart,
-    Navigation(NavigationParameters),
-    Reposition(Reposition),
-    Setpoint(Setpoint),
-    Sticks(Sticks),
-    Plan(Arc<Plan>),
-    PlanItem(u16),
-    Continue,
-    Home(Place),
-    Terminate,
-    LinkLost(LinkLossAction),
-    LinkBack,
-    ListFaults,
-    Pace(Pace),
-    Script(Arc<Script>),
-    StopScript,
-    FaultInjection(bool),
-}
-
-/// Both directions from one table: the variant of a log, and the command.
+/// A command as recorded in flight logs, and both directions between them from one table: the variant of a log, its value, and the
+/// command. The numbers of the variants are recorded. New variants come last.
 macro_rules! logged {
-    ($($logged:ident $(($value:ident))? = $group:ident($kind:ident::$variant:ident)),* $(,)?) => {
+    ($($logged:ident $(($value:ident: $type:ty))? = $group:ident($kind:ident::$variant:ident)),* $(,)?) => {
+        #[derive(Clone, Serialize, Deserialize)]
+        enum Logged {
+            $($logged $(($type))?,)*
+        }
+
         impl From<Logged> for Command {
             fn from(logged: Logged) -> Self {
                 match logged {
@@ -171,26 +150,26 @@ macro_rules! logged {
 }
 
 logged! {
-    Mode(mode) = Vehicle(VehicleCommand::Mode),
-    Refer(reference) = Vehicle(VehicleCommand::Refer),
-    Gains(gains) = Configuration(Configuration::Gains),
-    Limits(limits) = Configuration(Configuration::Limits),
-    Fault(request) = Plant(PlantAction::Fault),
+    Mode(mode: Mode) = Vehicle(VehicleCommand::Mode),
+    Refer(reference: Reference) = Vehicle(VehicleCommand::Refer),
+    Gains(gains: Box<Gains>) = Configuration(Configuration::Gains),
+    Limits(limits: ReferenceLimits) = Configuration(Configuration::Limits),
+    Fault(request: FaultRequest) = Plant(PlantAction::Fault),
     Restart = Plant(PlantAction::Restart),
-    Navigation(parameters) = Configuration(Configuration::Navigation),
-    Reposition(place) = Vehicle(VehicleCommand::Reposition),
-    Setpoint(setpoint) = Vehicle(VehicleCommand::Setpoint),
-    Sticks(sticks) = Vehicle(VehicleCommand::Sticks),
-    Plan(plan) = Vehicle(VehicleCommand::Plan),
-    PlanItem(item) = Vehicle(VehicleCommand::PlanItem),
+    Navigation(parameters: NavigationParameters) = Configuration(Configuration::Navigation),
+    Reposition(place: Reposition) = Vehicle(VehicleCommand::Reposition),
+    Setpoint(setpoint: Setpoint) = Vehicle(VehicleCommand::Setpoint),
+    Sticks(sticks: Sticks) = Vehicle(VehicleCommand::Sticks),
+    Plan(plan: Arc<Plan>) = Vehicle(VehicleCommand::Plan),
+    PlanItem(item: u16) = Vehicle(VehicleCommand::PlanItem),
     Continue = Vehicle(VehicleCommand::Continue),
-    Home(place) = Vehicle(VehicleCommand::Home),
+    Home(place: Place) = Vehicle(VehicleCommand::Home),
     Terminate = Vehicle(VehicleCommand::Terminate),
-    LinkLost(action) = Vehicle(VehicleCommand::LinkLost),
+    LinkLost(action: LinkLossAction) = Vehicle(VehicleCommand::LinkLost),
     LinkBack = Vehicle(VehicleCommand::LinkBack),
     ListFaults = Plant(PlantAction::ListFaults),
-    Pace(pace) = Plant(PlantAction::Pace),
-    Script(script) = Script(ScriptCommand::Run),
+    Pace(pace: Pace) = Plant(PlantAction::Pace),
+    Script(script: Arc<Script>) = Script(ScriptCommand::Run),
     StopScript = Script(ScriptCommand::Stop),
-    FaultInjection(allowed) = Configuration(Configuration::FaultInjection),
+    FaultInjection(allowed: bool) = Configuration(Configuration::FaultInjection),
 }

@@ -1,16 +1,14 @@
 //! Texts that the autopilot reads at start: its model of the aircraft, its part of a scenario.
 
-use std::path::PathBuf;
-
 use flight_control::AircraftModel;
-use flight_control::aircraft_model::AircraftModelError;
 use icd::EffectorList;
 use serde::Deserialize;
-use serde::de::IgnoredAny;
+use serde::de::{DeserializeOwned, IgnoredAny};
 
+use crate::TextError;
 use crate::parameters::{ParameterError, Parameters, SavedProblem, nearest, set_from_table};
-use crate::script::{Script, ScriptError};
-use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule, ScheduleError};
+use crate::script::Script;
+use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule};
 
 /// The shipped model; written by `sitl aircraft linearize`.
 pub const DEFAULT_MODEL: &str = include_str!("../../models/tvc_jet.toml");
@@ -23,64 +21,6 @@ pub const MODELS: [(&str, &str); 4] = [
     ("f16", include_str!("../../models/f16.toml")),
     ("aerosonde", include_str!("../../models/aerosonde.toml")),
 ];
-
-/// Why a file cannot be used. Each message names the file, and the key, value and range where there is one.
-#[derive(Debug, thiserror::Error)]
-pub enum ConfigError {
-    /// The file cannot be read.
-    #[error("{}: {source}", path.display())]
-    Read {
-        path: PathBuf,
-        /// The error in it.
-        source: Box<dyn std::error::Error + Send + Sync>,
-    },
-    /// Neither a shipped scenario nor a file.
-    #[error(
-        "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
-    )]
-    NoScenario {
-        /// The name in the file.
-        name: String,
-        known: String,
-    },
-    /// Invalid text; the message has line, column and key.
-    #[error("{file}: {source}")]
-    Syntax { file: String, source: Box<toml::de::Error> },
-    /// A model outside its range.
-    #[error("{file}: {source}")]
-    Model {
-        file: String,
-        /// Key, value and range.
-        source: AircraftModelError,
-    },
-    /// A parameter of a model file.
-    #[error("{file}: [parameters]: {problem}{}", hint(problem))]
-    Parameters {
-        file: String,
-        /// Parameter, value and range.
-        problem: SavedProblem,
-    },
-    /// A reference that cannot be flown.
-    #[error("{file}: {source}")]
-    Schedule {
-        file: String,
-        /// Key, value and range.
-        source: ScheduleError,
-    },
-    /// An invalid script; the message has file, line and column.
-    #[error(transparent)]
-    Script(#[from] ScriptError),
-}
-
-/// The parameter that an unknown name probably means.
-fn hint(problem: &SavedProblem) -> String {
-    match problem {
-        SavedProblem::Parameter(ParameterError::Unknown { name }) => {
-            nearest(name).map_or_else(String::new, |name| format!("; the nearest is {name}"))
-        }
-        _ => String::new(),
-    }
-}
 
 /// A model file: the aircraft, and the table [`PARAMETERS`] where it has one.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,7 +35,7 @@ pub struct Model {
 pub const PARAMETERS: &str = "parameters";
 
 /// Reads a model file; `file` is its name for error messages.
-pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
+pub fn model(file: &str, text: &str) -> Result<Model, TextError> {
     let table: toml::Table = parse(file, text)?;
     if table.contains_key(PARAMETERS) {
         return model_of(file, table);
@@ -106,26 +46,34 @@ pub fn model(file: &str, text: &str) -> Result<Model, ConfigError> {
 }
 
 /// Parses a file that was read already and may have been changed since.
-pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, ConfigError> {
+pub fn model_of(file: &str, mut table: toml::Table) -> Result<Model, TextError> {
     let mut defaults = Parameters::default();
     if let Some(parameters) = table.remove(PARAMETERS) {
-        let refused = |problem| ConfigError::Parameters { file: file.to_owned(), problem };
+        let place = format!("{file}: [{PARAMETERS}]");
         let toml::Value::Table(parameters) = parameters else {
-            let (name, value) = (PARAMETERS.to_owned(), parameters.to_string());
-            return Err(refused(SavedProblem::NotANumber { name, value }));
+            let why = format!("{PARAMETERS} = {parameters} is not a number");
+            return Err(TextError::at(place, why));
         };
-        set_from_table(&mut defaults, &parameters).map_err(refused)?;
+        set_from_table(&mut defaults, &parameters).map_err(|problem| {
+            // The parameter that an unknown name probably means.
+            let meant = match &problem {
+                SavedProblem::Parameter(ParameterError::Unknown { name }) => nearest(name),
+                _ => None,
+            };
+            let hint = meant.map_or_else(String::new, |name| format!("; the nearest is {name}"));
+            TextError::at(place, format!("{problem}{hint}"))
+        })?;
     }
     Ok(Model { aircraft: checked(file, of_table(file, table)?)?, defaults })
 }
 
 /// The aircraft of a model file, without its parameters.
-pub fn aircraft_model(file: &str, text: &str) -> Result<AircraftModel, ConfigError> {
+pub fn aircraft_model(file: &str, text: &str) -> Result<AircraftModel, TextError> {
     Ok(model(file, text)?.aircraft)
 }
 
-fn checked(file: &str, aircraft: AircraftModel) -> Result<AircraftModel, ConfigError> {
-    aircraft.validate().map_err(|source| ConfigError::Model { file: file.to_owned(), source })?;
+fn checked(file: &str, aircraft: AircraftModel) -> Result<AircraftModel, TextError> {
+    aircraft.validate().map_err(|problem| TextError::at(file, problem))?;
     Ok(aircraft)
 }
 
@@ -148,7 +96,7 @@ struct AutopilotPart {
 }
 
 /// Reads the autopilot's part of a scenario; `file` is its name for error messages.
-pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, ConfigError> {
+pub fn references(file: &str, text: &str) -> Result<ReferenceSchedule, TextError> {
     parse::<ScenarioFile>(file, text)?.autopilot.references(file)
 }
 
@@ -157,7 +105,7 @@ pub fn script(
     file: &str,
     text: &str,
     effectors: &EffectorList,
-) -> Result<Option<Script>, ConfigError> {
+) -> Result<Option<Script>, TextError> {
     parse::<ScenarioFile>(file, text)?.autopilot.script(file, effectors)
 }
 
@@ -166,37 +114,29 @@ pub fn scenario_of(
     file: &str,
     table: toml::Table,
     effectors: &EffectorList,
-) -> Result<(ReferenceSchedule, Option<Script>), ConfigError> {
+) -> Result<(ReferenceSchedule, Option<Script>), TextError> {
     let part = of_table::<ScenarioFile>(file, table)?.autopilot;
     let script = part.script(file, effectors)?;
     Ok((part.references(file)?, script))
 }
 
 impl AutopilotPart {
-    fn references(self, file: &str) -> Result<ReferenceSchedule, ConfigError> {
-        ReferenceSchedule::new(self.references)
-            .map_err(|source| ConfigError::Schedule { file: file.to_owned(), source })
+    fn references(self, file: &str) -> Result<ReferenceSchedule, TextError> {
+        ReferenceSchedule::new(self.references).map_err(|problem| TextError::at(file, problem))
     }
 
-    fn script(&self, file: &str, effectors: &EffectorList) -> Result<Option<Script>, ConfigError> {
+    fn script(&self, file: &str, effectors: &EffectorList) -> Result<Option<Script>, TextError> {
         let name = format!("script of {file}");
-        let script = self.script.as_ref().map(|script| Script::parse(&name, script, effectors));
-        Ok(script.transpose()?)
+        self.script.as_ref().map(|text| Script::parse(&name, text, effectors)).transpose()
     }
 }
 
-fn parse<T: serde::de::DeserializeOwned>(file: &str, text: &str) -> Result<T, ConfigError> {
-    toml::from_str(text)
-        .map_err(|source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) })
+fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, TextError> {
+    toml::from_str(text).map_err(|problem| TextError::at(file, problem))
 }
 
-fn of_table<T: serde::de::DeserializeOwned>(
-    file: &str,
-    table: toml::Table,
-) -> Result<T, ConfigError> {
-    table
-        .try_into()
-        .map_err(|source| ConfigError::Syntax { file: file.to_owned(), source: Box::new(source) })
+fn of_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, TextError> {
+    table.try_into().map_err(|problem| TextError::at(file, problem))
 }
 
 #[cfg(test)]

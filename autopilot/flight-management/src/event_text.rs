@@ -14,6 +14,7 @@ use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
 use crate::script::{NotBegun, Script, ScriptEvent};
 use crate::vehicle::{LinkLossAction, VehicleEvent};
+use Severity::{Critical, Emergency, Info, Warning};
 
 /// Importance of a text, with the numbers of syslog.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -34,28 +35,25 @@ pub fn of_event(
     parameters: &Parameters,
     effectors: &EffectorList,
 ) -> Option<(Severity, String)> {
-    use Severity as S;
     let compensator_off = parameters.gains.selection.compensator == CompensatorMode::Off;
     Some(match *kind {
         EventKind::Outcome { .. } | EventKind::Script { .. } => return None,
-        EventKind::FlightBegan { joined_in_flight: false } => (S::Info, "Flight began".into()),
+        EventKind::FlightBegan { joined_in_flight: false } => (Info, "Flight began".into()),
         EventKind::FlightBegan { joined_in_flight: true } => {
-            (S::Info, "Joined a flight under way".into())
+            (Info, "Joined a flight under way".into())
         }
         EventKind::Vehicle(event) => return vehicle_text(event),
         EventKind::CompensatorActive { axis, .. } if compensator_off => {
-            (S::Critical, format!("Fault detected: {} (compensator off)", axis.name()))
+            (Critical, format!("Fault detected: {} (compensator off)", axis.name()))
         }
         EventKind::CompensatorActive { axis, at_limit } => {
-            let text = format!("Compensator active: {}{}", axis.name(), limits_text(at_limit));
-            (S::Critical, text)
+            (Critical, format!("Compensator active: {}{}", axis.name(), limits_text(at_limit)))
         }
         EventKind::CompensatorReleased { .. } if compensator_off => {
-            (S::Info, "Fault no longer detected".into())
+            (Info, "Fault no longer detected".into())
         }
         EventKind::CompensatorReleased { after } => {
-            let text = format!("Compensator released after {:.1} s", after.as_secs_f64());
-            (S::Info, text)
+            (Info, format!("Compensator released after {:.1} s", after.as_secs_f64()))
         }
         EventKind::AuthorityExhausted { axis, by } => {
             let by = match by {
@@ -63,69 +61,65 @@ pub fn of_event(
                 limit => format!("{} at limit", limit.name()),
             };
             // The banner of the compensator is there already, or no fault is seen.
-            (S::Warning, format!("No authority left: {}, {by}", axis.name()))
+            (Warning, format!("No authority left: {}, {by}", axis.name()))
         }
         EventKind::AuthorityRestored(axis) => {
-            (S::Info, format!("Authority restored: {}", axis.name()))
+            (Info, format!("Authority restored: {}", axis.name()))
         }
         EventKind::Saturated(limit) => {
             // Full or idle thrust is normal in a climb, a descent or after a change of speed.
             let is_normal = limit == Limit::Thrust;
-            let severity = if is_normal { S::Info } else { S::Warning };
+            let severity = if is_normal { Info } else { Warning };
             (severity, format!("Saturated: {}", limit.name()))
         }
         EventKind::SaturationEnded(limit) => {
-            (S::Info, format!("No longer saturated: {}", limit.name()))
+            (Info, format!("No longer saturated: {}", limit.name()))
         }
         EventKind::AltitudeNotHeld(limit) => {
-            let text = format!("Altitude not held: {} at its limit", limit.name());
-            (S::Warning, text)
+            (Warning, format!("Altitude not held: {} at its limit", limit.name()))
         }
-        EventKind::AltitudeHeld => (S::Info, "Altitude held again".into()),
+        EventKind::AltitudeHeld => (Info, "Altitude held again".into()),
         EventKind::ThrustFloorTaken => {
-            (S::Warning, "Thrust floor: the compensation needs the thrust".into())
+            (Warning, "Thrust floor: the compensation needs the thrust".into())
         }
-        EventKind::ThrustFloorReleased => (S::Info, "Thrust floor no longer needed".into()),
+        EventKind::ThrustFloorReleased => (Info, "Thrust floor no longer needed".into()),
         EventKind::CompensatorYields => {
-            (S::Warning, "Compensator yields: its action oscillates".into())
+            (Warning, "Compensator yields: its action oscillates".into())
         }
-        EventKind::CompensatorResumes => (S::Info, "Compensator acts in full again".into()),
+        EventKind::CompensatorResumes => (Info, "Compensator acts in full again".into()),
         EventKind::Isolated(ref verdict) => {
-            (S::Warning, format!("Isolated: {}", verdict_text(verdict, effectors)))
+            (Warning, format!("Isolated: {}", verdict_text(verdict, effectors)))
         }
-        EventKind::IsolationWithdrawn => (S::Info, "Isolation: no effector is named now".into()),
-        EventKind::SensorLost(sensor) => (S::Warning, format!("{} lost", sensor_text(sensor))),
-        EventKind::SensorBack(sensor) => (S::Info, format!("{} is back", sensor_text(sensor))),
+        EventKind::IsolationWithdrawn => (Info, "Isolation: no effector is named now".into()),
+        EventKind::SensorLost(sensor) => (Warning, format!("{} lost", sensor_text(sensor))),
+        EventKind::SensorBack(sensor) => (Info, format!("{} is back", sensor_text(sensor))),
         EventKind::Fault(ref entry) => return fault_text(entry, effectors),
-        EventKind::GroundContact => (S::Emergency, "Ground contact: the flight is over".into()),
-        EventKind::PlantLost => {
-            (S::Warning, "Plant link lost: simulation time stands still".into())
-        }
-        EventKind::LogRemoved => (S::Warning, "Flight log was removed: not recording".into()),
-        EventKind::PlantBack => (S::Info, "Plant link is back".into()),
+        EventKind::GroundContact => (Emergency, "Ground contact: the flight is over".into()),
+        EventKind::PlantLost => (Warning, "Plant link lost: simulation time stands still".into()),
+        EventKind::LogRemoved => (Warning, "Flight log was removed: not recording".into()),
+        EventKind::PlantBack => (Info, "Plant link is back".into()),
         EventKind::EventsLost(lost) => {
-            (S::Warning, format!("{lost} events were lost: the faults are listed anew"))
+            (Warning, format!("{lost} events were lost: the faults are listed anew"))
         }
         EventKind::Paced(pace) => match pace {
-            Pace::Pause => (S::Info, "Simulation paused".into()),
-            Pace::Run => (S::Info, "Simulation runs".into()),
-            Pace::Step(periods) => (S::Info, format!("Simulation steps: {periods}")),
-            Pace::Speed(speed) => (S::Info, format!("Simulation speed: x{speed}")),
+            Pace::Pause => (Info, "Simulation paused".into()),
+            Pace::Run => (Info, "Simulation runs".into()),
+            Pace::Step(periods) => (Info, format!("Simulation steps: {periods}")),
+            Pace::Speed(speed) => (Info, format!("Simulation speed: x{speed}")),
         },
     })
 }
 
 /// Reports of the vehicle.
 fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
-    use Severity as S;
     Some(match event {
-        VehicleEvent::Mode(mode) => (S::Info, format!("Mode {mode}")),
+        VehicleEvent::Mode(mode) => (Info, format!("Mode {mode}")),
         VehicleEvent::PlanItem(_) | VehicleEvent::ItemReached(_) | VehicleEvent::Home(_) => {
             return None;
         }
-        VehicleEvent::PlanComplete => (S::Info, "Mission complete".into()),
+        VehicleEvent::PlanComplete => (Info, "Mission complete".into()),
         VehicleEvent::Terminated => {
-            (S::Emergency, "Flight terminated: engine off, surfaces hard over".into())
+            (Emergency, "Flight terminated: engine off, surfaces hard over".into())
         }
         VehicleEvent::LinkLost(action) => {
             let action = match action {
@@ -133,9 +127,9 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
                 LinkLossAction::Hold => "Hold",
                 LinkLossAction::Return => "Return",
             };
-            (S::Warning, format!("Ground station lost: {action}"))
+            (Warning, format!("Ground station lost: {action}"))
         }
-        VehicleEvent::LinkBack(mode) => (S::Info, format!("Ground station is back: {mode}")),
+        VehicleEvent::LinkBack(mode) => (Info, format!("Ground station is back: {mode}")),
     })
 }
 
@@ -193,12 +187,12 @@ fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity,
         FaultState::Active { since } => {
             let since_s = since.as_seconds();
             let text = format!("Injected: {target} {kind}, from {since_s} s{timing}");
-            (Severity::Warning, text)
+            (Warning, text)
         }
-        FaultState::Ended { .. } => (Severity::Info, cleared),
+        FaultState::Ended { .. } => (Info, cleared),
         FaultState::Resting { next, .. } => {
             let next_s = next.as_seconds();
-            (Severity::Info, format!("{cleared}, again at {next_s} s"))
+            (Info, format!("{cleared}, again at {next_s} s"))
         }
         FaultState::Scheduled { .. } | FaultState::Cancelled { .. } => return None,
     })
@@ -206,34 +200,32 @@ fn fault_text(entry: &FaultEntry, effectors: &EffectorList) -> Option<(Severity,
 
 /// Severity and text of a script event; `script` is unknown if it was uploaded before this process began.
 pub fn of_script(script: Option<&Script>, event: ScriptEvent) -> (Severity, String) {
-    use Severity as S;
     let name = script.map_or("?", Script::name);
     let words = |number: u16| {
         let line = script.and_then(|script| script.line(number));
         line.map_or("", |line| line.text.as_str())
     };
     match event {
-        ScriptEvent::Began => (S::Info, format!("Script began: {name}")),
+        ScriptEvent::Began => (Info, format!("Script began: {name}")),
         ScriptEvent::NotBegun(NotBegun::JoinedInFlight) => {
-            let text = format!("Script not begun: {name}, the flight was under way");
-            (S::Warning, text)
+            (Warning, format!("Script not begun: {name}, the flight was under way"))
         }
         ScriptEvent::NotBegun(NotBegun::FaultInjectionOff) => {
             let why = "it has faults, and fault injection is off (SYS_FAILURE_EN 0)";
-            (S::Warning, format!("Script not begun: {name}, {why}"))
+            (Warning, format!("Script not begun: {name}, {why}"))
         }
         ScriptEvent::Line(line) => match script.and_then(|script| script.line(line)?.words()) {
-            Some(text) => (S::Info, format!("Script: {text}")),
-            None => (S::Info, format!("Script {line}: {}", words(line))),
+            Some(text) => (Info, format!("Script: {text}")),
+            None => (Info, format!("Script {line}: {}", words(line))),
         },
         ScriptEvent::LineRefused { line, why } => {
             let none = EffectorList::default();
             let why = why.described(script.map_or(&none, Script::effectors));
             let text = format!("Script {line} refused: {why} ({})", words(line));
-            (S::Warning, text)
+            (Warning, text)
         }
-        ScriptEvent::Done => (S::Info, format!("Script done: {name}")),
-        ScriptEvent::Stopped => (S::Info, format!("Script stopped: {name}")),
+        ScriptEvent::Done => (Info, format!("Script done: {name}")),
+        ScriptEvent::Stopped => (Info, format!("Script stopped: {name}")),
     }
 }
 

@@ -78,8 +78,7 @@ impl FaultList {
 
     /// Whether the target has an active, pausing or scheduled fault.
     pub fn names(&self, target: impl Into<Target>) -> bool {
-        let target = target.into();
-        self.entries.iter().any(|entry| entry.target == target)
+        self.foremost(target).is_some()
     }
 }
 

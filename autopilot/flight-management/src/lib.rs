@@ -21,16 +21,20 @@
 //! # Ok::<(), flight_management::parameters::ParameterError>(())
 //! ```
 
+#[macro_use]
+mod named;
+
 pub mod autopilot;
 pub mod command;
 pub mod configuration;
 pub mod event;
 pub mod event_text;
 pub mod fault_list;
+pub mod own_law;
 pub mod parameters;
 pub mod script;
 pub mod termination;
-pub mod transitions;
+mod text_error;
 pub mod vehicle;
 
-pub use autopilot::own_law;
+pub use text_error::TextError;

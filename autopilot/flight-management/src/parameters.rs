@@ -1,37 +1,30 @@
-//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table.
+//! The parameters: every tunable of the autopilot, with name, unit, range and meaning from one table; the groups of them; and
+//! their text for reading and editing, which has the values that differ from their defaults, as TOML. Their ranges and
+//! defaults are in the table.
+
+use core::fmt::{Display, Write as _};
 
 use flight_control::compensator::neso::Lemma1Warning;
-use flight_control::gains::{EarthShape, EstimatorPreset, GainError, StateSource};
-use flight_control::{
-    AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
-};
+use flight_control::gains::GainError;
+use flight_control::{Gains, MainLaw};
+use serde::{Deserialize, Serialize};
 
+use crate::TextError;
 use crate::vehicle::LinkLossAction;
-pub use crate::vehicle::limits::{NavigationParameters, ReferenceLimits};
+pub use crate::vehicle::{NavigationParameters, ReferenceLimits};
 
 mod compatibility;
 mod document;
 mod failure;
-mod faults;
-mod groups;
-mod saved;
 mod table;
 
 pub use compatibility::{
     COMPATIBILITY, COMPATIBILITY_GROUP, CompatibilityParameter, compatibility,
 };
 pub use document::document;
-pub use failure::FailureParameters;
-pub use faults::{
-    FAULT_CHOICES, FaultParameter, ParameterName, fault_of, fault_parameters, is_fault,
-};
-pub use groups::{
-    LinkParameters, MODE_SLOTS, ModeSwitchParameters, SticksLossAction, StreamParameters,
-    SwitchChannel, SwitchMode,
-};
-pub use saved::{
-    SavedError, SavedProblem, from_text, has_only_parameters, set_from_table, set_from_text,
-    to_text,
+pub use failure::{
+    FAULT_CHOICES, FailureParameters, FaultParameter, ParameterName, fault_of, fault_parameters,
+    is_fault,
 };
 pub use table::{changes, nearest, table};
 
@@ -54,55 +47,24 @@ pub struct Parameters {
 }
 
 impl Default for Parameters {
+    /// The reference gains, and the defaults of the table.
     fn default() -> Self {
-        Self {
+        let mut parameters = Self {
             gains: Gains::REFERENCE,
-            limits: ReferenceLimits {
-                altitude_min_m: 500.0,
-                altitude_max_m: 12_000.0,
-                airspeed_min_m_s: 140.0,
-                airspeed_max_m_s: 280.0,
-                roll_max_deg: 45.0,
-            },
-            failure: FailureParameters::reference(),
-            navigation: NavigationParameters {
-                l1_period_s: 25.0,
-                l1_damping: 0.75,
-                bank_max_deg: 45.0,
-                loiter_radius_m: 10_000.0,
-                acceptance_m: 500.0,
-                climb_max_m_s: 30.0,
-                return_altitude_m: 5_000.0,
-                // The ailerons of the paper's jet follow it without reaching their stops.
-                roll_slew_deg_s: 20.0,
-            },
-            link: LinkParameters {
-                loss_action: LinkLossAction::Continue,
-                loss_s: 10.0,
-                offboard_loss_s: 0.5,
-                sticks_loss_s: 0.5,
-                sticks_loss_action: SticksLossAction::Hold,
-                system_id: 1,
-            },
-            mode_switch: ModeSwitchParameters {
-                channel: SwitchChannel::None,
-                slots: [
-                    SwitchMode::Position,
-                    SwitchMode::Altitude,
-                    SwitchMode::Hold,
-                    SwitchMode::Mission,
-                    SwitchMode::Return,
-                    SwitchMode::Unassigned,
-                ],
-            },
-            streams: StreamParameters {
-                attitude_hz: 25.0,
-                position_hz: 10.0,
-                actuators_hz: 10.0,
-                compensator_hz: 10.0,
-            },
+            limits: ReferenceLimits::default(),
+            failure: FailureParameters::NONE,
+            navigation: NavigationParameters::default(),
+            link: LinkParameters::default(),
+            mode_switch: ModeSwitchParameters::default(),
+            streams: StreamParameters::default(),
             brings_law: false,
+        };
+        for row in table() {
+            if let Some(default) = row.default {
+                row.set(&mut parameters, default);
+            }
         }
+        parameters
     }
 }
 
@@ -138,22 +100,16 @@ pub struct Parameter {
     pub choices: &'static [Choice],
     /// A change takes effect at the next start of the program, not at once.
     pub at_restart: bool,
-    get: Get,
-    set: Set,
+    access: Access,
+    /// `None` for what the gains of reference have.
+    default: Option<f64>,
 }
 
+/// How a value is read and set.
 #[derive(Debug, Clone, Copy)]
-enum Get {
-    Gain(fn(&Gains) -> f64),
-    Own(fn(&Parameters) -> f64),
-    /// Place of a setting of a kind of fault.
-    Fault(usize),
-}
-
-#[derive(Debug, Clone, Copy)]
-enum Set {
-    Gain(fn(&mut Gains, f64)),
-    Own(fn(&mut Parameters, f64)),
+enum Access {
+    Gain(fn(&Gains) -> f64, fn(&mut Gains, f64)),
+    Own(fn(&Parameters) -> f64, fn(&mut Parameters, f64)),
     /// Place of a setting of a kind of fault.
     Fault(usize),
 }
@@ -218,11 +174,35 @@ fn after(unit: &str) -> String {
 }
 
 impl Parameter {
+    /// What most rows have in common.
+    const NUMBER: Self = Self {
+        name: "",
+        group: "",
+        kind: Kind::Real,
+        unit: "-",
+        min: 0.0,
+        max: 0.0,
+        meaning: "",
+        choices: &[],
+        at_restart: false,
+        access: Access::Fault(0),
+        default: None,
+    };
+
     pub fn value(&self, parameters: &Parameters) -> f64 {
-        match self.get {
-            Get::Gain(get) => get(&parameters.gains),
-            Get::Own(get) => get(parameters),
-            Get::Fault(place) => parameters.failure.settings[place],
+        match self.access {
+            Access::Gain(get, _) => get(&parameters.gains),
+            Access::Own(get, _) => get(parameters),
+            Access::Fault(place) => parameters.failure.settings[place],
+        }
+    }
+
+    /// Sets a value that is one of the allowed.
+    fn set(&self, parameters: &mut Parameters, value: f64) {
+        match self.access {
+            Access::Gain(_, set) => set(&mut parameters.gains, value),
+            Access::Own(_, set) => set(parameters, value),
+            Access::Fault(place) => parameters.failure.settings[place] = value,
         }
     }
 
@@ -278,6 +258,14 @@ impl Parameters {
         self.check_law()
     }
 
+    /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
+    pub fn differences(&self, defaults: &Self) -> Vec<String> {
+        let bits = |row: &Parameter, of: &Self| row.value(of).to_bits();
+        let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
+        // Whole numbers have no decimals.
+        changed.map(|row| format!("{} = {}", row.name, row.value(self))).collect()
+    }
+
     /// Sets one parameter that is inside its range; does not check the whole set.
     fn assign(&mut self, name: &str, value: f64) -> Result<(), ParameterError> {
         let name = compatibility(name).and_then(|row| row.meant()).map_or(name, |row| row.name);
@@ -299,11 +287,7 @@ impl Parameters {
         if row.kind == Kind::Int && libm::fmod(value, 1.0) != 0.0 {
             return Err(ParameterError::NotWhole { name, value, min, max, unit });
         }
-        match row.set {
-            Set::Gain(set) => set(&mut self.gains, value),
-            Set::Own(set) => set(self, value),
-            Set::Fault(place) => self.failure.settings[place] = value,
-        }
+        row.set(self, value);
         Ok(())
     }
 }
@@ -329,6 +313,178 @@ fn check_limits(parameters: &Parameters) -> Result<(), ParameterError> {
         }
     }
     Ok(())
+}
+
+/// Reaction to the silence of ground stations, and its delay.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct LinkParameters {
+    /// Reaction when the controlling ground station falls silent.
+    pub loss_action: LinkLossAction,
+    /// Delay of the reaction, wall time, s.
+    pub loss_s: f64,
+    /// Silence of an offboard stream after which Offboard ends, wall time, s.
+    pub offboard_loss_s: f64,
+    /// Silence of a pilot's sticks after which Altitude ends, wall time, s.
+    pub sticks_loss_s: f64,
+    /// The mode after the loss of the sticks.
+    pub sticks_loss_action: SticksLossAction,
+    /// MAVLink system id of the vehicle, 1 to 250; the value at the start of the program counts.
+    pub system_id: u8,
+}
+
+/// Reaction of the aircraft when a pilot's sticks fall silent, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum SticksLossAction {
+    /// Circles at its position.
+    #[default]
+    Hold,
+    Return,
+}
+
+/// Slots of a mode switch, as in PX4.
+pub const MODE_SLOTS: usize = 6;
+
+/// A switch of a pilot's transmitter that selects flight modes.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct ModeSwitchParameters {
+    pub channel: SwitchChannel,
+    /// The mode of each slot, from 1000 us to 2000 us.
+    pub slots: [SwitchMode; MODE_SLOTS],
+}
+
+/// A channel that a mode switch can have: 1 to 4 are the sticks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum SwitchChannel {
+    /// There is no switch.
+    #[default]
+    None,
+    /// Channel 5.
+    Five,
+    /// Channel 6.
+    Six,
+    /// Channel 7.
+    Seven,
+    /// Channel 8.
+    Eight,
+}
+
+/// Selection of a slot of the mode switch, with PX4's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum SwitchMode {
+    /// None: the mode stays.
+    #[default]
+    Unassigned,
+    Manual,
+    Altitude,
+    Position,
+    Mission,
+    Hold,
+    Return,
+    Acro,
+    Offboard,
+    Stabilized,
+}
+
+/// Default rates of the streams, Hz of wall time.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct StreamParameters {
+    pub attitude_hz: f64,
+    pub position_hz: f64,
+    /// Commands of the effectors.
+    pub actuators_hz: f64,
+    /// Signals of the compensator.
+    pub compensator_hz: f64,
+}
+
+/// Header of the file, above the values.
+const HEADER: &str = "\
+# Parameters of the autopilot that differ from their defaults.
+# Written anew, comments and all, whenever a ground station sets one.
+";
+
+/// Characters of a line that a message repeats.
+const LINE_MAX: usize = 60;
+
+/// Error of saved parameters.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SavedProblem {
+    /// No parameters in TOML, or something other than a number.
+    #[error("{0}")]
+    Text(String),
+    /// An invalid name or value.
+    #[error(transparent)]
+    Parameter(#[from] ParameterError),
+}
+
+/// Why a file of saved parameters cannot be used.
+pub fn saved_error(file: &str, problem: impl Display) -> TextError {
+    let advice = "mend the file, or start with --parameter-file none";
+    TextError::at(file, format!("{problem}; {advice}"))
+}
+
+/// The text for `parameters`, where `defaults` are those of the aircraft. [`from_text`] gives the same parameters to
+/// the bit.
+pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
+    let mut text = HEADER.to_owned();
+    for row in table() {
+        let (value, default) = (row.value(parameters), row.value(defaults));
+        if value.to_bits() != default.to_bits() {
+            // Writing to a string cannot fail.
+            let _ = writeln!(text, "{} = {value} # default {default}{}", row.name, after(row.unit));
+        }
+    }
+    text
+}
+
+/// The parameters in `text`, which comes from `file`; the others have the values of `defaults`.
+pub fn from_text(file: &str, text: &str, defaults: &Parameters) -> Result<Parameters, TextError> {
+    let mut parameters = *defaults;
+    // The warning, if any, was reported when the value was set.
+    set_from_text(&mut parameters, text).map_err(|problem| saved_error(file, problem))?;
+    Ok(parameters)
+}
+
+/// Sets the parameters in `text`; the others stay.
+pub fn set_from_text(
+    parameters: &mut Parameters,
+    text: &str,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
+    let one_line = |error: toml::de::Error| {
+        let at = error.span().map_or(0, |span| span.start.min(text.len()));
+        let before = text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+        let line = text.lines().nth(before).unwrap_or_default().chars().take(LINE_MAX);
+        let (line, why) = (line.collect::<String>(), error.message().replace('\n', " "));
+        SavedProblem::Text(format!("line {} ({line}): {why}", before + 1))
+    };
+    set_from_table(parameters, &text.parse().map_err(one_line)?)
+}
+
+/// Sets the parameters in a table; the others stay.
+pub fn set_from_table(
+    parameters: &mut Parameters,
+    table: &toml::Table,
+) -> Result<Option<Lemma1Warning>, SavedProblem> {
+    let settings = table.iter().map(|(name, value)| Ok((name.as_str(), number(name, value)?)));
+    let settings: Vec<(&str, f64)> = settings.collect::<Result<_, SavedProblem>>()?;
+    Ok(parameters.set_all(settings)?)
+}
+
+/// Whether a text contains numbers under names of parameters and nothing else. Whether they are valid together depends
+/// on the defaults of an aircraft.
+pub fn has_only_parameters(text: &str) -> bool {
+    let is_one = |(name, value): (&String, &toml::Value)| {
+        number(name, value).is_ok() && table().iter().any(|row| row.name == name)
+    };
+    text.parse::<toml::Table>().is_ok_and(|table| table.iter().all(is_one))
+}
+
+fn number(name: &str, value: &toml::Value) -> Result<f64, SavedProblem> {
+    match value {
+        toml::Value::Float(value) => Ok(*value),
+        // A value beyond 32 bits is out of every range too.
+        toml::Value::Integer(value) => Ok(i32::try_from(*value).map_or(f64::INFINITY, f64::from)),
+        _ => Err(SavedProblem::Text(format!("{name} = {value} is not a number"))),
+    }
 }
 
 #[cfg(test)]

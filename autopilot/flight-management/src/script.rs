@@ -10,23 +10,20 @@
 //! station. It sees simulation time and sensor values only, so a script that is started at the same tick does the same
 //! each time, to the bit. `docs/scripts.md` describes the language.
 
+use core::f64::consts::PI;
 use core::fmt;
+use std::sync::Arc;
+
+use flight_control::NavigationState;
 use icd::fault::{NO_ANSWER, Refusal, Target, TargetClass};
-use icd::{EffectorList, FaultRequest};
+use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
+use icd::{EffectorList, FaultRequest, SimTime};
 use serde::{Deserialize, Serialize};
 
-use crate::vehicle::{Mode, Reference};
+use crate::TextError;
+use crate::vehicle::{Mode, Reference, VehicleRefusal};
 
-mod cursor;
-mod error;
-mod fault;
 mod parser;
-mod quantity;
-mod run;
-
-pub use error::{Problem, ScriptError};
-pub use quantity::{Condition, Crossing, Quantity};
-pub use run::{Due, Run};
 
 /// Longest text, bytes.
 pub const TEXT_MAX: usize = 16 * 1024;
@@ -103,7 +100,7 @@ struct Text {
 
 impl Script {
     /// Reads a script for an aircraft with these effectors; messages call it `name`.
-    pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, ScriptError> {
+    pub fn parse(name: &str, text: &str, effectors: &EffectorList) -> Result<Self, TextError> {
         // Some editors put a byte order mark before the text.
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let sequences = parser::sequences(text, effectors).map_err(|error| error.in_file(name))?;
@@ -117,8 +114,8 @@ impl Script {
     }
 
     /// The error for a text of more than [`TEXT_MAX`] bytes, of which `length` were read.
-    pub fn too_long(name: &str, length: usize) -> ScriptError {
-        Problem::TextTooLong(length).at(1, 1).in_file(name)
+    pub fn too_long(name: &str, length: u64) -> TextError {
+        parser::too_long(length).in_file(name)
     }
 
     /// Its name in messages.
@@ -190,8 +187,8 @@ impl fmt::Display for Script {
 }
 
 impl TryFrom<Text> for Script {
-    type Error = ScriptError;
-    fn try_from(Text { name, text, effectors }: Text) -> Result<Self, ScriptError> {
+    type Error = TextError;
+    fn try_from(Text { name, text, effectors }: Text) -> Result<Self, TextError> {
         Self::parse(&name, &text, &effectors)
     }
 }
@@ -240,7 +237,7 @@ pub enum NotBegun {
 /// Why the command of a line was not executed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum LineRefusal {
-    Vehicle(crate::vehicle::VehicleRefusal),
+    Vehicle(VehicleRefusal),
     Plant {
         /// Target; `None` for all.
         target: Option<Target>,
@@ -260,6 +257,238 @@ impl LineRefusal {
             }
             Self::NoAnswer => NO_ANSWER.to_owned(),
         }
+    }
+}
+
+/// A quantity of the flight, as the sensors report it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantity {
+    /// Roll angle, rad, positive right wing down.
+    Roll,
+    /// Pitch angle, rad, positive nose up.
+    Pitch,
+    /// Heading, rad from north.
+    Heading,
+    /// Altitude above the ellipsoid, m.
+    Altitude,
+    /// Climb rate, m/s, positive up.
+    ClimbRate,
+    /// True airspeed, m/s.
+    Airspeed,
+    /// Angle of attack, rad.
+    Alpha,
+    /// Sideslip, rad, positive with the wind from the right.
+    Beta,
+    /// Body rate p, rad/s.
+    RollRate,
+    /// Body rate q, rad/s.
+    PitchRate,
+    /// Body rate r, rad/s.
+    YawRate,
+    /// Normal load factor, g: 1 in level flight.
+    LoadFactor,
+    /// Simulation time since the start of the flight, s.
+    Time,
+}
+
+/// Direction of a crossing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Crossing {
+    /// Either way, from one side to the other.
+    Passes,
+    /// From at or below it to above it.
+    RisesAbove,
+    /// From at or above it to below it.
+    FallsBelow,
+}
+
+/// A quantity that crosses a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Condition {
+    pub quantity: Quantity,
+    pub crossing: Crossing,
+    /// The value in the quantity's unit.
+    pub value: f64,
+}
+
+/// One quantity in the language: its words, its unit with the factor to SI, its range in that unit, and its value in SI.
+struct QuantityRow {
+    words: &'static str,
+    quantity: Quantity,
+    unit: (&'static str, f64),
+    range: (f64, f64),
+    value: fn(&NavigationState) -> f64,
+}
+
+const fn row(
+    words: &'static str,
+    quantity: Quantity,
+    unit: (&'static str, f64),
+    range: (f64, f64),
+    value: fn(&NavigationState) -> f64,
+) -> QuantityRow {
+    QuantityRow { words, quantity, unit, range, value }
+}
+
+/// All quantities. Of names with the same beginning, the longer one is first.
+const QUANTITIES: [QuantityRow; 13] = [
+    row("roll rate", Quantity::RollRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.x),
+    row("pitch rate", Quantity::PitchRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.y),
+    row("yaw rate", Quantity::YawRate, ("deg/s", DEG), (-720.0, 720.0), |state| state.rates.z),
+    row("roll", Quantity::Roll, ("deg", DEG), (-180.0, 180.0), |state| state.attitude.phi),
+    row("pitch", Quantity::Pitch, ("deg", DEG), (-90.0, 90.0), |state| state.attitude.theta),
+    row("heading", Quantity::Heading, ("deg", DEG), (0.0, 360.0), |state| state.attitude.psi),
+    row("altitude", Quantity::Altitude, ("m", 1.0), (0.0, 30_000.0), |state| state.altitude_m),
+    row("climb rate", Quantity::ClimbRate, ("m/s", 1.0), (-1_000.0, 1_000.0), |state| {
+        state.climb_rate_m_s()
+    }),
+    row("airspeed", Quantity::Airspeed, ("m/s", 1.0), (0.0, 1_000.0), |state| state.airspeed_m_s),
+    row("alpha", Quantity::Alpha, ("deg", DEG), (-180.0, 180.0), |state| state.alpha),
+    row("beta", Quantity::Beta, ("deg", DEG), (-180.0, 180.0), |state| state.beta),
+    row("load factor", Quantity::LoadFactor, ("g", 1.0), (-50.0, 50.0), |state| {
+        -state.specific_force.0.z / STANDARD_GRAVITY_M_S2
+    }),
+    row("time", Quantity::Time, ("s", 1.0), (0.0, SimTime::MAX_SECONDS), |state| {
+        state.time.as_seconds()
+    }),
+];
+
+impl Quantity {
+    pub fn value(self, state: &NavigationState) -> f64 {
+        let row = QUANTITIES.iter().find(|row| row.quantity == self);
+        row.map_or(0.0, |row| (row.value)(state))
+    }
+
+    /// Angles that wrap around.
+    const fn is_circular(self) -> bool {
+        matches!(self, Self::Roll | Self::Heading | Self::Alpha | Self::Beta)
+    }
+}
+
+impl Condition {
+    /// How far the quantity exceeds the value now; for an angle the shorter way round.
+    pub fn excess(&self, state: &NavigationState) -> f64 {
+        let difference = self.quantity.value(state) - self.value;
+        if self.quantity.is_circular() { libm::remainder(difference, 2.0 * PI) } else { difference }
+    }
+
+    /// The excess to compare with at the next tick. A quantity exactly at the value has not passed it yet.
+    pub fn remembered(&self, before: f64, now: f64) -> f64 {
+        if self.crossing == Crossing::Passes && now == 0.0 { before } else { now }
+    }
+
+    /// Whether the value was crossed between two ticks, by the earlier and the present [`Condition::excess`]. An angle
+    /// that wraps around, opposite to the value, has not crossed it.
+    pub fn is_crossed(&self, before: f64, now: f64) -> bool {
+        if self.quantity.is_circular() && (now - before).abs() > PI {
+            return false;
+        }
+        let rises = before <= 0.0 && now > 0.0;
+        let falls = before >= 0.0 && now < 0.0;
+        match self.crossing {
+            Crossing::Passes => rises && before < 0.0 || falls && before > 0.0,
+            Crossing::RisesAbove => rises,
+            Crossing::FallsBelow => falls,
+        }
+    }
+}
+
+/// A running script. It begins with the first tick at which it is stepped.
+#[derive(Debug, Clone)]
+pub struct Run {
+    script: Arc<Script>,
+    began: Option<SimTime>,
+    /// One for each sequence.
+    places: Vec<Place>,
+}
+
+/// State of a sequence.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// Index of the next line.
+    next: usize,
+    /// When the line before was executed, or the script began.
+    since: SimTime,
+    /// The excess of the line's condition at the latest tick.
+    excess: Option<f64>,
+    /// It was triggered, and waits for room in the queue to the plant.
+    due: bool,
+}
+
+/// A line to execute now.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Due {
+    /// Its number in the text.
+    pub line: u16,
+    pub action: Action,
+}
+
+impl Run {
+    pub fn new(script: Arc<Script>) -> Self {
+        let places = vec![Place::default(); script.sequences().len()];
+        Self { script, began: None, places }
+    }
+
+    pub fn script(&self) -> &Arc<Script> {
+        &self.script
+    }
+
+    /// The first line that is due at this tick and not executed yet; call it until there is none or enough
+    /// were executed. The sequences follow in the order of the text. While `can_ask` is false, a line with a request to the
+    /// plant waits, and its sequence with it.
+    pub fn next(&mut self, state: &NavigationState, can_ask: bool) -> Option<Due> {
+        self.look(state);
+        for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
+            let Some(line) = sequence.lines.get(place.next) else { continue };
+            if !place.due || matches!(line.action, Action::Fault(_)) && !can_ask {
+                continue;
+            }
+            *place = Place { next: place.next + 1, since: state.time, excess: None, due: false };
+            let due = Due { line: line.number, action: line.action };
+            if due.action == Action::End {
+                self.end();
+            }
+            return Some(due);
+        }
+        None
+    }
+
+    /// Evaluates the triggers of the next lines. A trigger at a tick is kept even if
+    /// the line is executed later; a second evaluation at the same tick changes nothing.
+    pub fn look(&mut self, state: &NavigationState) {
+        let time = state.time;
+        let began = *self.began.get_or_insert_with(|| {
+            for place in &mut self.places {
+                place.since = time;
+            }
+            time
+        });
+        for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
+            let Some(line) = sequence.lines.get(place.next) else { continue };
+            place.due |= match line.trigger {
+                Trigger::AtOnce => true,
+                Trigger::At(micros) => time.micros_since(began) >= micros,
+                Trigger::After(micros) => time.micros_since(place.since) >= micros,
+                Trigger::When(condition) => {
+                    let now = condition.excess(state);
+                    let before = place.excess.unwrap_or(now);
+                    place.excess = Some(condition.remembered(before, now));
+                    condition.is_crossed(before, now)
+                }
+            };
+        }
+    }
+
+    fn end(&mut self) {
+        for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
+            place.next = sequence.lines.len();
+        }
+    }
+
+    /// All lines are done.
+    pub fn is_over(&self) -> bool {
+        let mut sequences = self.script.sequences().iter().zip(&self.places);
+        sequences.all(|(sequence, place)| place.next >= sequence.lines.len())
     }
 }
 

@@ -31,7 +31,7 @@
 //! ground.poll(WallTime::ZERO);
 //! let (to, frame) = ground.pop_frame(|_| true).expect("a heartbeat");
 //! assert_eq!((to, frame[0]), (station, 0xFD));
-//! # Ok::<(), flight_management::configuration::ConfigError>(())
+//! # Ok::<(), flight_management::TextError>(())
 //! ```
 
 use flight_control::AircraftModel;

@@ -36,15 +36,12 @@
 mod encoder;
 mod entry;
 mod hash;
-mod header;
-mod recorded;
-mod selection;
 pub mod topics;
 
-pub use encoder::Encoder;
-pub use entry::{Begin, End, Entry, Step, open};
+pub use encoder::{Encoder, LogRate, Selection};
+pub use entry::{
+    Begin, ControlHeader, End, Entry, FLIGHT_RULES, Moment, Recorded, Step, command_text, open,
+    parameter_hash,
+};
 pub use hash::RunHash;
-pub use header::{ControlHeader, FLIGHT_RULES, parameter_hash};
-pub use recorded::{Moment, Recorded, command_text};
-pub use selection::{LogRate, Selection};
 pub use topics::{command_names, control_names, control_values};

@@ -216,101 +216,111 @@ pub fn truth(effectors: &EffectorList) -> Format {
     numbers("truth", truth_fields(effectors))
 }
 
-/// Mode and references in a control step.
-pub fn vehicle() -> Format {
-    use FieldType::{Bool, F64, U8};
-    let columns = [
-        (F64, "altitude_m"),
-        (F64, "roll_rad"),
-        (F64, "airspeed_m_s"),
-        (U8, "mode"),
-        (Bool, "terminated"),
-    ];
-    topic("vehicle", columns.map(|(kind, name)| Field::new(kind, name)))
+/// The type of a column by the name that Rust has for it.
+fn field_type(name: &str) -> FieldType {
+    match name {
+        "u8" => FieldType::U8,
+        "u32" => FieldType::U32,
+        "u64" => FieldType::U64,
+        "f32" => FieldType::F32,
+        "bool" => FieldType::Bool,
+        _ => FieldType::F64,
+    }
 }
 
-/// Standard deviations and ratios of the estimate, in the order of [`estimator_status_row`]. A standard deviation of several states is the
-/// root of the sum of their variances; a ratio is an innovation over its gate, and above 1 the sample is rejected.
-const ESTIMATE: [&str; 17] = [
-    "attitude_std_rad",
-    "velocity_std_m_s",
-    "position_horizontal_std_m",
-    "altitude_std_m",
-    "wind_std_m_s",
-    "airspeed_std_m_s",
-    "gyro_bias_std_rad_s",
-    "accelerometer_bias_std_m_s2",
-    "magnetometer_bias_std_nt",
-    "barometer_offset_std_m",
-    "vane_bias_std_rad",
-    "velocity_ratio",
-    "position_horizontal_ratio",
-    "altitude_ratio",
-    "magnetometer_ratio",
-    "airspeed_ratio",
-    "vanes_ratio",
-];
+// The same for whole topics, with the type of each column.
+macro_rules! topics {
+    ($(
+        $(#[$doc:meta])* $vis:vis $format:ident, $(#[$row_doc:meta])* $row:ident($($argument:ident: $type:ty),+) {
+            $($kind:ident $name:literal => $value:expr,)+
+        }
+    )*) => {$(
+        $(#[$doc])*
+        $vis fn $format() -> Format {
+            topic(stringify!($format), [$(Field::new(field_type(stringify!($kind)), $name)),+])
+        }
+
+        $(#[$row_doc])*
+        $vis fn $row(row: &mut Row, time: SimTime, $($argument: $type),+) {
+            row.begin(time.as_micros())$(.$kind($value))+;
+        }
+    )*};
+}
+
+topics! {
+    /// Mode and references in a control step.
+    pub vehicle,
+    /// Row of [`vehicle`]; the references are altitude, m, roll, rad, and airspeed, m/s.
+    vehicle_row(mode: Mode, references: [f64; 3], terminated: bool) {
+        f64 "altitude_m" => references[0],
+        f64 "roll_rad" => references[1],
+        f64 "airspeed_m_s" => references[2],
+        u8 "mode" => mode as u8,
+        bool "terminated" => terminated,
+    }
+
+    /// A change of a fault on the plant's list: scheduled, active, pausing, or over.
+    pub fault,
+    /// Row of [`fault`].
+    fault_row(entry: &FaultEntry) {
+        u64 "at_us" => entry.state.time().as_micros(),
+        u64 "next_us" => entry.state.next_onset().unwrap_or_default().as_micros(),
+        f64 "value_1" => entry.kind.values()[0],
+        f64 "value_2" => entry.kind.values()[1],
+        f64 "ramp_s" => entry.timing.ramp_s,
+        f64 "duration_s" => entry.timing.duration_s.unwrap_or(0.0),
+        f64 "every_s" => entry.timing.repeat.map_or(0.0, |repeat| repeat.every_s),
+        u32 "id" => entry.id,
+        u32 "times" => entry.timing.repeat.and_then(|repeat| repeat.times).unwrap_or(0),
+        u8 "effector" => entry.target.into(),
+        u8 "kind" => entry.kind.code(),
+        u8 "state" => entry.state.code(),
+    }
+
+    /// Standard deviations, ratios and counts of the estimate. A standard deviation of several states is the root of the sum of their
+    /// variances; a ratio is an innovation over its gate, and above 1 the sample is rejected.
+    estimate,
+    /// Row of [`estimate`].
+    estimate_row(status: &EstimatorStatus) {
+        f32 "attitude_std_rad" => status.attitude_rad,
+        f32 "velocity_std_m_s" => status.velocity_m_s,
+        f32 "position_horizontal_std_m" => status.horizontal_m,
+        f32 "altitude_std_m" => status.vertical_m,
+        f32 "wind_std_m_s" => status.wind_m_s,
+        f32 "airspeed_std_m_s" => status.airspeed_m_s,
+        f32 "gyro_bias_std_rad_s" => status.gyro_bias_rad_s,
+        f32 "accelerometer_bias_std_m_s2" => status.force_bias_m_s2,
+        f32 "magnetometer_bias_std_nt" => status.magnetic_bias_nt,
+        f32 "barometer_offset_std_m" => status.barometer_offset_m,
+        f32 "vane_bias_std_rad" => status.vane_bias_rad,
+        f32 "velocity_ratio" => status.velocity_ratio,
+        f32 "position_horizontal_ratio" => status.horizontal_ratio,
+        f32 "altitude_ratio" => status.vertical_ratio,
+        f32 "magnetometer_ratio" => status.magnetic_ratio,
+        f32 "airspeed_ratio" => status.airspeed_ratio,
+        f32 "vanes_ratio" => status.flow_ratio,
+        u32 "rejected" => status.rejected,
+        u32 "late" => status.late,
+        u32 "realigned" => status.realigned,
+    }
+}
 
 /// Covariance, innovations and sources of the estimate in a control step; no rows where the navigation state is that of the samples.
 pub fn estimator_status() -> Format {
-    use FieldType::{Bool, F32, U8, U32};
-    let numbers = ESTIMATE.map(|name| Field::new(F32, name));
-    let counts = ["rejected", "late", "realigned"].map(|name| Field::new(U32, name));
-    let sources = SensorKind::ALL.map(|sensor| Field::new(U8, format!("{}_health", sensor.key())));
-    let aligned = Field::new(Bool, "aligned");
-    topic("estimator_status", numbers.into_iter().chain(counts).chain(sources).chain([aligned]))
+    let mut format = Format { name: "estimator_status".to_owned(), ..estimate() };
+    let health = |sensor: SensorKind| Field::new(FieldType::U8, format!("{}_health", sensor.key()));
+    format.fields.extend(SensorKind::ALL.map(health));
+    format.fields.push(Field::new(FieldType::Bool, "aligned"));
+    format
 }
 
 /// Row of [`estimator_status`].
 pub fn estimator_status_row(row: &mut Row, time: SimTime, status: &EstimatorStatus) {
-    let numbers: [f32; ESTIMATE.len()] = [
-        status.attitude_rad,
-        status.velocity_m_s,
-        status.horizontal_m,
-        status.vertical_m,
-        status.wind_m_s,
-        status.airspeed_m_s,
-        status.gyro_bias_rad_s,
-        status.force_bias_m_s2,
-        status.magnetic_bias_nt,
-        status.barometer_offset_m,
-        status.vane_bias_rad,
-        status.velocity_ratio,
-        status.horizontal_ratio,
-        status.vertical_ratio,
-        status.magnetic_ratio,
-        status.airspeed_ratio,
-        status.flow_ratio,
-    ];
-    row.begin(time.as_micros());
-    for number in numbers {
-        row.f32(number);
-    }
-    row.u32(status.rejected).u32(status.late).u32(status.realigned);
+    estimate_row(row, time, status);
     for sensor in SensorKind::ALL {
         row.u8(status.source(sensor) as u8);
     }
     row.bool(status.is_aligned);
-}
-
-/// A change of a fault on the plant's list: scheduled, active, pausing, or over.
-pub fn fault() -> Format {
-    use FieldType::{F64, U8, U32, U64};
-    let columns = [
-        (U64, "at_us"),
-        (U64, "next_us"),
-        (F64, "value_1"),
-        (F64, "value_2"),
-        (F64, "ramp_s"),
-        (F64, "duration_s"),
-        (F64, "every_s"),
-        (U32, "id"),
-        (U32, "times"),
-        (U8, "effector"),
-        (U8, "kind"),
-        (U8, "state"),
-    ];
-    topic("fault", columns.map(|(kind, name)| Field::new(kind, name)))
 }
 
 /// Inputs in their order, as JSON.
@@ -368,34 +378,6 @@ pub fn control_row(row: &mut Row, time: SimTime, log: &StepLog, effectors: usize
 /// Row of [`truth`].
 pub fn truth_row(row: &mut Row, time: SimTime, truth: &TruthRow) {
     row.begin(time.as_micros()).f64s(truth);
-}
-
-/// Row of [`vehicle`]; the references are altitude, m, roll, rad, and airspeed, m/s.
-pub fn vehicle_row(
-    row: &mut Row,
-    time: SimTime,
-    mode: Mode,
-    references: [f64; 3],
-    terminated: bool,
-) {
-    row.begin(time.as_micros()).f64s(&references).u8(mode as u8).bool(terminated);
-}
-
-/// Row of [`fault`].
-pub fn fault_row(row: &mut Row, time: SimTime, entry: &FaultEntry) {
-    let timing = &entry.timing;
-    let (every_s, times) =
-        timing.repeat.map_or((0.0, 0), |repeat| (repeat.every_s, repeat.times.unwrap_or(0)));
-    let [value, second] = entry.kind.values();
-    row.begin(time.as_micros())
-        .u64(entry.state.time().as_micros())
-        .u64(entry.state.next_onset().unwrap_or_default().as_micros())
-        .f64s(&[value, second, timing.ramp_s, timing.duration_s.unwrap_or(0.0), every_s])
-        .u32(entry.id)
-        .u32(times)
-        .u8(entry.target.into())
-        .u8(entry.kind.code())
-        .u8(entry.state.code());
 }
 
 /// Position of an entry of [`recorded`].

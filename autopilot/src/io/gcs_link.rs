@@ -12,28 +12,30 @@
 //!
 //! Ground stations remember the source address of datagrams, so one socket calls all of them.
 
-use core::future::poll_fn;
+use core::future::{pending, poll_fn};
 use core::time::Duration;
 use std::io;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use flight_control::AircraftModel;
+use host_io::file::OwnFile;
 use host_io::instance;
+use host_io::problem::{At as _, Problem, problem};
 use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::watch;
 use tokio::time::{Instant, sleep_until};
 use tracing::{info, warn};
 
-use super::channels::GroundChannels;
-use super::log_folder::LogFolder;
+use super::HERE;
+use super::log_folder::{LogFolder, Tlog, make_room, share};
+use super::plant_link::GroundChannels;
 use super::recorder::GroundFeed;
 use super::status::Listening;
-use super::store::{KeptKey, KeptParameters, KeptPlan};
-use super::tlog::Tlog;
+use super::store::{Change, KeptKey, KeptParameters, KeptPlan, Store};
 use crate::clock::{self, WallTime};
-use files::{Stores, next_done};
 use flight_management::command::Intent;
 use flight_management::event::{Event, Snapshot};
 use flight_management::parameters::Parameters;
@@ -41,17 +43,15 @@ use flight_management::script::Script;
 use mavlink_services::Ground;
 use mavlink_services::heartbeat::HeartbeatIdentity;
 use mavlink_services::logs::LogDone;
+use mavlink_services::param::Saved;
 use mavlink_services::peers::{
     Address, CONFIGURED_MAX, CONNECTIONS_MAX, Connection, Crowding, VISITORS_MAX, is_this_computer,
 };
-use mavlink_services::signing::Signing;
+use mavlink_services::signing::{LogLine, Signing};
 use mavlink_services::telemetry::Host;
 use sockets::{Arrival, READ_MAX, Sockets};
 
-mod files;
 mod sockets;
-
-pub use files::Logs;
 
 /// Names of the links, for messages: which option to change if one cannot be opened.
 const UDP_CLIENT: &str = "UDP socket that calls ground stations (--gcs-bind)";
@@ -103,32 +103,20 @@ pub struct GcsConfig {
     pub logs: Option<Logs>,
 }
 
-/// Why the link ended before it was stopped.
+/// The control thread has ended, and the link before it was stopped.
 #[derive(Debug, thiserror::Error)]
-pub enum GcsError {
-    /// A socket or a thread could not be opened.
-    #[error("autopilot: {0}")]
-    Start(String),
-    /// The control thread has ended.
-    #[error("autopilot: the control thread has ended")]
-    ControlEnded,
-}
+#[error("autopilot: the control thread has ended")]
+pub struct ControlEnded;
 
-impl GcsError {
-    /// A socket could not be opened; `link` names it, and the option that sets it.
-    fn bind(link: &'static str, address: SocketAddr) -> impl Fn(io::Error) -> Self {
-        move |source| {
-            let advice = advice(&source);
-            Self::Start(format!("cannot open {address}, the {link}: {source}{advice}"))
-        }
-    }
-}
-
-/// For an address that another process has.
-fn advice(source: &io::Error) -> String {
-    match source.kind() {
-        io::ErrorKind::AddrInUse => format!("; {}", instance::ADVICE),
-        _ => String::new(),
+/// A socket could not be opened; `link` names it, and the option that sets it.
+fn unopened(link: &'static str, address: SocketAddr) -> impl Fn(io::Error) -> Problem {
+    move |source| {
+        // For an address that another process has.
+        let advice = match source.kind() {
+            io::ErrorKind::AddrInUse => format!("; {}", instance::ADVICE),
+            _ => String::new(),
+        };
+        problem!("cannot open {address}, the {link}: {source}{advice}")
     }
 }
 
@@ -150,23 +138,23 @@ pub struct GcsLink {
 
 impl GcsLink {
     /// Opens the sockets. Requires the runtime that will serve them.
-    pub async fn open(config: &GcsConfig) -> Result<Self, GcsError> {
+    pub async fn open(config: &GcsConfig) -> Result<Self, Problem> {
         let GcsConfig { links, parameters, model, defaults, identity, script, logs, .. } = config;
         let bind = links.client_bind;
         let other = links.clients.iter().find(|address| address.is_ipv4() != bind.is_ipv4());
         if let Some(&endpoint) = other {
-            return Err(GcsError::Start(format!(
-                "ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
-            )));
+            return Err(problem!(
+                "{HERE}: ground station {endpoint} cannot be reached from {bind}: IPv4 and IPv6 do not mix"
+            ));
         }
         if links.clients.len() > CONFIGURED_MAX {
-            return Err(GcsError::Start(format!(
-                "{} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed",
+            return Err(problem!(
+                "{HERE}: {} ground stations to call (--gcs); at most {CONFIGURED_MAX} are allowed",
                 links.clients.len()
-            )));
+            ));
         }
-        let sockets = Sockets::open(links).await?;
-        let listening = sockets.listening(links)?;
+        let sockets = Sockets::open(links).await.at(HERE)?;
+        let listening = sockets.listening(links).at(HERE)?;
         let configured: Vec<Address> =
             links.clients.iter().copied().map(Address::UdpClient).collect();
         let host = Host { identity: *identity, unix_start_us: clock::unix_start_us() };
@@ -185,11 +173,9 @@ impl GcsLink {
             signing = signing.with_file(kept.record);
         }
         ground = ground.with_signing(signing);
-        let stores = Stores::open(config)?;
+        let stores = Stores::open(config).at(HERE)?;
         let folder = logs.as_ref().map(|logs| LogFolder::open(&logs.folder));
-        let folder = folder
-            .transpose()
-            .map_err(|error| GcsError::Start(format!("cannot offer logs: {error}")))?;
+        let folder = folder.transpose().at("autopilot: cannot offer logs")?;
         let tlog = logs.as_ref().and_then(|logs| logs.open_tlog(host.unix_start_us));
         if folder.is_some() {
             ground.open_log_folder();
@@ -220,7 +206,7 @@ impl GcsLink {
         mut self,
         mut channels: GroundChannels,
         mut shutdown: watch::Receiver<bool>,
-    ) -> Result<(), GcsError> {
+    ) -> Result<(), ControlEnded> {
         let Listening { clients, udp_server, tcp_server } = &self.listening;
         info!(
             ?clients,
@@ -240,7 +226,7 @@ impl GcsLink {
         result
     }
 
-    async fn serve(&mut self, channels: &mut GroundChannels) -> Result<(), GcsError> {
+    async fn serve(&mut self, channels: &mut GroundChannels) -> Result<(), ControlEnded> {
         let mut buffer = [0; READ_MAX];
         loop {
             let now = clock::now();
@@ -250,7 +236,11 @@ impl GcsLink {
                 feed.follow(&mut self.ground);
             }
             self.stores.poll(&mut self.ground, now);
-            self.begin_log_job();
+            if let Some(logs) = self.logs.as_mut().filter(|logs| !logs.is_busy())
+                && let Some(job) = self.ground.pop_log_job()
+            {
+                logs.begin(job);
+            }
             let wanted = self.ground.needs_snapshot();
             channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
@@ -269,7 +259,7 @@ impl GcsLink {
                 Input::Snapshot(snapshot) => self.ground.handle_snapshot(&snapshot, now),
                 Input::LogDone(done) => self.ground.handle_log_done(done, now),
                 Input::Time => {}
-                Input::ControlEnded => return Err(GcsError::ControlEnded),
+                Input::ControlEnded => return Err(ControlEnded),
             }
         }
     }
@@ -295,6 +285,13 @@ impl GcsLink {
     ) -> Input {
         let Self { ground, sockets, logs, .. } = self;
         let accepts = |connection| ground.accepts_input(connection);
+        // Never without a folder.
+        let log_done = async {
+            match logs {
+                Some(logs) => logs.outcome().await,
+                None => pending().await,
+            }
+        };
         // Not biased: each source gets its turn, also beside a flood of messages.
         tokio::select! {
             arrival = poll_fn(|cx| sockets.poll(cx, buffer, &accepts, now)) => {
@@ -304,7 +301,7 @@ impl GcsLink {
             snapshot = channels.snapshots.recv() => {
                 snapshot.map_or(Input::ControlEnded, |snapshot| Input::Snapshot(Box::new(snapshot)))
             }
-            done = next_done(logs) => Input::LogDone(done),
+            done = log_done => Input::LogDone(done),
             () = sleep_until(deadline) => Input::Time,
         }
     }
@@ -345,7 +342,7 @@ impl GcsLink {
     }
 
     /// Sends intents to the control thread while there is room.
-    fn pass_intents(&mut self, channels: &GroundChannels) -> Result<(), GcsError> {
+    fn pass_intents(&mut self, channels: &GroundChannels) -> Result<(), ControlEnded> {
         while let Some(intent) = self.held_back.take().or_else(|| self.ground.pop_intent()) {
             match channels.intents.try_send(intent) {
                 Ok(()) => {}
@@ -353,10 +350,20 @@ impl GcsLink {
                     self.held_back = Some(intent);
                     return Ok(());
                 }
-                Err(TrySendError::Closed(_)) => return Err(GcsError::ControlEnded),
+                Err(TrySendError::Closed(_)) => return Err(ControlEnded),
             }
         }
         Ok(())
+    }
+
+    /// Writes the frames received and sent to the log of traffic.
+    fn record_traffic(&mut self, now: WallTime) {
+        let Some(tlog) = &mut self.tlog else { return };
+        let traffic = self.ground.traffic();
+        while let Some(frame) = traffic.pop() {
+            tlog.record(now, frame);
+        }
+        tlog.left_out(traffic.take_dropped());
     }
 
     /// Offers each socket its waiting frames, and closes connections that accept nothing for long.
@@ -428,5 +435,107 @@ impl RefusalLog {
     }
 }
 
+/// Folder in which the autopilot writes logs and offers them to ground stations.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Logs {
+    pub folder: PathBuf,
+    /// All logs together, bytes.
+    pub limit_bytes: u64,
+}
+
+impl Logs {
+    /// Begins the log of traffic; if it cannot, the flight continues without.
+    fn open_tlog(&self, unix_start_us: Option<u64>) -> Option<Tlog> {
+        let Self { folder, limit_bytes } = self;
+        make_room(folder, *limit_bytes);
+        let tlog = Tlog::open(folder, unix_start_us.unwrap_or_default(), share(*limit_bytes));
+        tlog.inspect_err(|error| {
+            warn!(folder = %folder.display(), %error, "there is no log of the MAVLink traffic");
+        })
+        .ok()
+    }
+}
+
+/// Passes a change to a writer, if there is one, and gives the result of its latest write.
+fn exchange<C: Into<Change>>(
+    store: &Option<Store>,
+    change: impl FnOnce() -> Option<C>,
+) -> Option<Saved> {
+    let store = store.as_ref()?;
+    if let Some(change) = change() {
+        store.change(change);
+    }
+    store.outcome()
+}
+
+/// The writers of the files saved for the next start. Dropping one waits until everything is written.
+#[derive(Debug)]
+struct Stores {
+    parameters: Option<Store>,
+    plan: Option<Store>,
+    key: Option<Store>,
+}
+
+impl Stores {
+    fn open(config: &GcsConfig) -> Result<Self, Problem> {
+        let open = |file: Option<OwnFile>, name| {
+            let store = file.map(|file| Store::open(file, name)).transpose();
+            store.at(format!("cannot keep the {name}"))
+        };
+        let GcsConfig { kept, kept_plan, kept_key, .. } = config;
+        Ok(Self {
+            parameters: open(kept.as_ref().map(KeptParameters::own_file), "parameter file")?,
+            plan: open(kept_plan.as_ref().map(KeptPlan::own_file), "plan file")?,
+            key: open(kept_key.as_ref().map(KeptKey::own_file), "signing key")?,
+        })
+    }
+
+    /// Passes changed contents to the writers, and reports their results.
+    fn poll(&self, ground: &mut Ground, now: WallTime) {
+        if let Some(saved) = exchange(&self.parameters, || ground.pop_save()) {
+            ground.handle_saved(&saved);
+        }
+        if let Some(saved) = exchange(&self.plan, || ground.pop_plan_save()) {
+            ground.handle_plan_saved(&saved, now);
+        }
+        while let Some(line) = ground.report_signing(now) {
+            match line {
+                LogLine::Turned(line) => info!("{line}"),
+                LogLine::Refused(line) => warn!("{line}"),
+            }
+        }
+        let saved = exchange(&self.key, || ground.pop_key_change());
+        if let Some(why) = saved.and_then(|saved| saved.result.err()) {
+            ground.handle_key_unsaved(&why, now);
+        }
+    }
+
+    /// Writes the final key file: no more frames are sent or accepted, so its time is the last one.
+    fn finish(&self, ground: &mut Ground) {
+        if let (Some(store), Some(change)) = (&self.key, ground.last_key_change()) {
+            store.change(change);
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests;
+
+#[cfg(test)]
+mod file_tests {
+    use super::*;
+
+    #[test]
+    fn the_log_of_traffic_has_an_eighth_of_the_limit_of_all_logs() {
+        let folder = tempfile::tempdir().unwrap();
+        let logs = Logs { folder: folder.path().to_path_buf(), limit_bytes: 800 };
+        let mut tlog = logs.open_tlog(None).unwrap();
+        for _ in 0..100 {
+            tlog.record(WallTime::ZERO, b"frame".to_vec());
+        }
+        drop(tlog);
+        let entries = std::fs::read_dir(folder.path()).unwrap();
+        let bytes: u64 = entries.map(|entry| entry.unwrap().metadata().unwrap().len()).sum();
+        assert_eq!(bytes, 7 * 13, "whole frames in 100 bytes");
+    }
+}

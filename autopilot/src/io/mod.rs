@@ -1,10 +1,11 @@
 //! Sockets and waiting: everything of the autopilot that touches the outside.
 
-pub mod channels;
 pub mod gcs_link;
 pub mod log_folder;
 pub mod plant_link;
 pub mod recorder;
 pub mod status;
 pub mod store;
-pub mod tlog;
+
+/// Place of what the system refuses at the start.
+pub(crate) const HERE: &str = "autopilot";

@@ -5,10 +5,13 @@
 
 use std::fs::File;
 use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use flight_control::StepLog;
 use host_io::health::HealthFile;
+use host_io::problem::{At as _, Problem};
 use host_io::tick_log::TickLogWriter;
 use host_io::{LinkSocket, Stop, session};
 use icd::SimTime;
@@ -17,15 +20,16 @@ use icd::wire::{
     self, Aircraft, PACKET_MAX, Phase, RefusalPacket, RefusalReason, SensorPacket, VERSION,
     WireError,
 };
+use tokio::sync::mpsc::error::TrySendError;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tracing::{error, info, warn};
 
-use super::channels::ControlChannels;
 use super::recorder::Recorder;
 use super::status::{PlantState, StatusSource};
 use crate::clock::{self, WallTime};
-use crate::config::RunError;
 use flight_management::autopilot::Autopilot;
-use flight_management::event::EventKind;
+use flight_management::command::Intent;
+use flight_management::event::{Event, EventKind, Snapshot};
 use flight_management::fault_list::FaultList;
 use flight_management::own_law::FlightLaw;
 
@@ -99,18 +103,17 @@ impl PlantLink {
     }
 
     /// Answers plants until the process ends. Gives the lock of the finished flight log, for the rest of the process.
-    pub fn run(mut self) -> Result<Option<File>, RunError> {
+    pub fn run(mut self) -> Result<Option<File>, Problem> {
         let mut buffer = [0; PACKET_MAX + 1];
         while !self.stop.is_requested() {
             let received = self.socket.receive_from(&mut buffer);
-            match received.map_err(|error| format!("plant link: {error}"))? {
+            match received.at("plant link")? {
                 Some((bytes, from)) => self.take(&buffer[..bytes], from),
                 None => self.housekeeping(),
             }
         }
         let log = self.recorder.take().and_then(Recorder::finish);
-        let finished = self.step_log.map_or(Ok(()), TickLogWriter::finish);
-        finished.map_err(|error| format!("step log: {error}"))?;
+        self.step_log.map_or(Ok(()), TickLogWriter::finish).at("step log")?;
         Ok(log)
     }
 
@@ -132,9 +135,7 @@ impl PlantLink {
                 let session = session::shown(packet.session);
                 info!(plant = %from, %session, t_s, joined_in_flight, "a flight begins");
                 self.autopilot.begin_flight(packet.period, packet.time, joined_in_flight);
-                if let Some(recorder) = self.recorder.as_mut() {
-                    recorder.begin_flight(&packet, &self.autopilot);
-                }
+                self.record(|recorder, autopilot| recorder.begin_flight(&packet, autopilot));
                 self.answer(&packet, wire::envelope(datagram), from);
             }
             FlightEvent::Repeat(answer) => {
@@ -165,9 +166,14 @@ impl PlantLink {
             info!("the plant is back");
             self.keep_errors(false);
             self.autopilot.plant_back();
-            if let Some(recorder) = self.recorder.as_mut() {
-                recorder.plant_back();
-            }
+            self.record(|recorder, _| recorder.plant_back());
+        }
+    }
+
+    /// Passes something to the recorder, if there is one.
+    fn record(&mut self, what: impl FnOnce(&mut Recorder, &Autopilot)) {
+        if let Some(recorder) = &mut self.recorder {
+            what(recorder, &self.autopilot);
         }
     }
 
@@ -181,9 +187,7 @@ impl PlantLink {
     /// Sends the answer first; everything else comes after it. `envelope` holds the data that the plant
     /// sends to the recorder, which decodes it; the autopilot never reads it.
     fn answer(&mut self, packet: &SensorPacket, envelope: &[u8], to: SocketAddr) {
-        if let Some(recorder) = self.recorder.as_mut() {
-            recorder.enter(packet);
-        }
+        self.record(|recorder, _| recorder.enter(packet));
         for report in &packet.reports {
             self.autopilot.handle_report(report);
         }
@@ -210,18 +214,16 @@ impl PlantLink {
         {
             error!(%problem, "the step log ends here");
         }
-        if let Some(recorder) = self.recorder.as_mut() {
-            recorder.leave(packet, envelope, &actuators, request, &self.autopilot);
-        }
+        self.record(|recorder, autopilot| {
+            recorder.leave(packet, envelope, &actuators, request, autopilot);
+        });
         self.publish();
     }
 
     fn take_intents(&mut self) {
         for _ in 0..INTENTS_PER_TICK {
             let Some(intent) = self.channels.next_intent() else { return };
-            if let Some(recorder) = self.recorder.as_mut() {
-                recorder.intent(&intent);
-            }
+            self.record(|recorder, _| recorder.intent(&intent));
             self.autopilot.handle_intent(intent);
         }
     }
@@ -236,9 +238,7 @@ impl PlantLink {
         while self.channels.has_room_for_event()
             && let Some(event) = self.autopilot.pop_event()
         {
-            if let Some(recorder) = self.recorder.as_mut() {
-                recorder.event(event);
-            }
+            self.record(|recorder, _| recorder.event(event));
             self.faults.handle_event(&event.kind);
             // There was room a moment ago, and this thread is the only sender.
             let _ = self.channels.send_event(event);
@@ -300,9 +300,7 @@ impl PlantLink {
             self.keep_errors(true);
             self.probed = Some(WallTime::ZERO);
             self.autopilot.plant_lost();
-            if let Some(recorder) = self.recorder.as_mut() {
-                recorder.plant_lost();
-            }
+            self.record(|recorder, _| recorder.plant_lost());
         }
         self.probe(now);
     }
@@ -405,6 +403,87 @@ impl PacketWarnings {
     }
 }
 
+/// Intents for the control thread, which takes all of them each tick.
+const INTENTS_MAX: usize = 64;
+/// Events for the ground stations. Those without room wait in [`flight_management::autopilot::Autopilot`].
+const EVENTS_MAX: usize = 256;
+/// Snapshots: a request for one is fulfilled once, so a second one would be stale.
+const SNAPSHOTS_MAX: usize = 1;
+
+#[derive(Debug)]
+pub struct GroundChannels {
+    /// To the control thread.
+    pub intents: Sender<Intent>,
+    /// From the control thread.
+    pub events: Receiver<Event>,
+    /// From the control thread, one for each request.
+    pub snapshots: Receiver<Snapshot>,
+    /// Set it to get a snapshot of the next tick.
+    pub snapshot_wanted: Arc<AtomicBool>,
+}
+
+/// The end on the control thread.
+#[derive(Debug)]
+pub struct ControlChannels {
+    intents: Receiver<Intent>,
+    events: Sender<Event>,
+    snapshots: Sender<Snapshot>,
+    snapshot_wanted: Arc<AtomicBool>,
+}
+
+pub fn channels() -> (GroundChannels, ControlChannels) {
+    let (intent_sender, intent_receiver) = channel(INTENTS_MAX);
+    let (event_sender, event_receiver) = channel(EVENTS_MAX);
+    let (snapshot_sender, snapshot_receiver) = channel(SNAPSHOTS_MAX);
+    let snapshot_wanted = Arc::new(AtomicBool::new(false));
+    let ground = GroundChannels {
+        intents: intent_sender,
+        events: event_receiver,
+        snapshots: snapshot_receiver,
+        snapshot_wanted: Arc::clone(&snapshot_wanted),
+    };
+    let control = ControlChannels {
+        intents: intent_receiver,
+        events: event_sender,
+        snapshots: snapshot_sender,
+        snapshot_wanted,
+    };
+    (ground, control)
+}
+
+impl ControlChannels {
+    /// Next intent, if there is one. Never waits.
+    pub fn next_intent(&mut self) -> Option<Intent> {
+        // A ground-station side that has ended sends no more intents; the flight continues.
+        self.intents.try_recv().ok()
+    }
+
+    /// Whether there is room for at least one event; fetch the event only then, so that none gets lost.
+    pub fn has_room_for_event(&self) -> bool {
+        self.events.capacity() > 0 || self.events.is_closed()
+    }
+
+    /// Sends an event. Never waits; drops it if the receiver is gone.
+    pub fn send_event(&self, event: Event) -> Result<(), Event> {
+        match self.events.try_send(event) {
+            Ok(()) | Err(TrySendError::Closed(_)) => Ok(()),
+            Err(TrySendError::Full(event)) => Err(event),
+        }
+    }
+
+    /// Whether a snapshot is requested: one relaxed load, cheap enough for each tick.
+    pub fn snapshot_wanted(&self) -> bool {
+        self.snapshot_wanted.load(Ordering::Relaxed)
+    }
+
+    /// Sends a snapshot and fulfils the request.
+    pub fn show(&self, snapshot: &Snapshot) {
+        self.snapshot_wanted.store(false, Ordering::Relaxed);
+        // A full channel holds an unread snapshot, a closed one has no reader: both are fine.
+        let _ = self.snapshots.try_send(*snapshot);
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -445,5 +524,26 @@ mod tests {
         assert!(!warnings.is_due(0, at(5)));
         assert!(warnings.is_due(1, at(5)));
         assert!(warnings.is_due(0, at(6)));
+    }
+}
+
+#[cfg(test)]
+mod channel_tests {
+    use super::*;
+    use flight_management::event::EventKind;
+    use icd::SimTime;
+
+    #[test]
+    fn a_full_channel_gives_the_event_back_and_an_ended_listener_swallows_it() {
+        let (ground, control) = channels();
+        let event = Event { time: SimTime::ZERO, kind: EventKind::PlantLost };
+        for _ in 0..EVENTS_MAX {
+            assert_eq!(control.send_event(event), Ok(()));
+        }
+        assert!(!control.has_room_for_event());
+        assert_eq!(control.send_event(event), Err(event));
+        drop(ground);
+        assert!(control.has_room_for_event());
+        assert_eq!(control.send_event(event), Ok(()));
     }
 }

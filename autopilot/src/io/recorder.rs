@@ -14,33 +14,34 @@
 //! half second of simulation time that the encoder holds back ([`::recorder::Selection`]), so a
 //! process that is killed leaves a log up to its last second.
 
-use flight_management::command::VehicleCommand;
-use std::fs::File;
-use std::io;
+use std::fs::{File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use host_io::problem::{At as _, Problem};
 use host_io::{clock, session};
+use icd::fault::PlantRequest;
 use icd::wire::SensorPacket;
 use icd::{Actuators, SimTime};
-use tracing::warn;
+use tracing::{debug, info, warn};
+use ulog::writer::Level;
 
+use super::log_folder::{log_name, make_room, prepare, share};
 use super::status::StatusSource;
-use crate::config::RunError;
-use ::recorder::{Begin, ControlHeader, End, Entry, LogRate, Moment, Recorded, Step, open};
+use ::recorder::{
+    Begin, ControlHeader, Encoder, End, Entry, LogRate, Moment, Recorded, Step, open,
+};
 use flight_management::autopilot::Autopilot;
-use flight_management::command::{Command, Intent};
+use flight_management::command::{Command, Intent, VehicleCommand};
 use flight_management::event::Event;
 use flight_management::parameters::Parameters;
 use mavlink_services::Ground;
 use mavlink_services::statustext::LogText;
-
-pub(crate) mod folder;
-mod writer;
 
 /// Entries of a batch; the control thread passes it when it is full.
 const BATCH: usize = 64;
@@ -89,31 +90,21 @@ pub struct GroundFeed {
 }
 
 impl GroundFeed {
-    /// Sends new parameters and texts.
+    /// Sends the present parameters, and texts for ground stations. Never waits: without room for the parameters a later call makes
+    /// up for it, and a text is lost, which the next one counts.
     pub fn follow(&mut self, ground: &mut Ground) {
-        self.send_parameters(ground.parameters());
-        while let Some(text) = ground.pop_text_for_log() {
-            self.send_text(text);
-        }
-    }
-
-    /// Sends the present parameters. Never waits: without room, a later call makes up for it.
-    fn send_parameters(&mut self, now: &Parameters) {
+        let now = ground.parameters();
         if *now != self.last || self.late {
             self.late = self.sender.try_send(*now).is_err();
             self.last = *now;
         }
-    }
-
-    /// Sends a text for ground stations. Never waits: without room it is lost, and the next one counts it.
-    fn send_text(&mut self, (severity, mut text): LogText) {
-        if self.lost > 0 {
-            text = format!("{text} ({} more are not in the log)", self.lost);
+        while let Some((severity, mut text)) = ground.pop_text_for_log() {
+            if self.lost > 0 {
+                text = format!("{text} ({} more are not in the log)", self.lost);
+            }
+            let is_sent = self.texts.try_send((severity, text)).is_ok();
+            self.lost = if is_sent { 0 } else { self.lost + 1 };
         }
-        self.lost = match self.texts.try_send((severity, text)) {
-            Ok(()) => 0,
-            Err(_) => self.lost + 1,
-        };
     }
 }
 
@@ -138,10 +129,9 @@ pub struct Recorder {
 
 impl Recorder {
     /// Checks that logs can be written to the folder, which it creates if needed, and starts the log thread.
-    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), RunError> {
-        let folder = config.folder.clone();
-        let failed = |error: io::Error| format!("--log-dir {}: {error}", folder.display());
-        folder::prepare(&config.folder).map_err(failed)?;
+    pub fn start(config: RecorderConfig) -> Result<(Self, GroundFeed), Problem> {
+        let place = format!("--log-dir {}", config.folder.display());
+        prepare(&config.folder).at(&place)?;
         let (full, batches) = sync_channel(QUEUE_MAX);
         let (recycle, empty) = sync_channel(QUEUE_MAX);
         let (sender, changes) = sync_channel(PARAMETERS_MAX);
@@ -151,8 +141,8 @@ impl Recorder {
         let theirs = Arc::clone(&removed);
         let thread = thread::Builder::new()
             .name("flight log".to_owned())
-            .spawn(move || writer::LogThread::new(config, changes, theirs).run(&batches, &recycle))
-            .map_err(failed)?;
+            .spawn(move || LogThread::new(config, changes, theirs).run(&batches, &recycle))
+            .at(place)?;
         let recorder = Self {
             batch: Vec::with_capacity(BATCH_ROOM),
             began: None,
@@ -232,7 +222,7 @@ impl Recorder {
         packet: &SensorPacket,
         envelope: &[u8],
         actuators: &Actuators,
-        request: Option<icd::fault::PlantRequest>,
+        request: Option<PlantRequest>,
         autopilot: &Autopilot,
     ) {
         let (truth, piece) = open(envelope);
@@ -331,4 +321,297 @@ impl Recorder {
 /// Folder and size limit of the logs, for the operator.
 pub fn introduction(folder: &Path, limit_bytes: u64) -> String {
     format!("flight logs in {}, {} MB at most", folder.display(), limit_bytes / 1_000_000)
+}
+
+/// One piece of a file, bytes.
+const BUFFER_BYTES: usize = 256 * 1024;
+/// Old logs are removed each time a log has grown by this fraction of the limit.
+const LOOKS: u64 = 16;
+
+/// State of the log thread.
+struct LogThread {
+    config: RecorderConfig,
+    changes: Receiver<Parameters>,
+    log: Option<OpenLog>,
+    /// Lock of the log that ended last; a new flight releases it.
+    finished: Option<File>,
+    flushed: Instant,
+    /// Set for the control thread when a log was removed.
+    removed: Arc<AtomicBool>,
+    /// Time of the last control step.
+    stepped: Instant,
+}
+
+struct OpenLog {
+    encoder: Encoder<LogFile>,
+    /// The lock of its file beyond its end.
+    lock: Option<File>,
+    path: PathBuf,
+    /// Size at which old logs are removed next, bytes.
+    look_at: u64,
+}
+
+impl LogThread {
+    pub fn new(
+        config: RecorderConfig,
+        changes: Receiver<Parameters>,
+        removed: Arc<AtomicBool>,
+    ) -> Self {
+        let now = clock::now();
+        Self { config, changes, log: None, finished: None, flushed: now, stepped: now, removed }
+    }
+
+    /// Writes until the control thread ends. Gives the lock of the last log: until it is dropped, nobody erases that log.
+    pub fn run(
+        mut self,
+        batches: &Receiver<Vec<Entry>>,
+        recycle: &SyncSender<Vec<Entry>>,
+    ) -> Option<File> {
+        loop {
+            match batches.recv_timeout(FLUSH_EVERY) {
+                Ok(mut batch) => {
+                    if batch.iter().any(|entry| matches!(entry, Entry::Step(_))) {
+                        self.stepped = clock::now();
+                    }
+                    for entry in batch.drain(..) {
+                        self.take(entry);
+                    }
+                    // The control thread has ended and does not need it back.
+                    let _ = recycle.try_send(batch);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => break,
+            }
+            while let Ok(now) = self.changes.try_recv() {
+                self.config.parameters = now;
+                self.write(|encoder| encoder.add(Entry::Parameters(Box::new(now))));
+            }
+            self.poll();
+        }
+        self.end(End::Stopped);
+        self.finished
+    }
+
+    fn take(&mut self, entry: Entry) {
+        match entry {
+            Entry::Begin(begin) => {
+                self.end(End::Restart);
+                self.finished = None;
+                self.begin(*begin);
+            }
+            Entry::End(why) => self.end(why),
+            entry => self.write(|encoder| encoder.add(entry)),
+        }
+    }
+
+    fn begin(&mut self, begin: Begin) {
+        let RecorderConfig { folder, limit_bytes, rate, parameters, .. } = &self.config;
+        if let Err(problem) = std::fs::create_dir_all(folder) {
+            // If the file cannot be created either, the result is the same.
+            debug!(%problem, "the folder of the logs cannot be made again");
+        }
+        make_room(folder, *limit_bytes);
+        let path = folder.join(log_name(clock::utc_seconds(), &begin.header.session));
+        let log = LogFile::create(&path).and_then(|file| {
+            let lock = file.file.try_clone().ok();
+            let mut encoder = Encoder::begin(file, begin, parameters, *rate)?;
+            encoder.flush()?;
+            Ok((encoder, lock))
+        });
+        match log {
+            Ok((encoder, lock)) => {
+                match &self.config.status {
+                    Some(status) => status.log(&path),
+                    None => info!(log = %path.display(), "flight log"),
+                }
+                self.log = Some(OpenLog { encoder, lock, path, look_at: limit_bytes / LOOKS });
+            }
+            Err(problem) => {
+                warn!(%problem, log = %path.display(), "there is no log of this flight");
+            }
+        }
+    }
+
+    /// Applies an operation to the log; if it fails, the log ends.
+    fn write(&mut self, what: impl FnOnce(&mut Encoder<LogFile>) -> io::Result<()>) {
+        let Some(log) = self.log.as_mut() else { return };
+        if let Err(problem) = what(&mut log.encoder) {
+            warn!(%problem, log = %log.path.display(), "the flight log ends here");
+            // As far as there is room for it.
+            let text = format!("The log ends here: {problem}");
+            let _ = log.encoder.text(Level::Error, &text).and_then(|()| log.encoder.flush());
+            self.log = None;
+        }
+    }
+
+    fn poll(&mut self) {
+        let now = clock::now();
+        if now - self.flushed >= FLUSH_EVERY {
+            self.flushed = now;
+            if now - self.stepped >= SETTLE_AFTER {
+                self.write(Encoder::settle);
+            }
+            self.write(|encoder| encoder.sync().and_then(|()| encoder.flush()));
+            // Data written to a file that has lost its name are lost at the end of the process.
+            let is_gone = |log: &OpenLog| std::fs::symlink_metadata(&log.path).is_err();
+            if let Some(log) = self.log.take_if(|log| is_gone(log)) {
+                let path = log.path.display();
+                warn!(log = %path, "the flight log was removed; recording ends here and begins again with the next flight");
+                self.removed.store(true, Ordering::Relaxed);
+            }
+        }
+        let limit = self.config.limit_bytes;
+        let Some(log) = self.log.as_mut() else { return };
+        let written = log.encoder.written();
+        // The log of traffic has its share besides it.
+        if written >= limit - share(limit) {
+            let path = log.path.display();
+            warn!(log = %path, "the flight log has reached its limit and ends; see --log-limit-mb");
+            self.end(End::Full);
+            // The flight goes on without it.
+            self.finished = None;
+        } else if written >= log.look_at {
+            log.look_at = written + limit / LOOKS;
+            make_room(&self.config.folder, limit);
+        }
+    }
+
+    fn end(&mut self, why: End) {
+        let Some(OpenLog { encoder, path, lock, .. }) = self.log.take() else { return };
+        if let Err(problem) = encoder.end(why) {
+            warn!(%problem, log = %path.display(), "the flight log has no proper end");
+        }
+        self.finished = lock;
+    }
+}
+
+/// A log file. Each call of [`Write::write`] is one message; a piece ends between two messages, so that a piece without
+/// room can be removed again.
+#[derive(Debug)]
+struct LogFile {
+    file: File,
+    buffer: Vec<u8>,
+    /// Bytes of the file that are whole messages.
+    whole: u64,
+}
+
+impl LogFile {
+    /// Creates a new file and locks it: a locked log is not removed.
+    fn create(path: &Path) -> io::Result<Self> {
+        let file = OpenOptions::new().write(true).create_new(true).open(path)?;
+        // A file system without locks only loses the protection from being removed.
+        let _ = file.try_lock();
+        Ok(Self { file, buffer: Vec::with_capacity(BUFFER_BYTES), whole: 0 })
+    }
+
+    fn pass_on(&mut self) -> io::Result<()> {
+        let result = self.file.write_all(&self.buffer);
+        match result {
+            Ok(()) => self.whole += self.buffer.len() as u64,
+            Err(_) => {
+                // As far as the system allows: the file ends with a whole message.
+                let _ = self.file.set_len(self.whole);
+                let _ = self.file.seek(SeekFrom::Start(self.whole));
+            }
+        }
+        self.buffer.clear();
+        result
+    }
+}
+
+impl Write for LogFile {
+    fn write(&mut self, message: &[u8]) -> io::Result<usize> {
+        if self.buffer.len() + message.len() > BUFFER_BYTES {
+            self.pass_on()?;
+        }
+        self.buffer.extend_from_slice(message);
+        Ok(message.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        if self.buffer.is_empty() { Ok(()) } else { self.pass_on() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+
+    use ::recorder::{ControlHeader, LogRate};
+    use flight_management::autopilot::Settings;
+    use flight_management::configuration;
+    use flight_management::vehicle::schedule::ReferenceSchedule;
+    use icd::SimTime;
+
+    use super::*;
+
+    #[test]
+    fn messages_arrive_in_order_and_a_file_is_not_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("log");
+        let mut file = LogFile::create(&path).unwrap();
+        let message = [7; 1000];
+        for _ in 0..1000 {
+            file.write_all(&message).unwrap();
+        }
+        file.write_all(b"end").unwrap();
+        file.flush().unwrap();
+        let bytes = std::fs::read(&path).unwrap();
+        assert_eq!(bytes.len(), 1_000_003);
+        assert_eq!(&bytes[1_000_000..], b"end");
+        assert_eq!(LogFile::create(&path).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+    }
+
+    #[test]
+    fn a_finished_log_keeps_its_lock_until_the_process_has_ended() {
+        let model = configuration::model("tvc_jet.toml", configuration::DEFAULT_MODEL).unwrap();
+        let Parameters { gains, limits, navigation, .. } = model.defaults;
+        let begin = |session: &str| {
+            let settings = Settings {
+                model: model.aircraft,
+                gains,
+                limits,
+                navigation,
+                references: ReferenceSchedule::default(),
+                script: None,
+                own_law: None,
+                fault_injection: false,
+            };
+            let header = ControlHeader::new(settings, session.to_owned(), 2_000, false);
+            Entry::Begin(Box::new(Begin { time: SimTime::ZERO, header }))
+        };
+        let folder = tempfile::tempdir().unwrap();
+        let (_changes, changes) = sync_channel(1);
+        let config = RecorderConfig {
+            folder: folder.path().to_path_buf(),
+            limit_bytes: 1_000_000,
+            rate: LogRate::Full,
+            parameters: model.defaults,
+            status: None,
+        };
+        let (batches, theirs) = sync_channel(1);
+        let (recycle, _empty) = sync_channel(1);
+        batches.send(vec![begin("00000001"), begin("00000002"), Entry::End(End::Stopped)]).unwrap();
+        drop(batches);
+        let lock = LogThread::new(config, changes, Arc::default()).run(&theirs, &recycle);
+        let is_free = |session: &str| {
+            let logs = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().path());
+            let log = logs.into_iter().find(|path| path.to_str().unwrap().contains(session));
+            File::open(log.unwrap()).unwrap().try_lock().is_ok()
+        };
+        // The log of an earlier flight may be erased.
+        assert!(is_free("00000001") && !is_free("00000002"));
+        drop(lock);
+        assert!(is_free("00000002"));
+    }
+
+    #[test]
+    fn a_full_disk_is_an_error_that_leaves_the_output_usable() {
+        let file = OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let mut log = LogFile { file, buffer: Vec::new(), whole: 0 };
+        log.write_all(b"message").unwrap();
+        assert_eq!(log.flush().unwrap_err().kind(), io::ErrorKind::StorageFull);
+        assert!(log.buffer.is_empty());
+        assert!(log.flush().is_ok());
+    }
 }

@@ -15,13 +15,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 
 use host_io::file::{self, FileProblem, OwnFile};
+use host_io::problem::{Problem, problem};
 use nix::unistd::geteuid;
 use tracing::warn;
 
-use crate::config::RunError;
-use flight_management::parameters::{
-    Parameters, SavedError, SavedProblem, from_text, has_only_parameters,
-};
+use flight_management::TextError;
+use flight_management::parameters::{Parameters, from_text, has_only_parameters, saved_error};
 use mavlink_services::mission::{SavedPlan, SavedPlanError};
 use mavlink_services::param::{Save, Saved};
 use mavlink_services::signing::{KeyChange, KeyRecord, RecordError};
@@ -103,14 +102,13 @@ pub struct KeptParameters {
 
 impl KeptParameters {
     /// Reads the file; if it does not exist, the defaults apply.
-    pub fn read(path: PathBuf, defaults: &Parameters) -> Result<Self, SavedError> {
+    pub fn read(path: PathBuf, defaults: &Parameters) -> Result<Self, TextError> {
         let file = path.display().to_string();
         let parameters = match read_text(&path) {
             Ok(Some(text)) => from_text(&file, &text, defaults)?,
             Ok(None) => *defaults,
             Err(problem) => {
-                let problem = SavedProblem::Unreadable(problem.to_string());
-                return Err(SavedError { file, problem });
+                return Err(saved_error(&file, format!("cannot be read: {problem}")));
             }
         };
         Ok(Self { path, parameters, defaults: *defaults })
@@ -182,17 +180,12 @@ pub struct KeptKey {
 
 impl KeptKey {
     /// Reads the file; without it there is no key. An error never shows the key.
-    pub fn read(path: PathBuf) -> Result<Self, String> {
-        let record = match read_key(&path) {
-            Ok(record) => record,
-            Err(problem) => {
-                let file = path.display();
-                return Err(format!(
-                    "{file}: {problem}; mend or delete the file, or start with --signing-key none"
-                ));
-            }
-        };
-        Ok(Self { path, record })
+    pub fn read(path: PathBuf) -> Result<Self, Problem> {
+        let advice = "mend or delete the file, or start with --signing-key none";
+        match read_key(&path) {
+            Ok(record) => Ok(Self { path, record }),
+            Err(problem) => Err(problem!("{}: {problem}; {advice}", path.display())),
+        }
     }
 
     /// The file for its writer, for its owner alone: it contains a signing key.
@@ -210,7 +203,7 @@ impl KeptKey {
     }
 }
 
-fn read_key(path: &Path) -> Result<Option<KeyRecord>, RunError> {
+fn read_key(path: &Path) -> Result<Option<KeyRecord>, Problem> {
     let file = match file::open(path) {
         Err(problem) if problem.is_not_found() => return Ok(None),
         opened => opened?,
@@ -218,17 +211,15 @@ fn read_key(path: &Path) -> Result<Option<KeyRecord>, RunError> {
     let about = file.metadata()?;
     let (found, wanted) = (about.uid(), geteuid().as_raw());
     if found != wanted {
-        return Err(format!(
+        return Err(problem!(
             "it belongs to user {found} and has to belong to user {wanted}, who runs this program"
-        )
-        .into());
+        ));
     }
     let found = about.mode() & 0o7777;
     if found & OTHERS != 0 {
-        return Err(format!(
+        return Err(problem!(
             "others may use it: its mode is {found:04o} and has to be {KEY_MODE:04o}"
-        )
-        .into());
+        ));
     }
     let bytes = file::read_opened(&file, KEY_BYTES_MAX)?;
     let text = String::from_utf8(bytes).map_err(|_| RecordError::Form)?;

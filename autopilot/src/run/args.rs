@@ -1,25 +1,29 @@
-//! Command line of the autopilot.
+//! Command line of the autopilot, with the addresses for ground stations: options, the configuration file, and the defaults.
 
 use std::borrow::Cow;
-use std::net::SocketAddr;
+use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 
 use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, MainLaw};
+use host_io::instance::whole;
+use host_io::problem::{At as _, Problem, problem};
+use host_io::process::CORE_MAX;
 use host_io::{Instance, Wait, file};
 use icd::EffectorList;
+use serde::Deserialize;
 use tracing::warn;
 
-use super::RunError;
-use super::ground_stations::{ConfigFile, GroundStationArgs};
-use crate::config::{self, ConfigError, MODELS, Model};
+use crate::config::{self, MODELS, Model};
 use crate::io::gcs_link::Links;
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
 use ::recorder::LogRate;
 use flight_management::autopilot::Settings;
 use flight_management::own_law::OwnLaw;
-use flight_management::parameters::{self, ParameterError, Parameters};
+use flight_management::parameters::{self, Parameters};
 use flight_management::script::Script;
+use mavlink_services::heartbeat::HeartbeatIdentity;
 
 /// Files and folder of a vehicle inside the user's data folder.
 const PARAMETER_FILE: &str = "parameters.toml";
@@ -27,8 +31,6 @@ const SIGNING_KEY: &str = "signing.key";
 const LOG_FOLDER: &str = "logs";
 /// Largest size of all flight logs, MB.
 const LOG_LIMIT_MAX_MB: u64 = 1_000_000;
-/// Highest number of a core that the system's masks have.
-const CORE_MAX: usize = 1023;
 /// The scenarios that both programs know by name. Only the autopilot's part is read here.
 const SCENARIOS: [(&str, &str); 3] = [
     ("nominal", include_str!("../../../plant-sim/scenarios/nominal.toml")),
@@ -49,12 +51,8 @@ pub enum Ftc {
 
 impl Ftc {
     /// Value of `FTC_MODE`.
-    pub const fn value(self) -> f64 {
-        match self {
-            Self::Off => 0.0,
-            Self::Armed => 1.0,
-            Self::Always => 2.0,
-        }
+    pub fn value(self) -> f64 {
+        f64::from(self as u8)
     }
 }
 
@@ -93,10 +91,10 @@ impl LawArgs {
     }
 
     /// Sets the values that the options give, and no others.
-    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), RunError> {
+    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), Problem> {
         if let Some(path) = &self.gains {
             parameters::set_from_text(parameters, &config::read(path)?)
-                .map_err(|problem| format!("--gains {}: {problem}", path.display()))?;
+                .at(format!("--gains {}", path.display()))?;
         }
         parameters.brings_law = self.own.is_some();
         let selection = &mut parameters.gains.selection;
@@ -121,7 +119,7 @@ impl ScriptArgs {
         &self,
         scenario: Option<Script>,
         effectors: &EffectorList,
-    ) -> Result<Option<Script>, ConfigError> {
+    ) -> Result<Option<Script>, Problem> {
         let Some(path) = &self.script else { return Ok(scenario) };
         config::script_file(path, effectors).map(Some)
     }
@@ -134,7 +132,7 @@ pub struct RecordingArgs {
     #[arg(long, value_name = "DIR|none")]
     pub log_dir: Option<PathOption>,
     /// Size of all flight logs in that folder together, MB; the oldest are removed when a flight begins
-    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = parse_log_limit)]
+    #[arg(long, allow_negative_numbers = true, value_name = "MB", default_value_t = 4000, value_parser = whole(1, LOG_LIMIT_MAX_MB))]
     pub log_limit_mb: u64,
     /// How many control steps a flight log has rows of
     #[arg(long, value_name = "RATE", value_enum, default_value_t)]
@@ -197,7 +195,7 @@ pub struct AutopilotArgs {
     #[arg(long, value_name = "FILE")]
     pub health_file: Option<PathBuf>,
     /// Run the control thread on this core only
-    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = parse_core)]
+    #[arg(long, allow_negative_numbers = true, value_name = "CORE", value_parser = whole(0, CORE_MAX))]
     pub cpu: Option<usize>,
     /// How to wait for the plant: block, yield or spin
     #[arg(long, value_name = "HOW", default_value = "block")]
@@ -215,7 +213,7 @@ pub struct AutopilotArgs {
 
 impl AutopilotArgs {
     /// The requested sockets for ground stations; `None` if they are disabled.
-    pub fn links(&self) -> Result<Option<Links>, RunError> {
+    pub fn links(&self) -> Result<Option<Links>, Problem> {
         let file = match &self.config {
             None => ConfigFile::default(),
             Some(path) => ConfigFile::read(path)?,
@@ -240,7 +238,7 @@ impl AutopilotArgs {
     }
 
     /// The controller's model of the aircraft, with the defaults of its parameters.
-    pub fn model(&self) -> Result<Model, RunError> {
+    pub fn model(&self) -> Result<Model, Problem> {
         let mut model = config::named_model(&self.model)?;
         model.defaults.link.system_id = self.instance.system_id();
         Ok(model)
@@ -250,28 +248,26 @@ impl AutopilotArgs {
     pub fn kept_parameters(
         &self,
         defaults: &Parameters,
-    ) -> Result<Option<KeptParameters>, RunError> {
+    ) -> Result<Option<KeptParameters>, Problem> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptParameters::read(file, defaults)).transpose()?)
     }
 
     /// The plan that a ground station has uploaded in an earlier run; `None` if it is not saved.
-    pub fn kept_plan(&self) -> Result<Option<KeptPlan>, RunError> {
+    pub fn kept_plan(&self) -> Result<Option<KeptPlan>, Problem> {
         let file = self.kept_file(self.parameter_file.as_ref(), PARAMETER_FILE);
         Ok(file.map(|file| KeptPlan::read_beside(&file)).transpose()?)
     }
 
     /// The key file and the key in it; `None` if no key is saved.
-    pub fn kept_key(&self) -> Result<Option<KeptKey>, RunError> {
+    pub fn kept_key(&self) -> Result<Option<KeptKey>, Problem> {
         let file = self.kept_file(self.signing_key.as_ref(), SIGNING_KEY);
-        let read =
-            |file| KeptKey::read(file).map_err(|problem| format!("signing: {problem}").into());
-        file.map(read).transpose()
+        file.map(|file| KeptKey::read(file).at("signing")).transpose()
     }
 
     /// The control side that the options request, validated. It does not depend on the parameter file, so that a
     /// flight of record does not either.
-    pub fn control_setup(&self) -> Result<(Settings, Parameters), RunError> {
+    pub fn control_setup(&self) -> Result<(Settings, Parameters), Problem> {
         let model = self.model()?;
         self.control_setup_over(&model.aircraft, &model.defaults)
     }
@@ -281,7 +277,7 @@ impl AutopilotArgs {
         &self,
         model: &AircraftModel,
         over: &Parameters,
-    ) -> Result<(Settings, Parameters), RunError> {
+    ) -> Result<(Settings, Parameters), Problem> {
         let mut parameters = *over;
         if let Some(path) = &self.setup {
             let mut setup = read_setup(path)?;
@@ -291,17 +287,17 @@ impl AutopilotArgs {
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
             parameters.brings_law = setup.own_law.is_some();
-            parameters.check_law().map_err(of_parameter)?;
+            parameters.check_law().at("--param")?;
             return Ok((setup, parameters));
         }
         self.laws.apply(&mut parameters)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
         let set = parameters.set_all(ftc.into_iter().chain(settings));
-        if let Some(warning) = set.map_err(of_parameter)? {
+        if let Some(warning) = set.at("--param")? {
             warn!("parameters: {warning}");
         }
-        parameters.check_law().map_err(of_parameter)?;
+        parameters.check_law().at("--param")?;
         let model = *model;
         let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
@@ -312,46 +308,37 @@ impl AutopilotArgs {
         let list = &model.effectors.list;
         let script = self.script.read(config::script(name, &text, list)?, list)?.map(Arc::new);
         let Parameters { gains, limits, navigation, failure, .. } = parameters;
-        let fault_injection = failure.enabled;
-        let own_law = self.laws.own.clone();
         let setup = Settings {
             model,
             gains,
             limits,
             navigation,
-            fault_injection,
             references,
             script,
-            own_law,
+            fault_injection: failure.enabled,
+            own_law: self.laws.own.clone(),
         };
         Ok((setup, parameters))
     }
 }
 
-fn of_parameter(error: ParameterError) -> RunError {
-    format!("--param: {error}").into()
-}
-
-fn read_scenario(name: &str) -> Result<String, ConfigError> {
-    let path = Path::new(name);
-    file::read_text(path, file::TEXT_MAX).map_err(|problem| {
-        if problem.is_not_found() {
+fn read_scenario(name: &str) -> Result<String, Problem> {
+    match file::read_text(Path::new(name), file::TEXT_MAX) {
+        Err(problem) if problem.is_not_found() => {
             let known = SCENARIOS.map(|(name, _)| name).join(", ");
-            ConfigError::NoScenario { name: name.to_owned(), known }
-        } else {
-            ConfigError::Read { path: path.to_path_buf(), source: problem.into() }
+            let why = "there is no such scenario and no such file; the scenarios are";
+            Err(problem!("--scenario {name}: {why} {known}"))
         }
-    })
+        read => read.at(name),
+    }
 }
 
-fn read_setup(path: &Path) -> Result<Settings, RunError> {
-    let refused = || format!("{}: not a control setup of this version", path.display());
+fn read_setup(path: &Path) -> Result<Settings, Problem> {
+    let refused = || problem!("{}: not a control setup of this version", path.display());
     let bytes = file::read(path, file::TEXT_MAX).map_err(|_| refused())?;
     let setup: Settings = postcard::from_bytes(&bytes).map_err(|_| refused())?;
-    let file = path.display().to_string();
-    let model = setup.model.validate();
-    model.map_err(|source| ConfigError::Model { file, source })?;
-    setup.gains.validate().map_err(|error| of_parameter(error.into()))?;
+    setup.model.validate().at(path.display())?;
+    setup.gains.validate().at("--param")?;
     Ok(setup)
 }
 
@@ -362,21 +349,152 @@ fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, St
     })
 }
 
-fn parse_log_limit(text: &str) -> Result<u64, String> {
-    let limit = text.parse().ok().filter(|limit| (1..=LOG_LIMIT_MAX_MB).contains(limit));
-    limit.ok_or_else(|| format!("{text} is not a whole number from 1 to {LOG_LIMIT_MAX_MB}"))
-}
-
-fn parse_core(text: &str) -> Result<usize, String> {
-    let core = text.parse().ok().filter(|core| *core <= CORE_MAX);
-    core.ok_or_else(|| format!("{text} is not a whole number from 0 to {CORE_MAX}"))
-}
-
 fn parse_setting(text: &str) -> Result<ParameterSetting, String> {
     let refused = || format!("{text} is not NAME=VALUE with a number");
     let (name, value) = text.split_once('=').ok_or_else(refused)?;
     let value = value.trim().parse().map_err(|_| refused())?;
     Ok(ParameterSetting { name: name.trim().to_owned(), value })
+}
+
+/// Where every vehicle calls `QGroundControl`.
+const STATION_PORT: u16 = 14_550;
+/// Where the first vehicle calls offboard scripts.
+const SCRIPT_PORT: u16 = 14_540;
+/// For ground stations that call: the port of PX4's simulation, and the step to that of the next vehicle.
+const UDP_SERVER: (u16, u16) = (18_570, 1);
+/// For ground stations that connect: the port of `ArduPilot`'s simulation, and the step.
+const TCP_SERVER: (u16, u16) = (5_760, 10);
+
+/// Ground stations that are called. From the eleventh vehicle on scripts share a port, as with PX4.
+fn default_clients(instance: Instance) -> Vec<SocketAddr> {
+    let station = local(STATION_PORT);
+    vec![station, instance.local(SCRIPT_PORT, 1).min(local(STATION_PORT - 1))]
+}
+
+const fn local(port: u16) -> SocketAddr {
+    SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
+}
+
+/// An address with a port of at least `FIRST_PORT`, or none. Port 0 lets the system choose one to listen at; it cannot be called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "toml::Value")]
+struct Endpoint<const FIRST_PORT: u16>(Option<SocketAddr>);
+
+/// A ground station that is called.
+type Client = Endpoint<1>;
+/// Where ground stations call.
+type Server = Endpoint<0>;
+
+impl<const FIRST_PORT: u16> FromStr for Endpoint<FIRST_PORT> {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "none" {
+            return Ok(Self(None));
+        }
+        match text.parse::<SocketAddr>() {
+            Err(_) => Err(format!("{text} is not IP:PORT or none")),
+            Ok(address) if address.port() < FIRST_PORT => Err(format!(
+                "{text} is not IP:PORT with a port from {FIRST_PORT} to 65535, or none"
+            )),
+            Ok(address) => Ok(Self(Some(address))),
+        }
+    }
+}
+
+impl<const FIRST_PORT: u16> TryFrom<toml::Value> for Endpoint<FIRST_PORT> {
+    type Error = String;
+
+    fn try_from(value: toml::Value) -> Result<Self, String> {
+        value.as_str().map_or_else(|| value.to_string(), str::to_owned).parse()
+    }
+}
+
+/// Options about ground stations.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub struct GroundStationArgs {
+    /// Their addresses.
+    #[command(flatten)]
+    table: GroundStationTable,
+    /// The autopilot that heartbeats name: of an unknown one ground stations show little more than telemetry
+    #[arg(long = "mavlink-autopilot", value_enum, value_name = "NAME", default_value = "px4")]
+    pub identity: HeartbeatIdentity,
+    /// No ground stations at all
+    #[arg(long, conflicts_with_all = ["clients", "bind", "udp_server", "tcp_server"])]
+    no_gcs: bool,
+}
+
+/// What a configuration file may say.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConfigFile {
+    /// Where ground stations can be.
+    #[serde(default)]
+    pub ground_stations: GroundStationTable,
+}
+
+/// The table `[ground_stations]`, and the options of the same meaning.
+#[derive(Debug, Clone, Default, PartialEq, Deserialize, clap::Args)]
+#[serde(deny_unknown_fields)]
+pub struct GroundStationTable {
+    /// Where a ground station listens; may be repeated [default: 127.0.0.1:14550, and :14540 + instance]
+    #[arg(long = "gcs", value_name = "IP:PORT|none")]
+    clients: Option<Vec<Client>>,
+    /// Own address for calling them [default: any port of loopback, or of every address if one of them is elsewhere]
+    #[arg(long = "gcs-bind", value_name = "IP:PORT")]
+    bind: Option<SocketAddr>,
+    /// Where ground stations can call by UDP [default: 127.0.0.1:18570 + instance]
+    #[arg(long = "gcs-udp-server", value_name = "IP:PORT|none")]
+    udp_server: Option<Server>,
+    /// Where ground stations can connect by TCP [default: 127.0.0.1:5760 + 10 * instance]
+    #[arg(long = "gcs-tcp", value_name = "IP:PORT|none")]
+    tcp_server: Option<Server>,
+}
+
+impl ConfigFile {
+    /// Reads a file.
+    pub fn read(path: &Path) -> Result<Self, Problem> {
+        Self::from_toml(&path.display().to_string(), &config::read(path)?)
+    }
+
+    /// Reads the text of a file; `file` is its name for error messages.
+    pub fn from_toml(file: &str, text: &str) -> Result<Self, Problem> {
+        toml::from_str(text).at(file)
+    }
+}
+
+impl GroundStationArgs {
+    /// The requested sockets; `None` if they are disabled.
+    pub fn links(&self, file: &GroundStationTable, instance: Instance) -> Option<Links> {
+        let options = &self.table;
+        let clients = match options.clients.as_ref().or(file.clients.as_ref()) {
+            None => default_clients(instance),
+            Some(clients) => clients.iter().filter_map(|client| client.0).collect(),
+        };
+        let server = |option: Option<Server>, key: Option<Server>, (port, step): (u16, u16)| {
+            option.or(key).map_or_else(|| Some(instance.local(port, step)), |server| server.0)
+        };
+        let links = Links {
+            client_bind: options.bind.or(file.bind).unwrap_or_else(|| bind_for(&clients)),
+            udp_server: server(options.udp_server, file.udp_server, UDP_SERVER),
+            tcp_server: server(options.tcp_server, file.tcp_server, TCP_SERVER),
+            clients,
+        };
+        let any =
+            !links.clients.is_empty() || links.udp_server.is_some() || links.tcp_server.is_some();
+        (any && !self.no_gcs).then_some(links)
+    }
+}
+
+/// Local address for calling `clients`: loopback unless one of them is on another computer.
+fn bind_for(clients: &[SocketAddr]) -> SocketAddr {
+    let everywhere_4 = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
+    let everywhere_6 = SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0));
+    match clients.first() {
+        _ if clients.iter().all(|client| client.ip() == local(0).ip()) => local(0),
+        Some(SocketAddr::V6(_)) => everywhere_6,
+        Some(SocketAddr::V4(_)) | None => everywhere_4,
+    }
 }
 
 #[cfg(test)]
@@ -473,5 +591,116 @@ mod tests {
         let long = error(long.to_str().unwrap());
         assert!(long.contains("16385 bytes"), "{long}");
         assert!(error("/nowhere/x.txt").contains("/nowhere/x.txt"));
+    }
+}
+
+#[cfg(test)]
+mod ground_station_tests {
+    use super::*;
+    use clap::{Args, Command, FromArgMatches};
+
+    fn parse(options: &[&str]) -> Result<GroundStationArgs, clap::Error> {
+        let command = GroundStationArgs::augment_args(Command::new("autopilot"));
+        let words = ["autopilot"].iter().chain(options);
+        GroundStationArgs::from_arg_matches(&command.try_get_matches_from(words)?)
+    }
+
+    fn links(options: &[&str], file: &str) -> Option<Links> {
+        let file = ConfigFile::from_toml("my.toml", file).unwrap();
+        parse(options).unwrap().links(&file.ground_stations, Instance::default())
+    }
+
+    fn at(text: &str) -> SocketAddr {
+        text.parse().unwrap()
+    }
+
+    const FILE: &str = r#"
+        [ground_stations]
+        clients = ["127.0.0.1:1", "192.0.2.7:2"]
+        udp_server = "none"
+        tcp_server = "127.0.0.1:3"
+    "#;
+
+    #[test]
+    fn without_options_only_loopback_is_used() {
+        let links = links(&[], "").unwrap();
+        assert_eq!(links.clients, [at("127.0.0.1:14550"), at("127.0.0.1:14540")]);
+        assert_eq!(links.client_bind, at("127.0.0.1:0"));
+        assert_eq!(links.udp_server, Some(at("127.0.0.1:18570")));
+        assert_eq!(links.tcp_server, Some(at("127.0.0.1:5760")));
+    }
+
+    #[test]
+    fn further_vehicles_have_the_ports_that_those_of_px4_have() {
+        let links = |number: &str| {
+            let instance = number.parse().unwrap();
+            let table = GroundStationTable::default();
+            let links = parse(&[]).unwrap().links(&table, instance).unwrap();
+            let ports: Vec<u16> = links.clients.iter().map(SocketAddr::port).collect();
+            let servers = [links.udp_server, links.tcp_server].map(|at| at.unwrap().port());
+            (ports, servers)
+        };
+        assert_eq!(links("1"), (vec![14_550, 14_541], [18_571, 5_770]));
+        assert_eq!(links("9"), (vec![14_550, 14_549], [18_579, 5_850]));
+        assert_eq!(links("249"), (vec![14_550, 14_549], [18_819, 8_250]));
+        let file = ConfigFile::from_toml("my.toml", FILE).unwrap().ground_stations;
+        let links = parse(&[]).unwrap().links(&file, "1".parse().unwrap()).unwrap();
+        assert_eq!(links.tcp_server, Some(at("127.0.0.1:3")), "an address that is given stays");
+    }
+
+    #[test]
+    fn the_command_line_wins_over_the_file() {
+        let from_file = links(&[], FILE).unwrap();
+        assert_eq!(from_file.clients, [at("127.0.0.1:1"), at("192.0.2.7:2")]);
+        assert_eq!(from_file.client_bind, at("0.0.0.0:0"), "one of them is elsewhere");
+        assert_eq!(from_file.udp_server, None);
+        assert_eq!(from_file.tcp_server, Some(at("127.0.0.1:3")));
+        let options = ["--gcs", "[::1]:4", "--gcs-tcp=none", "--gcs-udp-server=127.0.0.1:5"];
+        let both = links(&options, FILE).unwrap();
+        assert_eq!(both.clients, [at("[::1]:4")]);
+        assert_eq!(both.udp_server, Some(at("127.0.0.1:5")));
+        assert_eq!(both.tcp_server, None);
+    }
+
+    #[test]
+    fn the_autopilot_that_heartbeats_name_is_px4_unless_another_is_requested() {
+        assert_eq!(parse(&[]).unwrap().identity, HeartbeatIdentity::Px4);
+        let generic = parse(&["--mavlink-autopilot", "generic"]).unwrap();
+        assert_eq!(generic.identity, HeartbeatIdentity::Generic);
+        assert!(parse(&["--mavlink-autopilot", "ardupilot"]).is_err());
+    }
+
+    #[test]
+    fn everything_can_be_switched_off() {
+        assert_eq!(links(&["--no-gcs"], ""), None);
+        let off = ["--gcs", "none", "--gcs-udp-server", "none", "--gcs-tcp", "none"];
+        assert_eq!(links(&off, FILE), None);
+        assert_eq!(links(&["--gcs", "none"], "").unwrap().clients, []);
+    }
+
+    #[test]
+    fn wrong_addresses_are_refused_with_the_allowed_form() {
+        for option in ["--gcs=here", "--gcs-tcp=5760", "--gcs-udp-server=localhost:1"] {
+            let message = parse(&[option]).unwrap_err().to_string();
+            assert!(message.contains("IP:PORT or none"), "{message}");
+        }
+        for station in ["--gcs=127.0.0.1:0", "--gcs=[::1]:0"] {
+            let message = parse(&[station]).unwrap_err().to_string();
+            assert!(message.contains("1 to 65535"), "{message}");
+        }
+        for (line, words) in [
+            ("tcp_server = \"5760\"", ["tcp_server", "\"5760\"", "IP:PORT or none"]),
+            ("udp_server = 18570", ["udp_server", "18570", "IP:PORT or none"]),
+            ("clients = [\"here\"]", ["clients", "here", "IP:PORT or none"]),
+            ("clients = [\"127.0.0.1:0\"]", ["clients", "127.0.0.1:0", "1 to 65535"]),
+            ("tcp = \"none\"", ["my.toml", "`tcp`", "tcp_server"]),
+        ] {
+            let text = format!("[ground_stations]\n{line}\n");
+            let message = ConfigFile::from_toml("my.toml", &text).unwrap_err().to_string();
+            assert!(message.starts_with("my.toml: "), "{message}");
+            for word in words {
+                assert!(message.contains(word), "{word} is missing: {message}");
+            }
+        }
     }
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use host_io::file::{self, TEXT_MAX};
+pub use host_io::instance::whole;
 use host_io::problem::{At as _, Problem, problem};
+pub use host_io::process::CORE_MAX;
 use host_io::{Instance, Wait};
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
@@ -156,20 +158,6 @@ fn read_scenario(name: &str) -> Result<String, Problem> {
             ))
         }
         read => read.at(name),
-    }
-}
-
-/// Highest number of a core that the system's masks have.
-pub const CORE_MAX: usize = 1023;
-
-/// Reads a whole number from `min` to `max`.
-pub fn whole<T>(min: T, max: T) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync
-where
-    T: FromStr + Display + PartialOrd + Copy + Send + Sync,
-{
-    move |text: &str| match text.parse() {
-        Ok(value) if (min..=max).contains(&value) => Ok(value),
-        _ => Err(format!("{text} is not a whole number from {min} to {max}")),
     }
 }
 

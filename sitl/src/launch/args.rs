@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use autopilot::own_law::OwnLaw;
-use autopilot::run::{AutopilotArgs, RunError};
+use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use flight_analysis::builder::{fitted, preset_note};
+use host_io::problem::{Problem, problem};
 use plant_sim::airframe;
 use plant_sim::io::{PlantArgs, Speed};
 use serde::Serialize;
@@ -153,7 +154,7 @@ impl LaunchArgs {
     }
 
     /// The options for each process, after checking that both would start with them.
-    pub(super) fn check(&self) -> Result<Options, RunError> {
+    pub(super) fn check(&self) -> Result<Options, Problem> {
         let words = self.words_for::<PlantArgs>();
         let plant: PlantArgs = parse("sitl plant-sim", &words)?;
         let setup = plant.plant_setup()?;
@@ -220,12 +221,12 @@ impl LaunchArgs {
     }
 }
 
-fn parse<T: Args>(program: &'static str, words: &[String]) -> Result<T, RunError> {
-    let refused = |error: clap::Error| without_frame(&error.to_string());
+fn parse<T: Args>(program: &'static str, words: &[String]) -> Result<T, Problem> {
+    let refused = |error: clap::Error| problem!("{}", without_frame(&error.to_string()));
     let command = T::augment_args(Command::new(program));
     let all = std::iter::once(program).chain(words.iter().map(String::as_str));
     let matches = command.try_get_matches_from(all).map_err(refused)?;
-    Ok(T::from_arg_matches(&matches).map_err(refused)?)
+    T::from_arg_matches(&matches).map_err(refused)
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The operator's keys, where the standard input is a terminal, and the commands to the plant that they become.
 
 use std::io::{self, ErrorKind, IsTerminal, Read, Stdin};
+use std::os::fd::AsFd;
 use std::thread;
 use std::time::Duration;
 
@@ -114,7 +115,7 @@ impl Drop for Keys {
 }
 
 /// Whether another process group has the terminal. One that is nobody's is not the background.
-fn is_in_background(terminal: &Stdin) -> bool {
+pub(super) fn is_in_background(terminal: impl AsFd) -> bool {
     tcgetpgrp(terminal).is_ok_and(|foreground| foreground != getpgrp())
 }
 

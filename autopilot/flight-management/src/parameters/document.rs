@@ -1,7 +1,5 @@
 //! The tables as a page: `docs/parameters.md`.
 
-use core::fmt::Write as _;
-
 use icd::EffectorList;
 
 use super::{COMPATIBILITY, FAULT_CHOICES, Kind, Parameter, fault_parameters, table};
@@ -83,14 +81,12 @@ pub fn document(effectors: &EffectorList) -> String {
 
 fn line(row: &Parameter) -> String {
     let Parameter { name, unit, min, max, meaning, .. } = row;
-    let mut line = format!("| `{name}` | {} | {unit} | ", type_name(row.kind));
-    // Writing to a string cannot fail.
-    let _ = write!(line, "{min} to {max} | {} | {meaning}", row.default_value());
-    for (index, choice) in row.choices.iter().enumerate() {
-        let before = if index == 0 { ':' } else { ';' };
-        let _ = write!(line, "{before} {} {}", choice.value, choice.label);
-    }
-    line + " |\n"
+    let (kind, default) = (type_name(row.kind), row.default_value());
+    let choices = row.choices.iter().map(|choice| format!(" {} {}", choice.value, choice.label));
+    let choices: Vec<String> = choices.collect();
+    let colon = if choices.is_empty() { "" } else { ":" };
+    let meaning = format!("{meaning}{colon}{}", choices.join(";"));
+    format!("| `{name}` | {kind} | {unit} | {min} to {max} | {default} | {meaning} |\n")
 }
 
 fn type_name(kind: Kind) -> &'static str {

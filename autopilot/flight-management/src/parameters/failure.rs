@@ -1,15 +1,25 @@
-//! Parameters of fault injection: the values for which MAV_CMD_INJECT_FAILURE has no field.
+//! Parameters of fault injection: the values for which MAV_CMD_INJECT_FAILURE has no field, and those that inject a fault into
+//! an effector, a sensor or a part of the airframe.
 //!
-//! They are read on receipt of a command, so a later change leaves an active fault unchanged. The catalogue of faults
-//! lists the numbers and choices.
+//! The first are read on receipt of a command, so a later change leaves an active fault unchanged. The catalogue of faults
+//! lists the numbers and choices. Setting one of the others requests the fault from the plant, and the value is its fault. They
+//! are not tunables: they are never saved, each flight begins with 0, and the command line cannot set them.
 
+use core::fmt::Write as _;
 use std::sync::LazyLock;
 
+use arrayvec::ArrayString;
 use icd::fault::{
-    CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, TargetClass, Targets,
+    CATALOGUE, ChoiceParameter, FailureType, KindInfo, NumberParameter, Target, TargetClass,
+    Targets,
 };
+use icd::{Effector, EffectorList};
 
-use super::Choice;
+use super::{Access, Choice, Kind, Parameter};
+
+/// What the parameters of the catalogue have in common.
+const FAULT: Parameter =
+    Parameter { group: "Fault injection", default: Some(0.0), ..Parameter::NUMBER };
 
 /// Most settings of kinds that the set can hold.
 const SETTINGS_MAX: usize = 64;
@@ -33,31 +43,19 @@ pub struct FailureParameters {
     pub times: u32,
 }
 
-/// A parameter that the catalogue needs.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Setting {
-    pub name: &'static str,
-    pub meaning: &'static str,
-    /// Unit; `-` for a choice.
-    pub unit: &'static str,
-    pub min: f64,
-    pub max: f64,
-    pub default: f64,
-    /// Empty for a number.
-    pub choices: Vec<Choice>,
-}
-
-/// All of them: choices, then numbers.
-pub(super) fn settings() -> &'static [Setting] {
-    static SETTINGS: LazyLock<Vec<Setting>> = LazyLock::new(|| {
+/// The parameters that the catalogue needs: choices, then numbers.
+pub(super) fn settings() -> &'static [Parameter] {
+    static SETTINGS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
         let choices = FailureType::ALL.into_iter().flat_map(choices_of);
-        choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX).collect()
+        let all = choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX);
+        let place = |(place, row)| Parameter { access: Access::Fault(place), ..row };
+        all.enumerate().map(place).collect()
     });
     &SETTINGS
 }
 
 /// The mode of a type, and the choices of its kinds.
-fn choices_of(failure_type: FailureType) -> Vec<Setting> {
+fn choices_of(failure_type: FailureType) -> Vec<Parameter> {
     let kinds = || CATALOGUE.iter().filter(|kind| kind.mavlink.failure_type == failure_type);
     let mode = failure_type.mode().map(|mode| {
         let labels = kinds().flat_map(|KindInfo { mavlink, .. }| {
@@ -77,21 +75,24 @@ fn choice(
     name: &'static str,
     meaning: &'static str,
     mut labels: Vec<(i32, &'static str)>,
-) -> Setting {
+) -> Parameter {
     labels.sort_unstable();
     let max = labels.last().map_or(0.0, |(value, _)| f64::from(*value));
-    let choices = labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
-    Setting { name, meaning, unit: "-", min: 0.0, max, default: 0.0, choices }
+    let choices: Vec<_> =
+        labels.into_iter().map(|(value, label)| Choice { value, label }).collect();
+    let kind = Kind::Int;
+    // The table is made once.
+    Parameter { name, meaning, kind, max, choices: choices.leak(), ..FAULT }
 }
 
-fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Setting> {
+fn numbers_of(kind: &KindInfo) -> impl Iterator<Item = Parameter> {
     kind.numbers.iter().map(|number| {
         let NumberParameter { name, min, max, default, meaning } = number.parameter;
         // One parameter for all sensors, whose units differ.
         let of_sensors = kind.targets == Targets::SENSORS;
         let unit = number.quantity.measure().unit(TargetClass::Angle).name;
         let unit = if of_sensors { "-" } else { unit };
-        Setting { name, meaning, unit, min, max, default, choices: Vec::new() }
+        Parameter { name, meaning, unit, min, max, default: Some(default), ..FAULT }
     })
 }
 
@@ -104,36 +105,87 @@ impl FailureParameters {
         self.number(SENSOR_SIZE)
     }
 
-    pub(super) fn reference() -> Self {
-        let mut numbers = [0.0; SETTINGS_MAX];
-        for (number, setting) in numbers.iter_mut().zip(settings()) {
-            *number = setting.default;
-        }
-        Self {
-            enabled: true,
-            settings: numbers,
-            engine_pct: 10.0,
-            ramp_s: 0.0,
-            duration_s: 0.0,
-            every_s: 0.0,
-            times: 0,
-        }
-    }
+    /// Without defaults: those are in the table.
+    pub(super) const NONE: Self = Self {
+        enabled: false,
+        settings: [0.0; SETTINGS_MAX],
+        engine_pct: 0.0,
+        ramp_s: 0.0,
+        duration_s: 0.0,
+        every_s: 0.0,
+        times: 0,
+    };
 
     /// A number of a kind by the name of its parameter, in its unit; of a choice the number of the alternative.
     pub fn number(&self, name: &str) -> f64 {
         let mut all = settings().iter().zip(self.settings);
-        all.find(|(setting, _)| setting.name == name).map_or(0.0, |(_, number)| number)
+        all.find(|(row, _)| row.name == name).map_or(0.0, |(_, number)| number)
     }
 
     /// The selected alternative of a choice.
     pub fn choice(&self, name: &str) -> u8 {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked against the choices when it was set"
-        )]
-        let choice = self.number(name) as u8;
-        choice
+        // Checked against the choices when it was set.
+        self.number(name) as u8
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+pub struct FaultParameter {
+    /// Name, at most 16 characters.
+    pub name: ParameterName,
+    /// Its effector, sensor or part.
+    pub target: Target,
+}
+
+/// Name of a parameter.
+pub type ParameterName = ArrayString<16>;
+
+/// The fault parameter of an effector, a sensor or a part of the airframe.
+pub fn fault_of(target: Target, effectors: &EffectorList) -> FaultParameter {
+    let mut name = ParameterName::new();
+    // Cannot fail: the longest is FLT_ENGINE_MON1.
+    let _fits = write!(name, "FLT_{}{}", target.unit(effectors).1, target.instance(effectors));
+    name.make_ascii_uppercase();
+    FaultParameter { name, target }
+}
+
+/// The fault parameters of an aircraft, in the order of [`Target::all`].
+pub fn fault_parameters(effectors: &EffectorList) -> impl Iterator<Item = FaultParameter> + '_ {
+    Target::all(effectors).map(|target| fault_of(target, effectors))
+}
+
+/// Whether a name is that of a fault parameter, of this aircraft or another.
+pub fn is_fault(name: &str) -> bool {
+    let Some(name) = name.strip_prefix("FLT_") else { return false };
+    let (unit, number) = name.split_at(name.find(|c: char| c.is_ascii_digit()).unwrap_or(0));
+    let is_it = |(_, known): &(u16, &str)| known.eq_ignore_ascii_case(unit);
+    let last = match Target::units().find(is_it) {
+        Some(Target::SERVO | Target::MOTOR) => Effector::MAX,
+        Some(_) => 1,
+        None => 0,
+    };
+    number.parse().is_ok_and(|number: usize| (1..=last).contains(&number))
+}
+
+/// Their values: FAILURE_TYPE.
+pub const FAULT_CHOICES: [Choice; FailureType::ALL.len()] = {
+    let mut choices = [Choice { value: 0, label: "" }; FailureType::ALL.len()];
+    let mut place = 0;
+    while place < choices.len() {
+        let failure_type = FailureType::ALL[place];
+        choices[place] = Choice { value: failure_type.code() as i32, label: failure_type.label() };
+        place += 1;
+    }
+    choices
+};
+
+#[cfg(test)]
+mod tests {
+    use crate::parameters::Parameters;
+
+    #[test]
+    fn they_cannot_be_set_without_a_flight() {
+        let error = Parameters::default().set("FLT_SERVO1", 2.0).unwrap_err();
+        assert!(error.to_string().contains("only in flight"), "{error}");
     }
 }

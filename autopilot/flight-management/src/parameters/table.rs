@@ -1,40 +1,31 @@
 //! The rows of the parameter table.
 
-use super::{
-    AllocationMode, Choice, CompensatorLaw, CompensatorMode, EarthShape, EstimatorPreset, Get,
-    IsolationMode, Kind, MainLaw, ObserverMode, Parameter, Set, StateSource, SticksLossAction,
-};
-use crate::vehicle::LinkLossAction;
-use flight_control::gains::tunables;
 use std::sync::LazyLock;
+
+use flight_control::gains::{EarthShape, EstimatorPreset, StateSource, Tunable, tunables};
+use flight_control::{
+    AllocationMode, CompensatorLaw, CompensatorMode, IsolationMode, MainLaw, ObserverMode,
+};
+
+use super::failure::settings;
+use super::{Access, Choice, Kind, Parameter, SticksLossAction, SwitchChannel, SwitchMode};
+use crate::vehicle::LinkLossAction;
 
 /// All parameters, in the order of their index on the wire.
 pub fn table() -> &'static [Parameter] {
     static TABLE: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
-        let gains = tunables().map(|tunable| Parameter {
-            name: tunable.name,
-            group: law(tunable.name),
-            kind: Kind::Real,
-            unit: tunable.unit,
-            min: tunable.min,
-            max: tunable.max,
-            meaning: tunable.meaning,
-            choices: &[],
-            at_restart: false,
-            get: Get::Gain(tunable.get),
-            set: Set::Gain(tunable.set),
-        });
-        let failure = services::failure_rows();
-        let own = [LAWS, REFERENCES, &failure, GUIDANCE, LINK_LOSS, LINK_SILENCE, LINK_TIMES];
-        let [channel, slots] = services::MODE_SWITCH_ROWS;
-        let stations = [services::STATION_ROWS, channel, slots];
-        own.concat()
-            .into_iter()
-            .chain(stations.concat())
-            .chain(STREAMS.iter().copied())
-            .chain(gains)
-            .chain(ESTIMATOR.iter().copied())
-            .collect()
+        let gains =
+            tunables().map(|&Tunable { name, unit, min, max, meaning, get, set, .. }| {
+                let (group, access) = (law(name), Access::Gain(get, set));
+                Parameter { name, group, unit, min, max, meaning, access, ..Parameter::NUMBER }
+            });
+        let own = [LAWS, REFERENCES, FAULTS, settings(), FAULT_SIZES, FAULT_TIMES, GUIDANCE];
+        let links = [LINK_LOSS, LINK_SILENCE, LINK_TIMES, STATION, CHANNEL, SLOTS, STREAMS];
+        let mut rows = [own.concat(), links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
+        for row in rows.iter_mut().filter(|row| row.name == "MAV_SYS_ID") {
+            row.at_restart = true;
+        }
+        rows
     });
     &TABLE
 }
@@ -59,10 +50,10 @@ fn law(name: &str) -> &'static str {
     }
 }
 
-/// Rows of numbers: name, unit, range, field of `Parameters`, meaning.
+/// Rows of numbers: name, unit, range, default, field of `Parameters`, meaning.
 macro_rules! numbers {
     ($kind:ident, $group:literal; $(
-        $name:literal, $unit:literal, $min:literal to $max:literal, $($field:ident).+, $meaning:literal;
+        $name:literal, $unit:literal, $min:literal to $max:literal, $default:literal, $($field:ident).+, $meaning:literal;
     )*) => {
         &[$(Parameter {
             name: $name,
@@ -72,46 +63,46 @@ macro_rules! numbers {
             min: $min,
             max: $max,
             meaning: $meaning,
-            choices: &[],
-            at_restart: false,
-            get: Get::Own(|p| p.$($field).+),
-            set: Set::Own(|p, value| p.$($field).+ = value),
+            // A whole number was checked before to be one, and to be in range.
+            access: Access::Own(|p| f64::from(p.$($field).+), |p, value| p.$($field).+ = value as _),
+            default: Some($default),
+            ..Parameter::NUMBER
         }),*]
     };
 }
 
-/// Rows of choices: name, field of `Parameters`, meaning, then number, variant and meaning of each value, by
-/// rising numbers.
+/// Rows of choices: name, field of `Parameters`, default unless it is a gain, meaning, then number, variant and meaning of each
+/// value, by rising numbers.
 macro_rules! choices {
     ($group:literal; $(
-        $name:literal, $($field:ident).+ $([$place:literal])?, $meaning:literal:
+        $name:literal, $($field:ident).+ $([$place:literal])? $(= $default:literal)?, $meaning:literal:
         $($value:literal $($variant:tt)::+ $label:literal),+;
     )*) => {
         &[$(Parameter {
             name: $name,
             group: $group,
             kind: Kind::Int,
-            unit: "-",
             min: [$($value),+][0] as f64,
             max: [$($value),+][[$($value),+].len() - 1] as f64,
             meaning: $meaning,
             choices: &[$(Choice { value: $value, label: $label }),+],
-            at_restart: false,
-            get: Get::Own(|p| match p.$($field).+ $([$place])? {
-                $($($variant)::+ => f64::from($value)),+
-            }),
-            set: Set::Own(|p, value| {
-                let choices = [$(($value, $($variant)::+)),+];
-                let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
-                if let Some((_, variant)) = chosen {
-                    p.$($field).+ $([$place])? = variant;
-                }
-            }),
+            access: Access::Own(
+                |p| match p.$($field).+ $([$place])? {
+                    $($($variant)::+ => f64::from($value)),+
+                },
+                |p, value| {
+                    let choices = [$(($value, $($variant)::+)),+];
+                    let chosen = choices.into_iter().find(|(number, _)| f64::from(*number) == value);
+                    if let Some((_, variant)) = chosen {
+                        p.$($field).+ $([$place])? = variant;
+                    }
+                },
+            ),
+            default: [$(Some($default as f64),)? None][0],
+            ..Parameter::NUMBER
         }),*]
     };
 }
-
-mod services;
 
 const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_MODE", gains.selection.compensator, "When the compensator acts":
@@ -155,68 +146,69 @@ const ESTIMATOR: &[Parameter] = choices! { "Estimator";
 };
 
 const REFERENCES: &[Parameter] = numbers! { Real, "References";
-    "REF_ALT_MIN", "m", 0.0 to 20_000.0, limits.altitude_min_m,
+    "REF_ALT_MIN", "m", 0.0 to 20_000.0, 500.0, limits.altitude_min_m,
         "Lowest altitude reference, above the ellipsoid";
-    "REF_ALT_MAX", "m", 0.0 to 20_000.0, limits.altitude_max_m,
+    "REF_ALT_MAX", "m", 0.0 to 20_000.0, 12_000.0, limits.altitude_max_m,
         "Highest altitude reference, above the ellipsoid";
-    "FW_AIRSPD_MIN", "m/s", 5.0 to 500.0, limits.airspeed_min_m_s,
+    "FW_AIRSPD_MIN", "m/s", 5.0 to 500.0, 140.0, limits.airspeed_min_m_s,
         "Lowest calibrated airspeed reference";
-    "FW_AIRSPD_MAX", "m/s", 5.0 to 500.0, limits.airspeed_max_m_s,
+    "FW_AIRSPD_MAX", "m/s", 5.0 to 500.0, 280.0, limits.airspeed_max_m_s,
         "Highest calibrated airspeed reference";
-    "REF_ROLL_MAX", "deg", 1.0 to 80.0, limits.roll_max_deg,
+    "REF_ROLL_MAX", "deg", 1.0 to 80.0, 45.0, limits.roll_max_deg,
         "Largest roll reference";
 };
 
 const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
-    "FW_L1_PERIOD", "s", 1.0 to 100.0, navigation.l1_period_s,
+    "FW_L1_PERIOD", "s", 1.0 to 100.0, 25.0, navigation.l1_period_s,
         "Period of the lateral guidance: longer is softer, and cuts corners more";
-    "FW_L1_DAMPING", "-", 0.4 to 1.5, navigation.l1_damping,
+    "FW_L1_DAMPING", "-", 0.4 to 1.5, 0.75, navigation.l1_damping,
         "Damping of the lateral guidance";
-    "FW_PN_R_SLEW_MAX", "deg/s", 1.0 to 500.0, navigation.roll_slew_deg_s,
+    // The ailerons of the paper's jet follow the default without reaching their stops.
+    "FW_PN_R_SLEW_MAX", "deg/s", 1.0 to 500.0, 20.0, navigation.roll_slew_deg_s,
         "Fastest change of the roll reference that the guidance makes";
-    "NAV_BANK_MAX", "deg", 1.0 to 80.0, navigation.bank_max_deg,
+    "NAV_BANK_MAX", "deg", 1.0 to 80.0, 45.0, navigation.bank_max_deg,
         "Largest bank angle of the guidance, at most REF_ROLL_MAX";
-    "NAV_LOITER_RAD", "m", 10.0 to 100_000.0, navigation.loiter_radius_m,
+    "NAV_LOITER_RAD", "m", 10.0 to 100_000.0, 10_000.0, navigation.loiter_radius_m,
         "Radius of circles that have none of their own";
-    "NAV_ACC_RAD", "m", 1.0 to 20_000.0, navigation.acceptance_m,
+    "NAV_ACC_RAD", "m", 1.0 to 20_000.0, 500.0, navigation.acceptance_m,
         "Smallest acceptance radius of waypoints";
-    "NAV_CLIMB_MAX", "m/s", 0.1 to 100.0, navigation.climb_max_m_s,
+    "NAV_CLIMB_MAX", "m/s", 0.1 to 100.0, 30.0, navigation.climb_max_m_s,
         "Largest climb rate of stick and offboard references";
-    "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, navigation.return_altitude_m,
+    "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, 5_000.0, navigation.return_altitude_m,
         "Altitude of the return, above the ellipsoid, from REF_ALT_MIN to REF_ALT_MAX";
 };
 
 const LINK_LOSS: &[Parameter] = choices! { "Link loss";
-    "NAV_DLL_ACT", link.loss_action, "What happens when the controlling ground station falls silent":
+    "NAV_DLL_ACT", link.loss_action = 0, "What happens when the controlling ground station falls silent":
         0 LinkLossAction::Continue "the flight goes on",
         1 LinkLossAction::Hold "circle where the aircraft is",
         2 LinkLossAction::Return "fly home";
-    "NAV_RCL_ACT", link.sticks_loss_action, "What happens when a pilot's sticks fall silent in a mode that needs them":
+    "NAV_RCL_ACT", link.sticks_loss_action = 1, "What happens when a pilot's sticks fall silent in a mode that needs them":
         1 SticksLossAction::Hold "circle where the aircraft is",
         2 SticksLossAction::Return "fly home";
 };
 
 /// In whole seconds, as PX4 has it.
 const LINK_SILENCE: &[Parameter] = numbers! { Int, "Link loss";
-    "COM_DL_LOSS_T", "s", 2.0 to 300.0, link.loss_s,
+    "COM_DL_LOSS_T", "s", 2.0 to 300.0, 10.0, link.loss_s,
         "Silence of the controlling ground station until NAV_DLL_ACT, whole seconds of wall time";
 };
 
 const LINK_TIMES: &[Parameter] = numbers! { Real, "Link loss";
-    "COM_OF_LOSS_T", "s", 0.1 to 60.0, link.offboard_loss_s,
+    "COM_OF_LOSS_T", "s", 0.1 to 60.0, 0.5, link.offboard_loss_s,
         "Silence of an offboard stream until Offboard ends, wall time";
-    "COM_RC_LOSS_T", "s", 0.1 to 35.0, link.sticks_loss_s,
+    "COM_RC_LOSS_T", "s", 0.1 to 35.0, 0.5, link.sticks_loss_s,
         "Silence of a pilot's sticks until they no longer count, wall time";
 };
 
 const STREAMS: &[Parameter] = numbers! { Real, "Streams";
-    "STR_ATT_HZ", "Hz", 0.1 to 100.0, streams.attitude_hz,
+    "STR_ATT_HZ", "Hz", 0.1 to 100.0, 25.0, streams.attitude_hz,
         "Attitude messages where nothing else is asked for, wall time";
-    "STR_POS_HZ", "Hz", 0.1 to 100.0, streams.position_hz,
+    "STR_POS_HZ", "Hz", 0.1 to 100.0, 10.0, streams.position_hz,
         "Position and speed messages where nothing else is asked for, wall time";
-    "STR_ACT_HZ", "Hz", 0.1 to 100.0, streams.actuators_hz,
+    "STR_ACT_HZ", "Hz", 0.1 to 100.0, 10.0, streams.actuators_hz,
         "Messages of the effectors' commands where nothing else is asked for, wall time";
-    "STR_FTC_HZ", "Hz", 0.1 to 100.0, streams.compensator_hz,
+    "STR_FTC_HZ", "Hz", 0.1 to 100.0, 10.0, streams.compensator_hz,
         "Messages about the compensator where nothing else is asked for, wall time";
 };
 
@@ -241,3 +233,67 @@ pub fn changes(from: &str, to: &str) -> usize {
     }
     row[to.len()]
 }
+
+const FAULTS: &[Parameter] = choices! { "Fault injection";
+    "SYS_FAILURE_EN", failure.enabled = 1, "Fault injection":
+        0 false "refused",
+        1 true "allowed";
+};
+
+const FAULT_SIZES: &[Parameter] = numbers! { Real, "Fault injection";
+    "FLT_ENG_PCT", "%", -100.0 to 100.0, 10.0, failure.engine_pct,
+        "Size of the engine's faults in place of the degrees, percent of its largest thrust; of SLOW and DRIFT percent/s";
+    "FLT_RAMP_S", "s", 0.0 to 3_600.0, 0.0, failure.ramp_s,
+        "Time from nothing to the whole fault; not used where an effector sticks in place, runs hard over or flames out";
+    "FLT_DUR_S", "s", 0.0 to 100_000.0, 0.0, failure.duration_s,
+        "How long a fault acts, in simulation time; 0 for ever";
+    "FLT_RPT_S", "s", 0.0 to 100_000.0, 0.0, failure.every_s,
+        "From one onset of a fault to the next, needs FLT_DUR_S; 0 once only";
+};
+
+const FAULT_TIMES: &[Parameter] = numbers! { Int, "Fault injection";
+    "FLT_RPT_N", "-", 0.0 to 1_000.0, 0.0, failure.times,
+        "How often a fault acts in all with FLT_RPT_S; 0 without end";
+};
+
+const CHANNEL: &[Parameter] = choices! { "Mode switch";
+    "RC_MAP_FLTMODE", mode_switch.channel = 0, "Channel of RC_CHANNELS_OVERRIDE that selects a mode when it changes its slot":
+        0 SwitchChannel::None "Unassigned",
+        5 SwitchChannel::Five "Channel 5",
+        6 SwitchChannel::Six "Channel 6",
+        7 SwitchChannel::Seven "Channel 7",
+        8 SwitchChannel::Eight "Channel 8";
+};
+
+/// Name, place, default and range of each slot; the modes are the same for all.
+macro_rules! slots {
+    ($($name:literal $place:literal $default:literal $meaning:literal,)*) => {
+        choices! { "Mode switch"; $(
+            $name, mode_switch.slots[$place] = $default, $meaning:
+                -1 SwitchMode::Unassigned "Unassigned",
+                0 SwitchMode::Manual "Manual",
+                1 SwitchMode::Altitude "Altitude",
+                2 SwitchMode::Position "Position",
+                3 SwitchMode::Mission "Mission",
+                4 SwitchMode::Hold "Hold",
+                5 SwitchMode::Return "Return",
+                6 SwitchMode::Acro "Acro",
+                7 SwitchMode::Offboard "Offboard",
+                8 SwitchMode::Stabilized "Stabilized";
+        )* }
+    };
+}
+
+const SLOTS: &[Parameter] = slots! {
+    "COM_FLTMODE1" 0 2 "Mode of the lowest sixth of the switch's channel, from 1000 us",
+    "COM_FLTMODE2" 1 1 "Mode of the second sixth, from 1167 us",
+    "COM_FLTMODE3" 2 4 "Mode of the third sixth, from 1333 us",
+    "COM_FLTMODE4" 3 3 "Mode of the fourth sixth, from 1500 us",
+    "COM_FLTMODE5" 4 5 "Mode of the fifth sixth, from 1667 us",
+    "COM_FLTMODE6" 5 -1 "Mode of the highest sixth, from 1833 us to 2000 us",
+};
+
+/// System ids up to 250, as PX4 has it; above are ground stations.
+const STATION: &[Parameter] = numbers! { Int, "Ground stations";
+    "MAV_SYS_ID", "-", 1.0 to 250.0, 1.0, link.system_id, "MAVLink system id of the vehicle";
+};

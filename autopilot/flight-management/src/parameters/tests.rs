@@ -1,5 +1,7 @@
 use super::*;
 
+mod saved;
+
 #[test]
 fn names_are_unique_and_short_enough_and_defaults_are_inside_their_range() {
     for (i, row) in table().iter().enumerate() {

@@ -38,7 +38,8 @@ pub struct Site {
 /// The local axes at a point of the ellipsoid.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Horizon {
-    site: Site,
+    /// Location of the axes.
+    pub site: Site,
     north: Vector3<f64>,
     east: Vector3<f64>,
 }
@@ -64,11 +65,6 @@ impl Horizon {
             north: Vector3::new(-sin_phi * cos_lambda, -sin_phi * sin_lambda, cos_phi),
             east: Vector3::new(-sin_lambda, cos_lambda, 0.0),
         }
-    }
-
-    /// Location of the axes.
-    pub fn site(&self) -> &Site {
-        &self.site
     }
 
     /// Offset of a point, m.
@@ -100,12 +96,7 @@ impl Horizon {
 }
 
 /// The local axes of a flight: north, east and down at the start point, altitude zero.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LocalAxes {
-    origin: Vector3<f64>,
-    north: Vector3<f64>,
-    east: Vector3<f64>,
-}
+pub type LocalAxes = Horizon;
 
 impl LocalAxes {
     /// From the location of the aircraft and its local position.
@@ -120,11 +111,6 @@ impl LocalAxes {
         axes
     }
 
-    fn at(place: Place) -> Self {
-        let Horizon { site, north, east } = Horizon::at(place);
-        Self { origin: site.ecef, north, east }
-    }
-
     fn turned(&self, v: Ned) -> Vector3<f64> {
         let down = self.north.cross(&self.east);
         self.north * v.0.x + self.east * v.0.y + down * v.0.z
@@ -132,7 +118,7 @@ impl LocalAxes {
 
     /// Place and altitude (m) of a local position.
     pub fn place(&self, position: Ned) -> (Place, f64) {
-        geodetic(&(self.origin + self.turned(position)))
+        geodetic(&(self.site.ecef + self.turned(position)))
     }
 }
 

@@ -1,31 +1,25 @@
-//! Mission: the items of a plan, one after the other.
+//! Mission: the items of a plan, one after the other. An item becomes a task: a straight leg to a waypoint, a circle with the
+//! condition for leaving it, a climb.
 
+use core::f64::consts::{FRAC_PI_2, TAU};
 use std::sync::Arc;
 
 use flight_control::Demand;
-use flight_control::guidance::hold_course;
+use flight_control::guidance::approach::planned_radius_m;
+use flight_control::guidance::{Horizontal, follow_line};
 
-use super::VehicleRefusal;
-use super::circle::{Flown, Orbit};
+use super::Situation;
 use super::geodesy::Site;
-use super::plan::{Action, Item, Plan, Progress};
-use super::report::Navigation;
-use super::rules::Rules;
-use super::situation::Situation;
-use crate::vehicle::VehicleEvent;
-
-mod begin;
-mod leg;
-mod loiter;
-
-use begin::Otherwise;
-use leg::Leg;
-use loiter::{Circled, Loiter, Until};
+use super::modes::{Flown, Orbit, target};
+use super::plan::{Action, Circle, Item, Plan, Point, Progress};
+use super::request::{Navigation, VehicleEvent, VehicleRefusal};
 
 /// Items that are begun in one tick, each with two events; further ones follow in the next tick.
 const AT_ONCE_MAX: u32 = 4;
 /// Shortest time between two jumps back, s: a loop that takes no time must not cause a flood of events.
 const LOOP_MIN_S: f64 = 1.0;
+/// Items without a place that are skipped in the search.
+const STEPS_MAX: usize = 32;
 
 /// The plan and its progress.
 #[derive(Debug, Clone, Default)]
@@ -57,6 +51,15 @@ enum Task {
     Parked(Orbit),
 }
 
+/// An item without a task.
+enum Otherwise {
+    AtOnce,
+    /// Replaced by another item.
+    Jump(u16),
+    Later,
+    Home,
+}
+
 /// Result of one tick of Mission.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Flight {
@@ -70,8 +73,7 @@ pub enum Flight {
 /// Input of a tick of Mission.
 pub struct Tick<'a> {
     /// Position and motion of the aircraft.
-    pub situation: &'a Situation,
-    pub rules: &'a Rules,
+    pub situation: &'a Situation<'a>,
     pub home: Option<Site>,
     pub publish: &'a mut dyn FnMut(VehicleEvent),
 }
@@ -115,7 +117,10 @@ impl Mission {
         self.previous = None;
         self.flown = None;
         match &mut self.task {
-            Some(Task::Loiter(loiter)) if loiter.is_begun() => loiter.resume(),
+            // The aircraft returns to the circle from elsewhere; turns and time already flown count.
+            Some(Task::Loiter(loiter)) if loiter.reached => {
+                (loiter.on_circle, loiter.bearing, loiter.resumed) = (false, None, true);
+            }
             Some(Task::Parked(_)) | None => {}
             Some(Task::Leg(_) | Task::Loiter(_) | Task::Climb(_)) => self.task = None,
         }
@@ -135,13 +140,10 @@ impl Mission {
         if item >= items {
             return Err(VehicleRefusal::NoSuchItem { item, items });
         }
-        let progress = match self.progress {
-            Progress::Complete => Progress::Paused,
-            progress => progress,
-        };
+        let progress = self.progress;
         self.rewind();
         self.current = item;
-        self.progress = progress;
+        self.progress = if progress == Progress::Complete { Progress::Paused } else { progress };
         Ok(())
     }
 
@@ -202,16 +204,9 @@ impl Mission {
             }
             self.finish(item, Some(task), demand, tick);
         }
-        Flight::Fly(self.carry_on(tick))
-    }
-
-    /// Until the next item begins: continues as before, or straight on.
-    fn carry_on(&mut self, tick: &Tick) -> Flown {
-        let Tick { situation, rules, .. } = *tick;
-        *self.flown.get_or_insert_with(|| Flown {
-            steering: hold_course(situation.course_rad(), &situation.velocity, &rules.guidance()),
-            target: None,
-        })
+        // Until the next item begins: continues as before, or straight on.
+        let straight_on = || tick.situation.hold_course(tick.situation.course_rad());
+        Flight::Fly(*self.flown.get_or_insert_with(straight_on))
     }
 
     fn complete(&mut self, tick: &mut Tick) {
@@ -223,22 +218,13 @@ impl Mission {
 
     /// Circles around the point where the last item has ended.
     fn last_circle(&self, demand: &Demand, tick: &Tick) -> Orbit {
-        let last = self.plan.items.last().map(|item| item.action);
-        let here = || Orbit::here(tick.situation, None, true, demand, tick.rules);
-        match (last, self.previous) {
-            (_, Some(centre)) => Orbit { centre, radius_m: None, clockwise: true },
-            (
-                Some(Action::LoiterTurns { circle, .. } | Action::LoiterTime { circle, .. }),
-                None,
-            )
-            | (Some(Action::LoiterToAltitude(circle)), None) => {
-                circle.centre.place.map_or_else(here, |place| Orbit {
-                    centre: Site::at(place),
-                    radius_m: circle.radius_m,
-                    clockwise: circle.clockwise,
-                })
+        let last = self.plan.items.last().and_then(|item| item.action.circle());
+        match (self.previous, last) {
+            (Some(centre), _) => Orbit::around(centre),
+            (None, Some(circle)) if circle.centre.place.is_some() => {
+                Orbit::of(circle, tick.situation, demand)
             }
-            _ => here(),
+            (None, _) => Orbit::here(tick.situation, None, true, demand),
         }
     }
 
@@ -249,27 +235,23 @@ impl Mission {
         demand: &mut Demand,
         tick: &mut Tick,
     ) -> Option<Flown> {
-        let Tick { situation, rules, .. } = *tick;
+        let situation = tick.situation;
         let flown = match &mut task {
-            Task::Leg(leg) => leg.fly(situation, demand, rules),
-            Task::Loiter(loiter) => match loiter.fly(situation, demand, rules) {
-                Circled::On(flown) => Some(flown),
-                Circled::Reached(flown) => {
-                    if loiter.until == Until::ForGood {
-                        (tick.publish)(VehicleEvent::ItemReached(self.current));
-                    }
-                    Some(flown)
+            Task::Leg(leg) => leg.fly(situation, demand),
+            Task::Loiter(loiter) => {
+                let was_reached = loiter.reached;
+                let flown = loiter.fly(situation, demand);
+                if loiter.reached && !was_reached && loiter.until == Until::ForGood {
+                    (tick.publish)(VehicleEvent::ItemReached(self.current));
                 }
-                Circled::Done => None,
-            },
+                flown
+            }
             Task::Climb(course_rad) => {
                 let left = (situation.altitude_m - demand.altitude_m).abs();
-                (left > rules.altitude_reached_m()).then(|| Flown {
-                    steering: hold_course(*course_rad, &situation.velocity, &rules.guidance()),
-                    target: None,
-                })
+                let is_under_way = left > situation.rules.altitude_reached_m();
+                is_under_way.then(|| situation.hold_course(*course_rad))
             }
-            Task::Parked(orbit) => Some(orbit.fly(situation, demand, rules)),
+            Task::Parked(orbit) => Some(orbit.fly(situation, demand)),
         };
         self.task = Some(task);
         flown
@@ -278,15 +260,13 @@ impl Mission {
     /// Ends the current item: begins the next one, or circles around the end of this one.
     fn finish(&mut self, item: &Item, task: Option<Task>, demand: &Demand, tick: &mut Tick) {
         (tick.publish)(VehicleEvent::ItemReached(self.current));
-        let here = |rules| Orbit::here(tick.situation, None, true, demand, rules);
+        let here = || Orbit::here(tick.situation, None, true, demand);
         let (previous, around) = match task {
-            Some(Task::Leg(leg)) => {
-                (Some(leg.to), Orbit { centre: leg.to, radius_m: None, clockwise: true })
-            }
+            Some(Task::Leg(leg)) => (Some(leg.to), Orbit::around(leg.to)),
             Some(Task::Loiter(loiter)) => (None, loiter.orbit),
             // An item that is done at once does not end the leg before it.
-            None => (self.previous, here(tick.rules)),
-            Some(_) => (None, here(tick.rules)),
+            None => (self.previous, here()),
+            Some(_) => (None, here()),
         };
         self.previous = previous;
         self.jumped_back &= task.is_none();
@@ -296,5 +276,392 @@ impl Mission {
         } else {
             self.task = Some(Task::Parked(around));
         }
+    }
+
+    /// Begins an item; changes that it makes at once are made.
+    fn begin(
+        &mut self,
+        item: &Item,
+        demand: &mut Demand,
+        tick: &mut Tick,
+    ) -> Result<Task, Otherwise> {
+        let rules = tick.situation.rules;
+        if !matches!(item.action, Action::Jump { .. }) {
+            (tick.publish)(VehicleEvent::PlanItem(self.current));
+        }
+        let (circle, until) = match item.action {
+            Action::Waypoint { point, acceptance_m } => {
+                return Ok(Task::Leg(self.leg(&point, acceptance_m, demand, tick)));
+            }
+            Action::LoiterUnlimited(circle) => (circle, Until::ForGood),
+            Action::LoiterTurns { circle, turns } => (circle, Until::Turned(turns * TAU)),
+            Action::LoiterTime { circle, seconds } => (circle, Until::Held(seconds)),
+            Action::LoiterToAltitude(circle) => (circle, Until::Altitude),
+            Action::ChangeSpeed { airspeed } => {
+                demand.airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
+                return Err(Otherwise::AtOnce);
+            }
+            Action::ChangeAltitude { altitude_m } => {
+                demand.altitude_m = rules.nearest_altitude_m(altitude_m);
+                return Ok(Task::Climb(tick.situation.course_rad()));
+            }
+            Action::Jump { to, times } => return Err(self.jump(to, times)),
+            Action::Return => return Err(Otherwise::Home),
+        };
+        Ok(Task::Loiter(self.circle(&circle, until, demand, tick)))
+    }
+
+    fn leg(
+        &mut self,
+        point: &Point,
+        acceptance_m: Option<f64>,
+        demand: &Demand,
+        tick: &Tick,
+    ) -> Leg {
+        let here = tick.situation.horizon().site;
+        let to = point.place.map_or(here, Site::at);
+        let length_m = tick.situation.horizon().offset(&to).norm();
+        let ramp = point.altitude_m.map(|end| Ramp::new(demand.altitude_m, end, length_m));
+        let from = self.previous.unwrap_or(here);
+        let jumped_back = core::mem::take(&mut self.jumped_back);
+        let phase = if jumped_back { LegPhase::Revisit } else { LegPhase::ToWaypoint };
+        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp, phase }
+    }
+
+    fn circle(&self, circle: &Circle, until: Until, demand: &mut Demand, tick: &Tick) -> Loiter {
+        let situation = tick.situation;
+        let orbit = Orbit::of(circle, situation, demand);
+        let length_m = situation.horizon().offset(&orbit.centre).norm();
+        let altitude_m = circle.centre.altitude_m;
+        let mut ramp = None;
+        match altitude_m {
+            // The purpose of the item is the climb: it begins at once.
+            Some(end) if until == Until::Altitude => {
+                demand.altitude_m = situation.rules.nearest_altitude_m(end);
+            }
+            end => ramp = end.map(|end| Ramp::new(demand.altitude_m, end, length_m)),
+        }
+        Loiter {
+            orbit,
+            until,
+            next: self.next_point(tick.home),
+            ramp,
+            altitude_m,
+            resumed: false,
+            on_circle: false,
+            reached: false,
+            bearing: None,
+            turned_rad: 0.0,
+            held_s: 0.0,
+            leaving_rad: None,
+        }
+    }
+
+    /// Target of a jump, which it counts. A jump back may have to wait.
+    fn jump(&mut self, to: u16, times: Option<u16>) -> Otherwise {
+        let onwards = Otherwise::Jump(self.current.saturating_add(1));
+        let jumped = self.jumped.get_mut(usize::from(self.current));
+        let left = |jumped: &&mut u16| times.is_none_or(|times| **jumped < times);
+        let Some(jumped) = jumped.filter(left) else { return onwards };
+        if to <= self.current {
+            if self.loop_wait_s > 0.0 {
+                return Otherwise::Later;
+            }
+            self.loop_wait_s = LOOP_MIN_S;
+            self.jumped_back = true;
+        }
+        *jumped = jumped.saturating_add(1);
+        Otherwise::Jump(to)
+    }
+
+    /// The point that the aircraft flies to after the current item, if there is one and the item continues by itself.
+    fn next_point(&self, home: Option<Site>) -> Option<Site> {
+        let current = self.plan.items.get(usize::from(self.current))?;
+        if !current.autocontinue {
+            return None;
+        }
+        let mut at = self.current.saturating_add(1);
+        for _ in 0..STEPS_MAX {
+            let item = self.plan.items.get(usize::from(at))?;
+            match item.action {
+                Action::Waypoint { point, .. } => return point.place.map(Site::at),
+                Action::Return => return home,
+                Action::ChangeSpeed { .. } if item.autocontinue => at = at.saturating_add(1),
+                Action::Jump { to, times } => {
+                    let jumped = self.jumped.get(usize::from(at)).copied().unwrap_or(0);
+                    let leads_on = times.is_none_or(|times| jumped < times);
+                    at = if leads_on { to } else { at.saturating_add(1) };
+                }
+                other => return other.circle()?.centre.place.map(Site::at),
+            }
+        }
+        None
+    }
+}
+
+/// Turns begin early as if they were no more than a right angle: the rest of a sharper one is flown
+/// beyond the point.
+const ANTICIPATED_MAX_RAD: f64 = FRAC_PI_2;
+/// A turn begins within this fraction of the shorter of its two legs.
+const LEG_SHARE: f64 = 0.5;
+/// The bisector of an almost reversed course has no direction; below this length it is ignored.
+const BISECTOR_MIN: f64 = 0.2;
+
+/// To return to a point the aircraft flies this many turn radii away from it: it must turn around and find
+/// the line to the point again.
+const AWAY_RADII: f64 = 4.0;
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Leg {
+    from: Site,
+    to: Site,
+    /// Acceptance radius of the item, m.
+    acceptance_m: Option<f64>,
+    /// Continuation of the path.
+    next: Option<Site>,
+    ramp: Option<Ramp>,
+    /// Part of the leg being flown.
+    phase: LegPhase,
+}
+
+/// Part of a leg.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum LegPhase {
+    ToWaypoint,
+    /// The same in the first tick after a jump back: a waypoint that is reached already is flown to again.
+    Revisit,
+    /// First away from the waypoint, on a course in rad.
+    Away(f64),
+}
+
+/// An altitude that changes linearly with the distance, reached where the leg ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Ramp {
+    from_m: f64,
+    to_m: f64,
+    length_m: f64,
+    /// The largest fraction of the way so far: the reference never goes back.
+    share: f64,
+}
+
+impl Ramp {
+    /// From one altitude to another over this length, m.
+    fn new(from_m: f64, to_m: f64, length_m: f64) -> Self {
+        Self { from_m, to_m, length_m, share: 0.0 }
+    }
+
+    /// Altitude with this distance left, m; it is complete when `early_m` is left.
+    fn altitude_m(&mut self, left_m: f64, early_m: f64) -> f64 {
+        let length_m = self.length_m - early_m;
+        let share = if length_m > 1.0 { 1.0 - (left_m - early_m) / length_m } else { 1.0 };
+        self.share = self.share.max(share).min(1.0);
+        self.from_m + self.share * (self.to_m - self.from_m)
+    }
+}
+
+/// The leg as seen from the aircraft.
+struct View {
+    from: Horizontal,
+    to: Horizontal,
+    along: Horizontal,
+    /// Along the next one, and its length, m.
+    onwards: Option<(Horizontal, f64)>,
+    length_m: f64,
+}
+
+impl View {
+    fn new(leg: &Leg, situation: &Situation) -> Self {
+        let seen = |site: &Site| situation.horizon().offset(site);
+        let (from, to) = (seen(&leg.from), seen(&leg.to));
+        let along = to - from;
+        let length_m = along.norm();
+        let along = if length_m > 1.0 { along / length_m } else { Horizontal::zeros() };
+        let onwards = leg.next.as_ref().and_then(|next| {
+            let way = seen(next) - to;
+            let length_m = way.norm();
+            (length_m > 1.0).then(|| (way / length_m, length_m))
+        });
+        Self { from, to, along, onwards, length_m }
+    }
+
+    /// How far before the point the turn into the next leg begins, m: R tan(Δχ/2) and the way of rolling in.
+    fn anticipation_m(&self, situation: &Situation) -> f64 {
+        let Some((onwards, next_m)) = self.onwards else { return 0.0 };
+        let turn = libm::acos(self.along.dot(&onwards).clamp(-1.0, 1.0)).min(ANTICIPATED_MAX_RAD);
+        let (v, rules) = (situation.speed_m_s, situation.rules);
+        let radius_m = planned_radius_m(v, &rules.guidance());
+        let roll_in_m = v * rules.roll_in_s() * turn / ANTICIPATED_MAX_RAD;
+        let lead_m = radius_m * libm::tan(0.5 * turn) + roll_in_m;
+        lead_m.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
+    }
+
+    /// Beyond the end of the leg, or beyond the bisector of the turn.
+    fn is_passed(&self) -> bool {
+        let bisector = self.onwards.map(|(onwards, _)| self.along + onwards);
+        let beyond = |normal: &Horizontal| self.to.dot(normal) <= 0.0;
+        beyond(&self.along)
+            || bisector.filter(|b| b.norm() > BISECTOR_MIN).is_some_and(|b| beyond(&b))
+    }
+}
+
+impl Leg {
+    /// One tick: the command, or `None` when the waypoint is reached.
+    fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
+        let (rules, guidance) = (situation.rules, situation.rules.guidance());
+        let mut view = View::new(self, situation);
+        let wide = || rules.navigation.acceptance_m.max(view.anticipation_m(situation));
+        let acceptance_m = self.acceptance_m.unwrap_or_else(wide);
+        let distance_m = view.to.norm();
+        if let Some(ramp) = &mut self.ramp {
+            let altitude_m = ramp.altitude_m(distance_m, acceptance_m);
+            demand.altitude_m = rules.nearest_altitude_m(altitude_m);
+        }
+        let is_reached = distance_m <= acceptance_m || view.is_passed();
+        match self.phase {
+            LegPhase::Revisit if is_reached => self.phase = LegPhase::Away(situation.course_rad()),
+            LegPhase::Revisit => self.phase = LegPhase::ToWaypoint,
+            LegPhase::ToWaypoint | LegPhase::Away(_) => {}
+        }
+        let target = Some(target(&self.to, &view.to, demand.altitude_m, None));
+        if let LegPhase::Away(course_rad) = self.phase {
+            let turn_m = AWAY_RADII * planned_radius_m(situation.speed_m_s, &guidance);
+            if distance_m < acceptance_m + turn_m {
+                return Some(Flown { target, ..situation.hold_course(course_rad) });
+            }
+            self.phase = LegPhase::ToWaypoint;
+            self.from = situation.horizon().site;
+            view = View::new(self, situation);
+        } else if is_reached {
+            if let Some(ramp) = &self.ramp {
+                demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
+            }
+            return None;
+        }
+        let steering = follow_line(&view.from, &view.to, &situation.velocity, &guidance);
+        Some(Flown { steering, target })
+    }
+}
+
+/// The aircraft is on the circle within this fraction of its radius, or the acceptance radius.
+const ON_CIRCLE_SHARE: f64 = 0.05;
+/// And when its track is within this cosine (30 deg) of the circle's direction.
+const ON_CIRCLE_COS: f64 = 0.866;
+/// The aircraft leaves a circle when the next point is ahead within this sine (4 deg).
+const LEAVE_SIN: f64 = 0.07;
+/// A point this far outside the circle can be reached by leaving along a tangent.
+const OUTSIDE: f64 = 1.05;
+
+/// Condition that completes a circle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Until {
+    ForGood,
+    /// After this angle, rad.
+    Turned(f64),
+    /// After this simulation time on the circle, s.
+    Held(f64),
+    /// At the altitude reference.
+    Altitude,
+}
+
+/// A circle being flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Loiter {
+    orbit: Orbit,
+    /// Condition that completes it.
+    until: Until,
+    /// Continuation of the path.
+    next: Option<Site>,
+    /// Altitude on the way to the circle.
+    ramp: Option<Ramp>,
+    /// Altitude of the circle, m, commanded again after a pause.
+    altitude_m: Option<f64>,
+    resumed: bool,
+    /// The aircraft is or was on the circle since the item began or was resumed.
+    on_circle: bool,
+    /// It was on it before.
+    reached: bool,
+    bearing: Option<f64>,
+    turned_rad: f64,
+    held_s: f64,
+    /// Angle turned since its altitude and radius were reached, rad.
+    leaving_rad: Option<f64>,
+}
+
+impl Loiter {
+    /// One tick; `None` when it is done, and the next point is ahead.
+    fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
+        let rules = situation.rules;
+        let offset = situation.horizon().offset(&self.orbit.centre);
+        let radius_m = self.orbit.flown_radius_m(situation, demand);
+        if core::mem::take(&mut self.resumed)
+            && let Some(altitude_m) = self.altitude_m
+        {
+            demand.altitude_m = rules.nearest_altitude_m(altitude_m);
+        }
+        if let Some(ramp) = &mut self.ramp {
+            let altitude_m = ramp.altitude_m(offset.norm(), radius_m);
+            demand.altitude_m = rules.nearest_altitude_m(altitude_m);
+        }
+        let flown = self.orbit.fly(situation, demand);
+        self.on_circle = self.on_circle || self.is_on(&offset, radius_m, situation);
+        if !self.on_circle {
+            return Some(flown);
+        }
+        if let Some(ramp) = self.ramp.take() {
+            demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
+        }
+        let turned_rad = self.count(&offset, situation);
+        self.reached = true;
+        let is_done = match self.until {
+            Until::ForGood => false,
+            Until::Turned(angle) => self.turned_rad >= angle,
+            Until::Held(seconds) => self.held_s >= seconds,
+            Until::Altitude => {
+                (situation.altitude_m - demand.altitude_m).abs() < rules.altitude_reached_m()
+            }
+        };
+        let is_left = is_done && self.is_left(turned_rad, &offset, radius_m, situation);
+        (!is_left).then_some(flown)
+    }
+
+    fn is_on(&self, offset: &Horizontal, radius_m: f64, situation: &Situation) -> bool {
+        let r = offset.norm();
+        let near = situation.rules.navigation.acceptance_m.max(ON_CIRCLE_SHARE * radius_m);
+        // Positive for a track that has the centre to its right.
+        let around = situation.velocity.x * offset.y - situation.velocity.y * offset.x;
+        let around = if self.orbit.clockwise { around } else { -around };
+        (r - radius_m).abs() <= near && around >= ON_CIRCLE_COS * r * situation.speed_m_s
+    }
+
+    /// Counts angle and time; the angle of this tick, rad.
+    fn count(&mut self, offset: &Horizontal, situation: &Situation) -> f64 {
+        let bearing = libm::atan2(offset.y, offset.x);
+        let before = self.bearing.replace(bearing).unwrap_or(bearing);
+        let change = libm::remainder(bearing - before, TAU);
+        let change = if self.orbit.clockwise { change } else { -change };
+        self.turned_rad += change;
+        self.held_s += situation.dt_s;
+        change
+    }
+
+    /// Leaves where the tangent leads to the next point, or at once if no tangent does, and after one more turn
+    /// in any case.
+    fn is_left(
+        &mut self,
+        turned_rad: f64,
+        offset: &Horizontal,
+        radius_m: f64,
+        situation: &Situation,
+    ) -> bool {
+        let leaving_rad = self.leaving_rad.get_or_insert(0.0);
+        *leaving_rad += turned_rad;
+        let Some(next) = &self.next else { return true };
+        let to_next = situation.horizon().offset(next);
+        if (to_next - offset).norm() < OUTSIDE * radius_m || *leaving_rad > TAU {
+            return true;
+        }
+        let (v, size) = (situation.velocity, situation.speed_m_s * to_next.norm());
+        let across = v.x * to_next.y - v.y * to_next.x;
+        v.dot(&to_next) > 0.0 && across.abs() < LEAVE_SIN * size
     }
 }

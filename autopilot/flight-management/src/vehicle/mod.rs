@@ -2,51 +2,41 @@
 //!
 //! In the modes that follow a path the guidance computes the roll reference ([`flight_control::guidance`]), one
 //! tick at a time, from position and motion of the aircraft. No state here depends on
-//! wall time, and a tick does not allocate.
+//! wall time, and a tick does not allocate. The caller of a command has checked that the aircraft is in the air
+//! ([`crate::autopilot::Autopilot`]). A refused command changes nothing.
 
 use std::sync::Arc;
 
-use flight_control::guidance::Steering;
+use flight_control::guidance::{Horizontal, hold_course};
 use flight_control::{Demand, NavigationState};
 use icd::SimTime;
 
-mod altitude;
-mod circle;
-mod commands;
 pub mod geodesy;
-pub mod limits;
-mod link;
 mod mission;
-mod offboard;
+mod modes;
 pub mod plan;
-mod position;
-pub mod report;
-pub mod request;
+mod request;
 pub mod rules;
 pub mod schedule;
-mod situation;
 
-use altitude::{AltitudeDemand, Pilot};
-use circle::{Flown, Hold, Orbit};
-use geodesy::{LocalAxes, Site};
-pub use limits::{NavigationParameters, ReferenceLimits};
-use link::Link;
+use geodesy::{Horizon, LocalAxes, Site};
 use mission::{Flight, Mission};
-use offboard::Offboard;
-use plan::Plan;
-use position::Position;
-pub use report::{Mode, Navigation, VehicleEvent};
+use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position, check_sticks};
+use plan::{Plan, Progress};
 pub use request::{
-    Airspeed, LinkLossAction, Place, Reference, Reposition, Setpoint, Sticks, VehicleRefusal,
+    Airspeed, LinkLossAction, Mode, Navigation, Place, Reference, Reposition, Setpoint, Sticks,
+    Target, VehicleEvent, VehicleRefusal,
 };
-pub use rules::Rules;
+pub use rules::{NavigationParameters, ReferenceLimits, Rules};
+use rules::{check_place, check_radius};
 use schedule::ReferenceSchedule;
-use situation::{Situation, WindEstimate};
 
 /// Longest time between two ticks that counts, s.
 const DT_MAX_S: f64 = 0.1;
 
-#[derive(Debug, Clone)]
+type Publish<'a> = &'a mut dyn FnMut(VehicleEvent);
+
+#[derive(Debug, Clone, Default)]
 pub struct Vehicle {
     mode: Mode,
     demand: Option<Demand>,
@@ -71,25 +61,7 @@ pub struct Vehicle {
 impl Vehicle {
     /// In Position, with references by time and without a plan.
     pub fn new(schedule: ReferenceSchedule) -> Self {
-        Self {
-            mode: Mode::Position,
-            demand: None,
-            schedule,
-            scheduled: 0,
-            position: Position::default(),
-            hold: Hold::default(),
-            mission: Mission::default(),
-            offboard: Offboard::default(),
-            pilot: Pilot::default(),
-            link: Link::default(),
-            home: None,
-            axes: None,
-            wind: WindEstimate::default(),
-            altitude: AltitudeDemand::default(),
-            time: None,
-            terminated: false,
-            navigation: Navigation::default(),
-        }
+        Self { schedule, ..Self::default() }
     }
 
     /// Begins a flight, or joins one in progress: in Position, with references that start from
@@ -141,7 +113,7 @@ impl Vehicle {
         }
         self.demand = Some(present(state));
         let place = Place::of(state);
-        if rules::check_place(place).is_ok() {
+        if check_place(place).is_ok() {
             self.home = Some(Site::at(place));
             self.axes = Some(LocalAxes::of(place, state.altitude_m, state.position));
         }
@@ -151,12 +123,7 @@ impl Vehicle {
     ///
     /// The references are altitude, airspeed and course of the first known state, then what the schedule,
     /// the operator and the mode have set since. Before it they are the state's own.
-    pub fn track(
-        &mut self,
-        state: &NavigationState,
-        rules: &Rules,
-        publish: &mut dyn FnMut(VehicleEvent),
-    ) -> Demand {
+    pub fn track(&mut self, state: &NavigationState, rules: &Rules, publish: Publish) -> Demand {
         let time = state.time;
         let before = self.time.replace(time).unwrap_or(time);
         #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
@@ -165,21 +132,21 @@ impl Vehicle {
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
         let mut altitude_m = None;
-        let mut flown = None;
+        self.navigation = Navigation::default();
         if self.is_guided() {
-            self.wind.step(state, dt_s);
-            let situation = Situation::new(state, &self.wind, dt_s);
-            flown = self.fly(&situation, &mut demand, rules, publish);
-            if let Some(Flown { steering, .. }) = flown {
+            let situation = Situation::new(state, rules, &mut self.wind, dt_s);
+            if let Some(Flown { steering, target }) = self.fly(&situation, &mut demand, publish) {
                 let most = rules.roll_slew_rad_s() * dt_s;
                 demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
+                self.navigation.target = target;
+                self.navigation.course_rad = Some(steering.course_rad);
+                self.navigation.cross_track_m = steering.cross_track_m;
             }
-            altitude_m = Some(self.altitude.step(demand.altitude_m, &situation, rules));
+            altitude_m = Some(self.altitude.step(demand.altitude_m, &situation));
         } else {
-            self.altitude.reset();
+            self.altitude = AltitudeDemand::default();
         }
         self.demand = Some(demand);
-        self.describe(flown.as_ref());
         Demand { altitude_m: altitude_m.unwrap_or(demand.altitude_m), ..demand }
     }
 
@@ -208,70 +175,354 @@ impl Vehicle {
         &mut self,
         situation: &Situation,
         demand: &mut Demand,
-        rules: &Rules,
-        publish: &mut dyn FnMut(VehicleEvent),
+        publish: Publish,
     ) -> Option<Flown> {
-        if self.mode == Mode::Mission
-            && let Some(flown) = self.fly_mission(situation, demand, rules, publish)
-        {
-            return Some(flown);
+        if self.mode == Mode::Mission {
+            let mut tick = mission::Tick { situation, home: self.home, publish };
+            match self.mission.fly(demand, &mut tick) {
+                Flight::Fly(flown) => return Some(flown),
+                Flight::Complete(around) => {
+                    self.mode = Mode::Hold;
+                    self.hold = Hold::around(around);
+                }
+                Flight::Home => {
+                    self.mode = Mode::Return;
+                    demand.altitude_m = situation.rules.return_altitude_m();
+                }
+            }
+            // The plan has just ended.
+            self.link.undo = None;
+            publish(VehicleEvent::Mode(self.mode));
         }
         match self.mode {
-            // A plan that has just ended has changed the mode.
             Mode::Mission => None,
-            Mode::Position => self.position.fly(situation, demand, rules),
-            Mode::Hold => Some(self.hold.fly(situation, demand, rules)),
-            Mode::Return => self.home.map(|centre| {
-                let home = Orbit { centre, radius_m: None, clockwise: true };
-                home.fly(situation, demand, rules)
-            }),
-            Mode::Offboard => self.offboard.fly(situation, demand, rules),
+            Mode::Position => self.position.fly(situation, demand),
+            Mode::Hold => Some(self.hold.fly(situation, demand)),
+            Mode::Return => self.home.map(|home| Orbit::around(home).fly(situation, demand)),
+            Mode::Offboard => self.offboard.fly(situation, demand),
             Mode::Altitude => {
-                self.pilot.fly(situation, demand, rules);
+                self.pilot.fly(situation, demand);
                 None
             }
         }
     }
 
-    /// One tick of the plan. At its end the mode changes and there is no more command.
-    fn fly_mission(
+    /// Changes the mode. A request for the present mode changes nothing, except that Position levels the wings and then holds
+    /// the course of that moment.
+    ///
+    /// # Errors
+    /// The flight was terminated, or there is no plan for Mission.
+    pub fn change_mode(
         &mut self,
-        situation: &Situation,
-        demand: &mut Demand,
+        mode: Mode,
         rules: &Rules,
-        publish: &mut dyn FnMut(VehicleEvent),
-    ) -> Option<Flown> {
-        let mut tick = mission::Tick { situation, rules, home: self.home, publish };
-        match self.mission.fly(demand, &mut tick) {
-            Flight::Fly(flown) => return Some(flown),
-            Flight::Complete(around) => {
-                self.mode = Mode::Hold;
-                self.hold = Hold::around(around);
-            }
-            Flight::Home => {
-                self.mode = Mode::Return;
-                demand.altitude_m = rules.nearest_altitude_m(rules.navigation.return_altitude_m);
-            }
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if mode == Mode::Mission && self.mission.is_empty() {
+            return Err(VehicleRefusal::NoPlan);
         }
-        self.link.forget();
-        publish(VehicleEvent::Mode(self.mode));
-        None
+        self.link.undo = None;
+        self.enter(mode, rules, publish);
+        Ok(())
     }
 
-    fn describe(&mut self, flown: Option<&Flown>) {
-        let steering = flown.map(|flown| flown.steering);
-        self.navigation = Navigation {
-            target: flown.and_then(|flown| flown.target),
-            course_rad: steering.map(|steering: Steering| steering.course_rad),
-            cross_track_m: steering.map_or(0.0, |steering| steering.cross_track_m),
-            ..Navigation::default()
+    /// Continues a paused plan; no effect on a plan in progress.
+    pub fn continue_plan(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        match self.mission.progress() {
+            Progress::Paused | Progress::Active => self.change_mode(Mode::Mission, rules, publish),
+            _ => Err(VehicleRefusal::NoPausedPlan),
+        }
+    }
+
+    fn can_obey(&self) -> Result<(), VehicleRefusal> {
+        if self.terminated { Err(VehicleRefusal::Terminated) } else { Ok(()) }
+    }
+
+    /// Enters a mode that can be flown. Altitude and airspeed references stay valid in all modes, except that Return has its own
+    /// altitude. Offboard keeps the roll reference until the first setpoint.
+    fn enter(&mut self, mode: Mode, rules: &Rules, publish: Publish) {
+        if mode == Mode::Position {
+            self.position = Position::default();
+        }
+        if mode == self.mode {
+            return;
+        }
+        if !self.is_guided() {
+            self.wind = None;
+        }
+        self.mission.pause();
+        match mode {
+            Mode::Position => {}
+            Mode::Hold => self.hold = Hold::default(),
+            Mode::Mission => self.mission.start(),
+            Mode::Return => {
+                if let Some(demand) = self.demand.as_mut() {
+                    demand.altitude_m = rules.return_altitude_m();
+                }
+            }
+            Mode::Offboard => self.offboard = Offboard::default(),
+            Mode::Altitude => {
+                self.pilot = Pilot::default();
+                if let Some(demand) = self.demand.as_mut() {
+                    demand.roll_rad = 0.0;
+                }
+            }
+        }
+        self.mode = mode;
+        publish(VehicleEvent::Mode(mode));
+    }
+
+    /// Changes a reference. An altitude or airspeed in Mission holds until the next item that sets one.
+    pub fn refer(&mut self, reference: Reference, rules: &Rules) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        rules.limits.check(reference, demand.altitude_m)?;
+        match (reference, self.mode) {
+            (Reference::Altitude(_), Mode::Return | Mode::Altitude) => {
+                return Err(VehicleRefusal::AltitudeIsTaken(self.mode));
+            }
+            (Reference::Altitude(altitude_m), _) => {
+                demand.altitude_m = altitude_m;
+                self.mission.release_altitude();
+            }
+            (Reference::Airspeed(airspeed_m_s), _) => demand.airspeed_m_s = airspeed_m_s,
+            (Reference::Roll(roll_rad), Mode::Offboard) => {
+                let setpoint = Setpoint::Roll(roll_rad);
+                return self.offboard.take(setpoint, None, demand, rules);
+            }
+            (Reference::Roll(roll_rad), Mode::Position) => {
+                demand.roll_rad = roll_rad;
+                self.position.release_roll();
+            }
+            (Reference::Course(course_rad), Mode::Position) => self.position.hold(course_rad),
+            (Reference::Roll(_), _) => return Err(VehicleRefusal::NoRollHere),
+            (Reference::Course(_), _) => return Err(VehicleRefusal::NoCourseHere),
+        }
+        Ok(())
+    }
+
+    /// Circles around a place.
+    pub fn reposition(
+        &mut self,
+        request: &Reposition,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.check_some(request.place, request.altitude_m)?;
+        if let (Some(airspeed_m_s), Some(demand)) = (request.airspeed_m_s, &self.demand) {
+            let altitude_m = request.altitude_m.unwrap_or(demand.altitude_m);
+            rules.limits.check(Reference::Airspeed(airspeed_m_s), altitude_m)?;
+        }
+        check_radius(request.radius_m)?;
+        if self.mode != Mode::Hold && !request.change_mode {
+            return Err(VehicleRefusal::NotHold);
+        }
+        if self.demand.is_none() {
+            return Err(VehicleRefusal::NoFlight);
+        }
+        self.link.undo = None;
+        self.enter(Mode::Hold, rules, publish);
+        self.hold.reposition(request);
+        if let Some(demand) = self.demand.as_mut() {
+            demand.altitude_m = request.altitude_m.unwrap_or(demand.altitude_m);
+            demand.airspeed_m_s = request.airspeed_m_s.unwrap_or(demand.airspeed_m_s);
+        }
+        Ok(())
+    }
+
+    /// Sets a setpoint of an offboard stream.
+    pub fn take_setpoint(
+        &mut self,
+        setpoint: Setpoint,
+        rules: &Rules,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if self.mode != Mode::Offboard {
+            return Err(VehicleRefusal::NotOffboard);
+        }
+        let demand = self.demand.as_mut().ok_or(VehicleRefusal::NoFlight)?;
+        self.offboard.take(setpoint, self.axes.as_ref(), demand, rules)
+    }
+
+    pub fn take_sticks(&mut self, sticks: Sticks) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        let held = match self.mode {
+            Mode::Position => &mut self.position.sticks,
+            Mode::Altitude => &mut self.pilot.sticks,
+            _ => return Err(VehicleRefusal::NotPiloted),
         };
+        check_sticks(&sticks)?;
+        *held = Some(sticks);
+        Ok(())
+    }
+
+    /// Replaces the plan; an empty one only clears it. While Mission flies, the new plan begins with its first
+    /// item at once, and without a plan the aircraft holds.
+    pub fn replace_plan(
+        &mut self,
+        plan: &Arc<Plan>,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        plan.check(rules)?;
+        self.mission.replace(Arc::clone(plan));
+        if self.mode == Mode::Mission {
+            if self.mission.is_empty() {
+                self.link.undo = None;
+                self.enter(Mode::Hold, rules, publish);
+            } else {
+                self.mission.start();
+            }
+        }
+        Ok(())
+    }
+
+    /// Makes an item the current one; Mission continues with it at once.
+    ///
+    /// # Errors
+    /// There is no such item, or the flight was terminated.
+    pub fn select_item(&mut self, item: u16, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        self.mission.select(item)?;
+        // In Mission the next tick begins the item, and reports it.
+        if self.mode != Mode::Mission {
+            publish(VehicleEvent::PlanItem(item));
+        }
+        Ok(())
+    }
+
+    pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {
+        check_place(place)?;
+        self.home = Some(Site::at(place));
+        publish(VehicleEvent::Home(place));
+        Ok(())
+    }
+
+    /// Ends the flight permanently; [`crate::termination`] has the commands of the effectors.
+    pub fn terminate(&mut self, publish: Publish) {
+        if !core::mem::replace(&mut self.terminated, true) {
+            publish(VehicleEvent::Terminated);
+        }
+    }
+
+    /// The controlling ground station has fallen silent.
+    pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, publish: Publish) {
+        if core::mem::replace(&mut self.link.lost, true) {
+            return;
+        }
+        let chosen = match action {
+            LinkLossAction::Continue => None,
+            LinkLossAction::Hold => Some(Mode::Hold),
+            LinkLossAction::Return => Some(Mode::Return),
+        };
+        let chosen = chosen.filter(|chosen| *chosen != self.mode);
+        self.link.undo = chosen.map(|chosen| (chosen, self.mode));
+        publish(VehicleEvent::LinkLost(action));
+        if let (Some(mode), false) = (chosen, self.terminated) {
+            self.enter(mode, rules, publish);
+        }
+    }
+
+    /// It is back: undoes the reaction to its silence, unless another mode was commanded since. A mode that depends on a
+    /// stream is not restored: the stream has to command it again.
+    pub fn regain_link(&mut self, rules: &Rules, publish: Publish) {
+        if !core::mem::take(&mut self.link.lost) {
+            return;
+        }
+        let undo = self.link.undo.take().filter(|(chosen, _)| *chosen == self.mode);
+        let mode = match undo {
+            Some((_, Mode::Offboard | Mode::Altitude)) => Mode::Hold,
+            Some((_, before)) => before,
+            None => self.mode,
+        };
+        let can_fly = mode != Mode::Mission || !self.mission.is_empty();
+        if can_fly && !self.terminated {
+            self.enter(mode, rules, publish);
+        }
+        publish(VehicleEvent::LinkBack(self.mode));
     }
 }
 
 /// A demand that keeps altitude and airspeed, with wings level.
 fn present(state: &NavigationState) -> Demand {
     Demand { altitude_m: state.altitude_m, roll_rad: 0.0, airspeed_m_s: state.airspeed_m_s }
+}
+
+/// The loss of the controlling ground station, and the change that it has caused.
+#[derive(Debug, Clone, Copy, Default)]
+struct Link {
+    lost: bool,
+    /// The mode that the loss has selected, and the one before. `None` once the operator or the plan has selected a mode.
+    undo: Option<(Mode, Mode)>,
+}
+
+/// Time constant of the wind estimate, s: so slow that turbulence does not move the circles that depend on it.
+const WIND_LAG_S: f64 = 30.0;
+
+/// Input of the guidance at one tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Situation<'a> {
+    rules: &'a Rules,
+    /// Time since the previous tick, s.
+    dt_s: f64,
+    /// Below or above the aircraft.
+    place: Place,
+    /// Over the ground, m/s.
+    velocity: Horizontal,
+    /// Ground speed, m/s.
+    speed_m_s: f64,
+    /// Altitude above the ellipsoid, m.
+    altitude_m: f64,
+    /// Climb rate, m/s.
+    climb_m_s: f64,
+    /// Roll angle, rad, positive to the right.
+    bank_rad: f64,
+    /// Speed of the wind over the ground, m/s, smoothed.
+    wind_m_s: f64,
+}
+
+/// A slow estimate of the steady wind over the ground, m/s.
+type WindEstimate = Option<Horizontal>;
+
+impl<'a> Situation<'a> {
+    /// From the navigation state of a tick, which updates the estimate of the wind. The first wind is the estimate.
+    fn new(state: &NavigationState, rules: &'a Rules, wind: &mut WindEstimate, dt_s: f64) -> Self {
+        let now = state.wind().0.xy();
+        let wind = wind.get_or_insert(now);
+        let share = dt_s / (WIND_LAG_S + dt_s);
+        *wind += (now - *wind) * share;
+        let velocity = state.velocity.0.xy();
+        Self {
+            rules,
+            dt_s,
+            place: Place::of(state),
+            velocity,
+            speed_m_s: velocity.norm(),
+            altitude_m: state.altitude_m,
+            climb_m_s: state.climb_rate_m_s(),
+            bank_rad: state.attitude.phi,
+            wind_m_s: wind.norm(),
+        }
+    }
+
+    /// The axes at the aircraft; computed on demand.
+    fn horizon(&self) -> Horizon {
+        Horizon::at(self.place)
+    }
+
+    /// Course over the ground, rad from north.
+    fn course_rad(&self) -> f64 {
+        libm::atan2(self.velocity.y, self.velocity.x)
+    }
+
+    /// Steering of the guidance that holds a course, rad.
+    fn hold_course(&self, course_rad: f64) -> Flown {
+        let steering = hold_course(course_rad, &self.velocity, &self.rules.guidance());
+        Flown { steering, target: None }
+    }
 }
 
 #[cfg(test)]

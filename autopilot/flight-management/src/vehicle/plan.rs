@@ -1,8 +1,9 @@
 //! A plan: the items that Mission flies. It is checked as a whole before it replaces another.
 
+pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
-use crate::vehicle::rules::{self, Checked, RADIUS_MAX_M, Rules};
+use crate::vehicle::rules::{RADIUS_MAX_M, Rules, check_radius, within};
 use serde::{Deserialize, Serialize};
 
 /// Items that a plan may have.
@@ -82,21 +83,6 @@ pub enum Action {
     Return,
 }
 
-/// Progress of a plan.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum Progress {
-    /// There is no plan.
-    #[default]
-    NoPlan,
-    /// Loaded, not begun.
-    NotStarted,
-    Active,
-    /// Begun, while another mode is active.
-    Paused,
-    /// The last item is done.
-    Complete,
-}
-
 /// Most turns of a circle.
 const TURNS_MAX: f64 = 1_000.0;
 /// Longest time on a circle, s: a day.
@@ -110,7 +96,12 @@ impl Plan {
             return Err(VehicleRefusal::PlanTooLong { items: count, max: ITEMS_MAX });
         }
         for (number, item) in (0_u16..).zip(&self.items) {
-            item.check(rules).map_err(|refusal| refusal.of_item(number))?;
+            item.action.check(rules).map_err(|refusal| match refusal {
+                VehicleRefusal::OutOfRange { what, unit, value, min, max } => {
+                    VehicleRefusal::ItemOutOfRange { item: number, what, unit, value, min, max }
+                }
+                other => other,
+            })?;
             if let Action::Jump { to, times } = item.action {
                 self.check_jump(number, to, times)?;
             }
@@ -146,54 +137,39 @@ impl Plan {
     }
 }
 
-impl VehicleRefusal {
-    /// The same refusal for an item of a plan.
-    fn of_item(self, item: u16) -> Self {
+impl Action {
+    /// The circle of an item that is one.
+    pub const fn circle(&self) -> Option<&Circle> {
         match self {
-            Self::OutOfRange { what, unit, value, min, max } => {
-                Self::ItemOutOfRange { item, what, unit, value, min, max }
-            }
-            other => other,
+            Self::LoiterUnlimited(circle)
+            | Self::LoiterToAltitude(circle)
+            | Self::LoiterTurns { circle, .. }
+            | Self::LoiterTime { circle, .. } => Some(circle),
+            _ => None,
         }
     }
-}
 
-impl Item {
     fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
-        let ranged = |checked: Checked| checked.check();
-        match self.action {
-            Action::Waypoint { point, acceptance_m } => {
-                point.check(rules)?;
+        if let Some(Circle { centre, radius_m, .. }) = self.circle() {
+            rules.check_some(centre.place, centre.altitude_m)?;
+            check_radius(*radius_m)?;
+        }
+        match *self {
+            Self::Waypoint { point, acceptance_m } => {
+                rules.check_some(point.place, point.altitude_m)?;
                 let acceptance_m = acceptance_m.unwrap_or(0.0);
-                ranged(rules::up_to("acceptance radius", "m", acceptance_m, RADIUS_MAX_M))
+                within("acceptance radius", "m", acceptance_m, (0.0, RADIUS_MAX_M))
             }
-            Action::LoiterUnlimited(circle) | Action::LoiterToAltitude(circle) => {
-                circle.check(rules)
+            Self::LoiterTurns { turns, .. } => {
+                within("number of turns", "turns", turns, (0.0, TURNS_MAX))
             }
-            Action::LoiterTurns { circle, turns } => {
-                circle.check(rules)?;
-                ranged(rules::up_to("number of turns", "turns", turns, TURNS_MAX))
-            }
-            Action::LoiterTime { circle, seconds } => {
-                circle.check(rules)?;
-                ranged(rules::up_to("time", "s", seconds, SECONDS_MAX))
-            }
-            Action::ChangeSpeed { airspeed } => rules.limits.check_airspeed(airspeed),
-            Action::ChangeAltitude { altitude_m } => rules.check_some(None, Some(altitude_m)),
-            Action::Jump { .. } | Action::Return => Ok(()),
+            Self::LoiterTime { seconds, .. } => within("time", "s", seconds, (0.0, SECONDS_MAX)),
+            Self::ChangeSpeed { airspeed } => rules.limits.check_airspeed(airspeed),
+            Self::ChangeAltitude { altitude_m } => rules.check_some(None, Some(altitude_m)),
+            Self::LoiterUnlimited(_)
+            | Self::LoiterToAltitude(_)
+            | Self::Jump { .. }
+            | Self::Return => Ok(()),
         }
-    }
-}
-
-impl Point {
-    fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
-        rules.check_some(self.place, self.altitude_m)
-    }
-}
-
-impl Circle {
-    fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
-        self.centre.check(rules)?;
-        self.radius_m.map_or(Ok(()), |radius_m| rules::radius(radius_m).check())
     }
 }

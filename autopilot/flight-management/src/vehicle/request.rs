@@ -1,6 +1,7 @@
-//! Requests to the vehicle, and why it refuses them. Values are in SI and radians, finite, not yet checked against limits.
+//! Requests to the vehicle, why it refuses them, and what it reports. Values are in SI and radians, finite, not yet checked against limits.
 
-use super::Mode;
+use core::fmt;
+
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
 use icd::Ned;
@@ -111,8 +112,9 @@ impl Sticks {
 }
 
 /// Reaction to the silence of the controlling ground station (parameter `NAV_DLL_ACT`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum LinkLossAction {
+    #[default]
     Continue,
     /// Circle at the present position.
     Hold,
@@ -213,25 +215,111 @@ fn digits(value: f64) -> String {
 impl VehicleRefusal {
     /// The same request may be accepted later: in another mode, with another plan, in another flight.
     pub const fn is_temporary(&self) -> bool {
-        match self {
+        !matches!(
+            self,
             Self::OutOfRange { .. }
-            | Self::ItemOutOfRange { .. }
-            | Self::NoSuchItem { .. }
-            | Self::EndlessJump { .. }
-            | Self::PlanTooLong { .. }
-            | Self::FaultInjectionOff => false,
-            Self::NoPlan
-            | Self::NoPausedPlan
-            | Self::NotOffboard
-            | Self::NotPiloted
-            | Self::NoRollHere
-            | Self::NoCourseHere
-            | Self::NotHold
-            | Self::AltitudeIsTaken(_)
-            | Self::NoFlight
-            | Self::FlightOver
-            | Self::Terminated
-            | Self::NoScript => true,
-        }
+                | Self::ItemOutOfRange { .. }
+                | Self::NoSuchItem { .. }
+                | Self::EndlessJump { .. }
+                | Self::PlanTooLong { .. }
+                | Self::FaultInjectionOff
+        )
     }
+}
+
+named! {
+    /// Source of the references.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+    pub enum Mode {
+        /// Given references, or a pilot's sticks; without either the aircraft holds altitude, course and
+        /// speed. A flight begins in this mode.
+        #[default]
+        Position = "Position",
+        /// The aircraft circles around a point.
+        Hold = "Hold",
+        /// The aircraft flies its plan.
+        Mission = "Mission",
+        /// The aircraft flies home and circles there.
+        Return = "Return",
+        /// A ground station streams setpoints.
+        Offboard = "Offboard",
+        /// A pilot's sticks give roll angle, climb and airspeed.
+        Altitude = "Altitude",
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// Progress of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Progress {
+    /// There is no plan.
+    #[default]
+    NoPlan,
+    /// Loaded, not begun.
+    NotStarted,
+    Active,
+    /// Begun, while another mode is active.
+    Paused,
+    /// The last item is done.
+    Complete,
+}
+
+/// Guidance at one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Navigation {
+    /// Point that the aircraft flies to or circles around.
+    pub target: Option<Target>,
+    /// Course over the ground of the guidance, rad from north.
+    pub course_rad: Option<f64>,
+    /// Distance from the path, m, positive to its right.
+    pub cross_track_m: f64,
+    /// Plan being flown or loaded: its [`super::plan::Plan::id`].
+    pub plan_id: u32,
+    /// Items of that plan.
+    pub items: u16,
+    /// Current item of that plan.
+    pub item: u16,
+    /// Progress of the plan.
+    pub progress: Progress,
+    /// Home, once there was a first sample.
+    pub home: Option<Place>,
+}
+
+/// A point that the guidance flies to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Target {
+    pub place: Place,
+    /// Altitude above the ellipsoid, m.
+    pub altitude_m: f64,
+    /// Horizontal distance to it, m.
+    pub distance_m: f64,
+    /// Bearing from the aircraft to it, rad from north.
+    pub bearing_rad: f64,
+    /// Radius of the circle flown around it, m; `None` on a leg.
+    pub radius_m: Option<f64>,
+}
+
+/// A change in the vehicle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum VehicleEvent {
+    Mode(Mode),
+    /// This item of the plan is now the current one.
+    PlanItem(u16),
+    /// The aircraft has reached this item of the plan.
+    ItemReached(u16),
+    /// The last item of the plan is done.
+    PlanComplete,
+    /// Home was moved to here.
+    Home(Place),
+    /// The flight was terminated.
+    Terminated,
+    /// The controlling ground station has fallen silent, and this is the reaction.
+    LinkLost(LinkLossAction),
+    /// It is back, and this mode is restored.
+    LinkBack(Mode),
 }

@@ -1,10 +1,100 @@
-//! The checks of references and commands on receipt.
+//! The parameters of the vehicle: limits of references, and the guidance; the checks of references and commands on receipt.
+//! Defaults and ranges of the parameters are in their table.
 
+use flight_control::design_model::atmosphere;
 use flight_control::{Gains, GuidanceGains};
+use serde::{Deserialize, Serialize};
 
-use super::VehicleRefusal;
-use super::limits::{NavigationParameters, ReferenceLimits};
-use super::request::{Airspeed, Place, Reference};
+use super::request::{Airspeed, Place, Reference, VehicleRefusal};
+
+/// Parameters of the guidance.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct NavigationParameters {
+    /// Period of the lateral guidance, s.
+    pub l1_period_s: f64,
+    /// Damping of the lateral guidance.
+    pub l1_damping: f64,
+    /// Largest bank angle of the guidance, deg.
+    pub bank_max_deg: f64,
+    /// Radius of circles without a given radius, m.
+    pub loiter_radius_m: f64,
+    /// Smallest acceptance radius of waypoints, m.
+    pub acceptance_m: f64,
+    /// Largest climb rate of stick and offboard references, m/s.
+    pub climb_max_m_s: f64,
+    /// Altitude of the return, m above the ellipsoid.
+    pub return_altitude_m: f64,
+    /// Fastest change of a roll reference that the guidance commands, deg/s.
+    pub roll_slew_deg_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct ReferenceLimits {
+    /// Lowest altitude, m.
+    pub altitude_min_m: f64,
+    /// Highest altitude, m.
+    pub altitude_max_m: f64,
+    /// Lowest calibrated airspeed, m/s.
+    pub airspeed_min_m_s: f64,
+    /// Highest calibrated airspeed, m/s.
+    pub airspeed_max_m_s: f64,
+    /// Largest roll angle either way, deg.
+    pub roll_max_deg: f64,
+}
+
+impl ReferenceLimits {
+    /// Lowest and highest true airspeed at an altitude, m/s.
+    pub fn airspeeds_m_s(&self, altitude_m: f64) -> [f64; 2] {
+        [self.airspeed_min_m_s, self.airspeed_max_m_s]
+            .map(|calibrated_m_s| atmosphere::true_airspeed(calibrated_m_s, altitude_m))
+    }
+
+    /// Checks an airspeed of a plan, whose altitude is not known yet.
+    pub fn check_airspeed(&self, airspeed: Airspeed) -> Result<(), VehicleRefusal> {
+        match airspeed {
+            Airspeed::Calibrated(value) => {
+                let range = (self.airspeed_min_m_s, self.airspeed_max_m_s);
+                within("calibrated airspeed", "m/s", value, range)
+            }
+            Airspeed::True(value) => {
+                let [min, _] = self.airspeeds_m_s(self.altitude_min_m);
+                let [_, max] = self.airspeeds_m_s(self.altitude_max_m);
+                within("true airspeed", "m/s", value, (min, max))
+            }
+        }
+    }
+
+    /// Checks a reference at an altitude; NaN is outside every range.
+    pub fn check(&self, reference: Reference, altitude_m: f64) -> Result<(), VehicleRefusal> {
+        let roll = (-self.roll_max_deg, self.roll_max_deg);
+        match reference {
+            Reference::Altitude(value) => {
+                within("altitude", "m", value, (self.altitude_min_m, self.altitude_max_m))
+            }
+            Reference::Airspeed(value) => {
+                within("true airspeed", "m/s", value, self.airspeeds_m_s(altitude_m).into())
+            }
+            Reference::Roll(value) => within("roll", "deg", value.to_degrees(), roll),
+            Reference::Course(value) => {
+                within("course", "deg", value.to_degrees(), (-180.0, 360.0))
+            }
+        }
+    }
+}
+
+/// Checks a number against its range; NaN is outside every range.
+pub fn within(
+    what: &'static str,
+    unit: &'static str,
+    value: f64,
+    (min, max): (f64, f64),
+) -> Result<(), VehicleRefusal> {
+    if (min..=max).contains(&value) {
+        Ok(())
+    } else {
+        Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
+    }
+}
 
 /// Largest radius of a circle, m.
 pub const RADIUS_MAX_M: f64 = 200_000.0;
@@ -29,57 +119,17 @@ pub struct Rules {
     pub altitude_error_max_m: f64,
 }
 
-/// A number, its name and unit, and its range.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Checked {
-    pub what: &'static str,
-    /// Unit of the numbers.
-    pub unit: &'static str,
-    pub value: f64,
-    pub min: f64,
-    pub max: f64,
-}
-
-impl Checked {
-    /// NaN is outside every range.
-    pub fn check(self) -> Result<(), VehicleRefusal> {
-        let Self { what, unit, value, min, max } = self;
-        if (min..=max).contains(&value) {
-            Ok(())
-        } else {
-            Err(VehicleRefusal::OutOfRange { what, unit, value, min, max })
-        }
-    }
-}
-
-/// Latitude and longitude of a place.
-fn coordinates(place: Place) -> [Checked; 2] {
-    let angle = |what, radians: f64, max: f64| Checked {
-        what,
-        unit: "deg",
-        value: radians.to_degrees(),
-        min: -max,
-        max,
-    };
-    [
-        angle("latitude", place.latitude_rad, LATITUDE_MAX_DEG),
-        // Slightly more, since a conversion to radians and back rounds.
-        angle("longitude", place.longitude_rad, 180.000_001),
-    ]
-}
-
 pub fn check_place(place: Place) -> Result<(), VehicleRefusal> {
-    coordinates(place).into_iter().try_for_each(Checked::check)
+    let angle =
+        |what, radians: f64, max: f64| within(what, "deg", radians.to_degrees(), (-max, max));
+    angle("latitude", place.latitude_rad, LATITUDE_MAX_DEG)?;
+    // Slightly more, since a conversion to radians and back rounds.
+    angle("longitude", place.longitude_rad, 180.000_001)
 }
 
 /// Radius of a circle, m.
-pub fn radius(value: f64) -> Checked {
-    Checked { what: "radius", unit: "m", value, min: 1.0, max: RADIUS_MAX_M }
-}
-
-/// A number between zero and `max`.
-pub fn up_to(what: &'static str, unit: &'static str, value: f64, max: f64) -> Checked {
-    Checked { what, unit, value, min: 0.0, max }
+pub fn check_radius(radius_m: Option<f64>) -> Result<(), VehicleRefusal> {
+    radius_m.map_or(Ok(()), |value| within("radius", "m", value, (1.0, RADIUS_MAX_M)))
 }
 
 impl Rules {
@@ -152,6 +202,11 @@ impl Rules {
     /// The nearest allowed altitude, m.
     pub fn nearest_altitude_m(&self, altitude_m: f64) -> f64 {
         altitude_m.min(self.limits.altitude_max_m).max(self.limits.altitude_min_m)
+    }
+
+    /// Altitude of Return, m.
+    pub fn return_altitude_m(&self) -> f64 {
+        self.nearest_altitude_m(self.navigation.return_altitude_m)
     }
 
     /// The nearest true airspeed that is allowed at an altitude, m/s.

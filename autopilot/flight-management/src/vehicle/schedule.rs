@@ -3,12 +3,14 @@
 use icd::SimTime;
 use serde::{Deserialize, Serialize};
 
+use crate::TextError;
+
 /// Entries that a schedule may have.
 const ENTRIES_MAX: usize = 1000;
 /// Range of altitude references in a scenario, m.
-const ALTITUDE_M: (f64, f64) = (0.0, 20_000.0);
+pub const ALTITUDE_M: (f64, f64) = (0.0, 20_000.0);
 /// Range of roll references in a scenario, deg.
-const ROLL_DEG: (f64, f64) = (-80.0, 80.0);
+pub const ROLL_DEG: (f64, f64) = (-80.0, 80.0);
 /// Range of airspeed references in a scenario, m/s.
 pub const AIRSPEED_M_S: (f64, f64) = (5.0, 500.0);
 
@@ -37,44 +39,22 @@ pub struct ScheduledReference {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ReferenceSchedule(Vec<ScheduledReference>);
 
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ScheduleError {
-    /// A number outside its range.
-    #[error("[[autopilot.reference]] number {number}: {key} = {value} is outside {min} to {max}")]
-    OutOfRange {
-        /// The entry, from 1.
-        number: usize,
-        /// Key in the entry.
-        key: &'static str,
-        value: f64,
-        min: f64,
-        max: f64,
-    },
-    /// The entries are not in the order of their times.
-    #[error(
-        "[[autopilot.reference]] number {number}: at_s is earlier than that of the entry before"
-    )]
-    Order {
-        /// The entry, from 1.
-        number: usize,
-    },
-    /// More entries than a schedule may have.
-    #[error("[[autopilot.reference]]: {count} entries, at most {ENTRIES_MAX} are allowed")]
-    TooMany { count: usize },
-}
-
 impl ReferenceSchedule {
     /// Checks the entries of a file.
-    pub fn new(entries: Vec<ReferenceEntry>) -> Result<Self, ScheduleError> {
+    pub fn new(entries: Vec<ReferenceEntry>) -> Result<Self, TextError> {
         if entries.len() > ENTRIES_MAX {
-            return Err(ScheduleError::TooMany { count: entries.len() });
+            let count = entries.len();
+            let why = format!("{count} entries, at most {ENTRIES_MAX} are allowed");
+            return Err(TextError::at("[[autopilot.reference]]", why));
         }
         let mut schedule: Vec<ScheduledReference> = Vec::with_capacity(entries.len());
         for (index, entry) in entries.iter().enumerate() {
-            let number = index + 1;
-            let scheduled = entry.check(number)?;
+            let refused = |why: String| {
+                TextError::at(format!("[[autopilot.reference]] number {}", index + 1), why)
+            };
+            let scheduled = entry.check().map_err(refused)?;
             if schedule.last().is_some_and(|before| before.at > scheduled.at) {
-                return Err(ScheduleError::Order { number });
+                return Err(refused("at_s is earlier than that of the entry before".to_owned()));
             }
             schedule.push(scheduled);
         }
@@ -88,20 +68,14 @@ impl ReferenceSchedule {
 }
 
 impl ReferenceEntry {
-    fn check(&self, number: usize) -> Result<ScheduledReference, ScheduleError> {
-        let inside = |key, value: Option<f64>, (min, max): (f64, f64)| match value {
-            Some(value) if !(min..=max).contains(&value) => {
-                Err(ScheduleError::OutOfRange { number, key, value, min, max })
-            }
+    fn check(&self) -> Result<ScheduledReference, String> {
+        let outside = |key, value, (min, max)| format!("{key} = {value} is outside {min} to {max}");
+        let inside = |key, value: Option<f64>, range: (f64, f64)| match value {
+            Some(value) if !(range.0..=range.1).contains(&value) => Err(outside(key, value, range)),
             other => Ok(other),
         };
-        let at = SimTime::from_seconds(self.at_s).ok_or(ScheduleError::OutOfRange {
-            number,
-            key: "at_s",
-            value: self.at_s,
-            min: 0.0,
-            max: SimTime::MAX_SECONDS,
-        })?;
+        let at = SimTime::from_seconds(self.at_s)
+            .ok_or_else(|| outside("at_s", self.at_s, (0.0, SimTime::MAX_SECONDS)))?;
         Ok(ScheduledReference {
             at,
             altitude_m: inside("altitude_m", self.altitude_m, ALTITUDE_M)?,

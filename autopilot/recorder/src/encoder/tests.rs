@@ -11,6 +11,8 @@ use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
 use icd::tvc_jet;
 use ulog::reader::Log;
 
+mod selection;
+
 const SYNC_MESSAGE: [u8; 6] = [8, 0, b'S', 0x2F, 0x73, 0x13];
 
 fn at(ms: u64) -> SimTime {

@@ -6,10 +6,11 @@ use std::io;
 use std::net::SocketAddr;
 use std::task::{Context, Poll};
 
+use host_io::problem::Problem;
 use tokio::net::{TcpListener, TcpSocket, TcpStream, UdpSocket};
 use tracing::{debug, warn};
 
-use super::{GcsError, Links, TCP_SERVER, UDP_CLIENT, UDP_SERVER};
+use super::{Links, TCP_SERVER, UDP_CLIENT, UDP_SERVER, unopened};
 use crate::clock::WallTime;
 use crate::io::status::Listening;
 use mavlink_services::peers::{Address, Connection};
@@ -53,25 +54,20 @@ pub(super) enum Arrival {
 }
 
 impl Sockets {
-    pub(super) async fn open(links: &Links) -> Result<Self, GcsError> {
-        let client = match links.clients.as_slice() {
-            [] => None,
-            _ => Some(Udp::open(UDP_CLIENT, links.client_bind).await?),
-        };
-        let server = match links.udp_server {
-            None => None,
-            Some(address) => Some(Udp::open(UDP_SERVER, address).await?),
-        };
+    pub(super) async fn open(links: &Links) -> Result<Self, Problem> {
+        let own = (!links.clients.is_empty()).then_some(links.client_bind);
+        let client = Udp::open(UDP_CLIENT, own).await?;
+        let server = Udp::open(UDP_SERVER, links.udp_server).await?;
         let tcp = links.tcp_server.map(TcpServer::open).transpose()?;
         Ok(Self { client, server, tcp, turn: 0 })
     }
 
     /// Addresses of the open sockets, with the ports that the system chose.
-    pub(super) fn listening(&self, links: &Links) -> Result<Listening, GcsError> {
+    pub(super) fn listening(&self, links: &Links) -> Result<Listening, Problem> {
         let failed = |link, requested: Option<SocketAddr>| {
-            GcsError::bind(link, requested.unwrap_or(links.client_bind))
+            unopened(link, requested.unwrap_or(links.client_bind))
         };
-        let udp = self.server.as_ref().map(Udp::local_address).transpose();
+        let udp = self.server.as_ref().map(|udp| udp.socket.local_addr()).transpose();
         let tcp = self.tcp.as_ref().map(TcpServer::local_address).transpose();
         Ok(Listening {
             clients: links.clients.clone(),
@@ -147,15 +143,15 @@ struct Udp {
 }
 
 impl Udp {
-    async fn open(link: &'static str, address: SocketAddr) -> Result<Self, GcsError> {
+    async fn open(
+        link: &'static str,
+        address: Option<SocketAddr>,
+    ) -> Result<Option<Self>, Problem> {
+        let Some(address) = address else { return Ok(None) };
         #[expect(clippy::disallowed_methods, reason = "the ground-station link is I/O")]
         let socket = UdpSocket::bind(address).await;
-        let socket = socket.map_err(GcsError::bind(link, address))?;
-        Ok(Self { socket, unsent: None, send_errors: 0 })
-    }
-
-    fn local_address(&self) -> io::Result<SocketAddr> {
-        self.socket.local_addr()
+        let socket = socket.map_err(unopened(link, address))?;
+        Ok(Some(Self { socket, unsent: None, send_errors: 0 }))
     }
 
     fn can_send(&self) -> bool {
@@ -237,8 +233,8 @@ struct Client {
 }
 
 impl TcpServer {
-    pub(super) fn open(address: SocketAddr) -> Result<Self, GcsError> {
-        let listener = listen(address).map_err(GcsError::bind(TCP_SERVER, address))?;
+    pub(super) fn open(address: SocketAddr) -> Result<Self, Problem> {
+        let listener = listen(address).map_err(unopened(TCP_SERVER, address))?;
         Ok(Self { listener, clients: Vec::new(), next: 0, turn: 0, accept_errors: 0 })
     }
 

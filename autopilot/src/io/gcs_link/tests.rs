@@ -8,7 +8,7 @@ use std::thread::{self, JoinHandle};
 use super::sockets::TcpServer;
 use super::*;
 use crate::config::{self, DEFAULT_MODEL};
-use crate::io::channels::{ControlChannels, channels};
+use crate::io::plant_link::{ControlChannels, channels};
 use mavlink_services::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 
@@ -45,7 +45,7 @@ fn runtime() -> Runtime {
 /// A link that serves on its own thread, and the channels that keep it alive.
 struct Served {
     listening: Listening,
-    thread: JoinHandle<Result<(), GcsError>>,
+    thread: JoinHandle<Result<(), ControlEnded>>,
     stop: watch::Sender<bool>,
     _control: ControlChannels,
 }
@@ -150,7 +150,7 @@ fn the_link_ends_with_the_control_thread() {
     let (_stop, stopped) = watch::channel(false);
     drop(control);
     let result = runtime.block_on(link.run(ground, stopped));
-    assert!(matches!(result, Err(GcsError::ControlEnded)), "{result:?}");
+    assert!(matches!(result, Err(ControlEnded)), "{result:?}");
 }
 
 #[test]

@@ -94,7 +94,7 @@ fn jobs_are_done_by_the_thread_and_their_outcomes_have_their_numbers() {
 
 #[test]
 fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_no_station_requests_it() {
-    use crate::io::recorder::folder::make_room;
+    use crate::io::log_folder::make_room;
     let folder = tempfile::tempdir().unwrap();
     let (first, second) = (put(folder.path(), FIRST, 100), put(folder.path(), SECOND, 100));
     let mut held = Held::default();

@@ -170,7 +170,7 @@ pub(super) fn write_json(
 ) -> Result<(), Problem> {
     let mut json = serde_json::to_vec_pretty(value)?;
     json.push(b'\n');
-    Ok(folder.write_marked(name, MARK.as_bytes(), &json)?)
+    folder.write_marked(name, MARK.as_bytes(), &json)
 }
 
 /// How every JSON file of this command begins.

@@ -76,7 +76,7 @@ impl Flight {
             strays: 0,
         };
         let of_plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.effectors);
-        let of_control = flight.control.as_ref().map(|control| control.model.effectors.list);
+        let of_control = flight.control.as_ref().map(|control| control.settings.model.effectors.list);
         // A log without headers names its columns all the same: those of the aircraft that every log had once.
         flight.effectors = of_plant.or(of_control).unwrap_or_else(tvc_jet::effectors);
         Ok(flight)
@@ -107,7 +107,7 @@ impl Flight {
         *mode = self
             .control
             .as_ref()
-            .map_or(CompensatorMode::Armed, |control| control.gains.selection.compensator);
+            .map_or(CompensatorMode::Armed, |control| control.settings.gains.selection.compensator);
         let mut modes = vec![(f64::NEG_INFINITY, *mode)];
         for change in self.log.parameters().iter().filter(|change| change.name == "FTC_MODE") {
             let (Some(us), ParameterValue::Integer(value)) = (change.after_us, change.value) else {
@@ -178,7 +178,7 @@ impl Flight {
 
     /// The true F of each tick that has a row of truth and one of control, see Eq. (18); it needs the model.
     pub fn true_fault_acceleration(&self) -> Option<Vec<(f64, Vector3<f64>)>> {
-        let model = DesignModel::new(self.control.as_ref()?.model);
+        let model = DesignModel::new(self.control.as_ref()?.settings.model);
         let (truth, control) = (self.log.topic("truth")?, self.log.topic("control")?);
         let columns = |topic: &Topic<'_>, names: &[&str]| -> Option<Vec<Vec<f64>>> {
             names.iter().map(|name| self.column(topic, name)).collect()

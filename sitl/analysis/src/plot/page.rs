@@ -106,7 +106,7 @@ fn header(flight: &Flight) -> Markup {
     };
     let info = |key| log.info_text(key).map(short);
     let setup = flight.plant.as_ref().map(|plant| &plant.setup);
-    let selection = flight.control.as_ref().map(|control| &control.gains.selection);
+    let selection = flight.control.as_ref().map(|control| &control.settings.gains.selection);
     let seconds =
         format!("{:.3} s of simulation time ({} control steps have rows)", to - from, flight.steps);
     let rate = flight.control.as_ref().map(|control| match control.row_every {
@@ -137,7 +137,7 @@ fn header(flight: &Flight) -> Markup {
 /// The aircraft, and of which one the controller has the model, if of another.
 fn aircraft(flight: &Flight) -> Option<String> {
     let plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.name.to_string());
-    let model = flight.control.as_ref().map(|control| control.model.aircraft.to_string());
+    let model = flight.control.as_ref().map(|control| control.settings.model.aircraft.to_string());
     match (plant, model) {
         (Some(plant), Some(model)) if plant != model => {
             Some(format!("{plant}, with the controller's model of {model}"))

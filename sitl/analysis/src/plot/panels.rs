@@ -277,7 +277,7 @@ fn estimate(flight: &Flight) -> Group {
         let title = format!("Fault acceleration about the {name} axis");
         let mut panel = panel(title, "rad/s\u{b2}", 0.05, LOW, curves_here)?;
         let level = flight.control.as_ref().map(|control| {
-            let activation = &control.gains.activation;
+            let activation = &control.settings.gains.activation;
             [activation.level_roll, activation.level_pitch, activation.level_yaw][axis]
         });
         if let Some(level) = level {
@@ -325,7 +325,7 @@ fn compensator(flight: &Flight) -> Group {
             .map(|panel| Panel { bands: active(flight), y: (-0.05, 1.1), ..panel })
             .into_iter()
             .collect();
-    let model = flight.control.as_ref().map(|control| &control.model.effectors);
+    let model = flight.control.as_ref().map(|control| &control.settings.model.effectors);
     let of_kind = |kind| {
         let model = model?;
         Some(model.servos[model.list.of_kind(kind).next()?].max)
@@ -426,7 +426,7 @@ fn travel(flight: &Flight, effector: Effector) -> Option<(f64, f64)> {
         let servo = &plant.setup.airframe.servos[effector];
         return Some((servo.min, servo.max));
     }
-    let servo = &flight.control.as_ref()?.model.effectors.servos[effector];
+    let servo = &flight.control.as_ref()?.settings.model.effectors.servos[effector];
     Some((servo.min, servo.max))
 }
 

@@ -193,7 +193,7 @@ impl<'a> Replay<'a> {
             commands: Rows::new(log, "commands", every),
             control: Rows::new(log, "control", every),
             truth: Rows::new(log, "truth", every),
-            names: Names::new(&recording.control.settings().model.effectors.list),
+            names: Names::new(&recording.control.settings.model.effectors.list),
             hashes: Hashes::new(log),
             is_cut: recording.run_hash().is_none(),
             recording,

@@ -73,8 +73,8 @@ impl Recording {
                 "the autopilot joined a flight under way, so the state at the log's first tick is not known"
             ));
         }
-        control.model.validate().at("the model in its control_header cannot be flown")?;
-        let ControlHeader { gains, limits, navigation, .. } = control;
+        control.settings.model.validate().at("the model in its control_header cannot be flown")?;
+        let Settings { gains, limits, navigation, .. } = control.settings;
         let brings_law = own_law.is_some();
         let parameters =
             Parameters { gains, limits, navigation, brings_law, ..Parameters::default() };
@@ -129,7 +129,7 @@ impl Recording {
 
     /// The control side at the start.
     pub(super) fn settings(&self) -> Settings {
-        Settings { own_law: self.own_law.clone(), ..self.control.settings() }
+        Settings { own_law: self.own_law.clone(), ..self.control.settings.clone() }
     }
 
     /// The same recording, of which no more than this many control steps are flown.

@@ -1,11 +1,15 @@
-//! The flight as lines of text: what is known, a width and a height in, lines out.
+//! The flight as lines of text: what is known, a width and a height in, lines out; and lines that can be copied: where to connect and
+//! how to break something.
 
 use std::collections::VecDeque;
 
 use autopilot::io::status::{FaultStatus, FlightStatus, Listening, PlantState};
+use host_io::console;
 use icd::fault::FaultState;
+use icd::{Effector, EffectorKind};
+use plant_sim::Airframe;
+use unicode_width::{UnicodeWidthChar, UnicodeWidthStr};
 
-use super::text::{self, Advice, cut, fields};
 use crate::launch::keys::{self, PaceState};
 
 /// Messages of the two processes that are remembered.
@@ -232,7 +236,7 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
 
 /// Where to connect and how to break something: each command is a line of its own.
 fn help(stations: &Listening, advice: Option<&Advice>, width: usize) -> Vec<Line> {
-    let parts = text::parts(stations, advice);
+    let parts = parts(stations, advice);
     let mut lines = Vec::new();
     if !parts.is_empty() {
         lines.push(line(Tone::Plain, String::new()));
@@ -265,5 +269,303 @@ fn tone_of(message: &str) -> Tone {
     }
 }
 
+const INDENT: &str = "  ";
+/// Where a command of a shell goes on in the next line.
+const GOES_ON: &str = " \\";
+
+/// What to break of this aircraft: an elevator, or else its first surface.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Advice {
+    name: String,
+    /// Number of its servo, from 1.
+    servo: usize,
+    /// Where it sticks, deg, within its travel.
+    angle_deg: f64,
+    is_elevator: bool,
+}
+
+/// What `gcs-scripts/break_elevator.py` breaks without options.
+const OF_THE_SCRIPT: (usize, f64) = (3, 30.0);
+
+impl Advice {
+    /// For an aircraft; `None` for one without surfaces.
+    pub(crate) fn of(airframe: &Airframe) -> Option<Self> {
+        let list = &airframe.effectors;
+        let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
+        let elevator = list.of_kind(EffectorKind::Elevator).next();
+        let effector = elevator.or_else(|| list.all().find(is_surface))?;
+        let servo = list.all().position(|other| other == effector)? + 1;
+        let angle_deg = airframe.servos[effector].max.to_degrees().min(OF_THE_SCRIPT.1).round();
+        let name = list.name(effector).to_owned();
+        Some(Self { name, servo, angle_deg, is_elevator: elevator.is_some() })
+    }
+
+    fn part(&self, option: &str) -> Part {
+        let Self { name, servo, angle_deg, is_elevator } = self;
+        let (number, angle) = OF_THE_SCRIPT;
+        let angle =
+            if *angle_deg == angle { String::new() } else { format!(" --angle {angle_deg}") };
+        let script = format!("python3 gcs-scripts/break_elevator.py{option}{angle}");
+        let script = (*is_elevator && *servo == number).then_some(Command::Shell(script));
+        let consoles = [
+            format!("failure servo stuck -i {servo} -v {angle_deg}deg"),
+            format!("long USER_1 102 2 {servo} 1 {angle_deg} 0 0"),
+        ];
+        Part {
+            heading: format!("Break the {name} (shell, MAVLink console, MAVProxy):"),
+            commands: script.into_iter().chain(consoles.map(Command::Console)).collect(),
+        }
+    }
+}
+
+/// A heading and the commands that belong to it.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Part {
+    pub(super) heading: String,
+    pub(super) commands: Vec<Command>,
+}
+
+/// A line to be copied.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Command {
+    Shell(String),
+    /// For a console of a ground station.
+    Console(String),
+}
+
+impl Command {
+    /// In one line where that fits; a shell takes it also in several.
+    pub(super) fn lines(&self, width: usize) -> Vec<String> {
+        match self {
+            Self::Console(text) => vec![cut(&format!("{INDENT}{text}"), width)],
+            Self::Shell(text) => shell_lines(text, width),
+        }
+    }
+
+    fn text(&self) -> &str {
+        match self {
+            Self::Shell(text) => text,
+            Self::Console(text) => text,
+        }
+    }
+}
+
+fn shell_lines(text: &str, width: usize) -> Vec<String> {
+    let mut lines = Vec::new();
+    let mut line = INDENT.to_owned();
+    let mut words = text.split(' ').peekable();
+    while let Some(word) = words.next() {
+        let reserve = if words.peek().is_some() { GOES_ON.len() } else { 0 };
+        let is_first = line.len() == INDENT.len();
+        if !is_first && columns(&line) + 1 + columns(word) + reserve > width {
+            line.push_str(GOES_ON);
+            lines.push(std::mem::replace(&mut line, format!("{INDENT}{word}")));
+        } else {
+            line.push_str(if is_first { "" } else { " " });
+            line.push_str(word);
+        }
+    }
+    lines.push(line);
+    lines.iter().map(|line| cut(line, width)).collect()
+}
+
+/// How to reach the aircraft and how to break it; empty if there can be no ground station.
+pub(super) fn parts(stations: &Listening, advice: Option<&Advice>) -> Vec<Part> {
+    let Listening { clients, udp_server, tcp_server } = stations;
+    // Of two addresses that are called the first is the one of ground stations, the second that of programs.
+    let station = match (clients.first(), tcp_server, udp_server) {
+        (Some(first), _, _) => format!("udpin:{first}"),
+        (None, Some(port), _) => format!("tcp:{port}"),
+        (None, None, Some(port)) => format!("udpout:{port}"),
+        (None, None, None) => return Vec::new(),
+    };
+    let program =
+        clients.get(1).map_or_else(|| station.clone(), |second| format!("udpin:{second}"));
+    let is_default = program == DEFAULT_CONNECT;
+    let option = if is_default { String::new() } else { format!(" --connect {program}") };
+    let qgc = if clients.iter().any(|at| at.port() == QGROUNDCONTROL_PORT) {
+        "Connect: QGroundControl does so by itself. MAVProxy:"
+    } else {
+        "Connect with MAVProxy:"
+    };
+    let connect = Part {
+        heading: qgc.to_owned(),
+        commands: vec![Command::Shell(format!("mavproxy.py --master={station}"))],
+    };
+    [connect].into_iter().chain(advice.map(|advice| advice.part(&option))).collect()
+}
+
+const QGROUNDCONTROL_PORT: u16 = 14_550;
+/// Where `gcs-scripts/break_elevator.py` listens without options.
+const DEFAULT_CONNECT: &str = "udpin:127.0.0.1:14540";
+
+/// The same as plain lines, with the other addresses.
+pub(super) fn plain_lines(stations: &Listening, advice: Option<&Advice>) -> Vec<String> {
+    let Listening { clients, udp_server, tcp_server } = stations;
+    let called: Vec<String> = clients.iter().map(|station| format!("udp {station}")).collect();
+    let udp = udp_server.map(|port| format!("udp {port}"));
+    let awaited: Vec<String> =
+        udp.into_iter().chain(tcp_server.map(|port| format!("tcp {port}"))).collect();
+    let mut lines = Vec::new();
+    if !called.is_empty() {
+        lines.push(format!("ground stations  called at {}", called.join(", ")));
+    }
+    if !awaited.is_empty() {
+        lines.push(format!("ground stations  may connect to {}", awaited.join(", ")));
+    }
+    for part in parts(stations, advice) {
+        lines.push(part.heading);
+        lines.extend(part.commands.iter().map(|command| format!("{INDENT}{}", command.text())));
+    }
+    if !lines.is_empty() {
+        lines.push("End: Ctrl-C".to_owned());
+    }
+    lines
+}
+
+const GAP: &str = "   ";
+
+/// The columns that a text takes on a terminal.
+pub(super) fn columns(text: &str) -> usize {
+    text.width()
+}
+
+/// The text in at most `width` columns, with a sign where it was cut. What would move the cursor is left out.
+pub(super) fn cut(text: &str, width: usize) -> String {
+    let shown: String = text.chars().filter(|c| console::is_shown(*c)).collect();
+    if columns(&shown) <= width {
+        return shown;
+    }
+    let (mut short, mut used) = (String::new(), 1);
+    for c in shown.chars() {
+        used += c.width().unwrap_or(0);
+        if used > width {
+            break;
+        }
+        short.push(c);
+    }
+    if width > 0 {
+        short.push('~');
+    }
+    short
+}
+
+/// Fields behind a name. Those that do not fit go on in lines below, indented as deep as the name is long; where the
+/// screen is too narrow for that, by two columns.
+pub(super) fn fields(name: &str, fields: &[String], width: usize) -> Vec<String> {
+    let widest = fields.iter().map(|field| columns(field.trim_end())).max().unwrap_or(0);
+    let is_narrow = columns(name) + widest > width;
+    let (mut lines, mut line, mut is_empty) = (Vec::new(), name.to_owned(), true);
+    let indent = if is_narrow { "  ".to_owned() } else { " ".repeat(columns(name)) };
+    if is_narrow && !name.trim().is_empty() {
+        lines.push(cut(name.trim_end(), width));
+        line.clone_from(&indent);
+    }
+    for field in fields {
+        let gap = if is_empty { "" } else { GAP };
+        if !is_empty && columns(&line) + gap.len() + columns(field.trim_end()) > width {
+            lines.push(cut(line.trim_end(), width));
+            line.clone_from(&indent);
+        } else {
+            line.push_str(gap);
+        }
+        line.push_str(field);
+        is_empty = false;
+    }
+    lines.push(cut(line.trim_end(), width));
+    lines
+}
+
 #[cfg(test)]
 pub(super) mod tests;
+
+#[cfg(test)]
+mod text_tests {
+    use super::*;
+    use std::net::SocketAddr;
+
+    fn at(port: u16) -> SocketAddr {
+        SocketAddr::from(([127, 0, 0, 1], port))
+    }
+
+    #[test]
+    fn the_introduction_names_every_address_and_a_way_that_works() {
+        let mut listening = Listening {
+            clients: vec![at(14_550), at(14_540)],
+            udp_server: Some(at(18_570)),
+            tcp_server: Some(at(5_760)),
+        };
+        let advice = Advice::of(&Airframe::paper());
+        let words = |listening: &Listening| plain_lines(listening, advice.as_ref()).join("\n");
+        let all = words(&listening);
+        assert!(all.contains("called at udp 127.0.0.1:14550, udp 127.0.0.1:14540"), "{all}");
+        assert!(all.contains("connect to udp 127.0.0.1:18570, tcp 127.0.0.1:5760"), "{all}");
+        assert!(all.contains("--master=udpin:127.0.0.1:14550\n"), "{all}");
+        assert!(all.contains("break_elevator.py\n"), "the default needs no option: {all}");
+        listening.clients = vec![at(9_000)];
+        let all = words(&listening);
+        assert!(all.contains("break_elevator.py --connect udpin:127.0.0.1:9000\n"), "{all}");
+        assert!(!all.contains("by itself"), "nobody calls QGroundControl: {all}");
+        listening.clients.clear();
+        assert!(words(&listening).contains("--connect tcp:127.0.0.1:5760"));
+        listening.tcp_server = None;
+        assert!(words(&listening).contains("--connect udpout:127.0.0.1:18570"));
+        assert!(plain_lines(&Listening::default(), None).is_empty());
+    }
+
+    #[test]
+    fn what_is_advised_can_be_broken_on_every_aircraft() {
+        let of = |name: &str| {
+            let shipped = plant_sim::airframe::AIRFRAMES;
+            let (_, text) = shipped.iter().find(|(known, _)| *known == name).unwrap();
+            Advice::of(&Airframe::from_toml(name, text).unwrap()).unwrap().part("")
+        };
+        let lines =
+            |name| of(name).commands.iter().map(|c| c.text().to_owned()).collect::<Vec<_>>();
+        let jet = [
+            "python3 gcs-scripts/break_elevator.py",
+            "failure servo stuck -i 3 -v 30deg",
+            "long USER_1 102 2 3 1 30 0 0",
+        ];
+        assert_eq!(lines("tvc_jet"), jet);
+        assert_eq!(lines("f16")[0], "python3 gcs-scripts/break_elevator.py --angle 25");
+        assert!(of("aerosonde").heading.contains("elevator"));
+        // A flying wing has no elevator.
+        let text = include_str!("../../../../plant-sim/airframes/aerosonde.toml");
+        let text = text.replace("kind = \"elevator\"", "kind = \"rudder\"");
+        let wing = Advice::of(&Airframe::from_toml("wing.toml", &text).unwrap()).unwrap().part("");
+        assert!(wing.heading.starts_with("Break the left aileron"), "{}", wing.heading);
+        assert!(wing.commands.iter().all(|command| !command.text().contains("break_elevator")));
+    }
+
+    #[test]
+    fn a_shell_takes_a_command_in_several_lines() {
+        let command = Command::Shell("mavproxy.py --master=udpin:127.0.0.1:14550".to_owned());
+        assert_eq!(command.lines(44), ["  mavproxy.py --master=udpin:127.0.0.1:14550"]);
+        let lines = ["  mavproxy.py \\", "  --master=udpin:127.0.0.1:14550"];
+        assert_eq!(command.lines(43), lines);
+    }
+
+    #[test]
+    fn a_text_that_is_too_long_is_cut_and_marked() {
+        assert_eq!(cut("altitude", 8), "altitude");
+        assert_eq!(cut("altitude", 7), "altitu~");
+        assert_eq!(cut("altitude", 1), "~");
+        assert_eq!(cut("altitude", 0), "");
+        assert_eq!(cut("a\x1b[2Jb\r\n", 10), "a[2Jb", "nothing moves the cursor");
+        assert_eq!(
+            cut("\u{98db}\u{884c}\u{6a5f}", 5),
+            "\u{98db}\u{884c}~",
+            "wide letters take two columns"
+        );
+    }
+
+    #[test]
+    fn fields_go_on_below_their_first() {
+        let values = ["roll 10".to_owned(), "pitch 20".to_owned()];
+        assert_eq!(fields("left  ", &values, 24), ["left  roll 10   pitch 20"]);
+        assert_eq!(fields("left  ", &values, 23), ["left  roll 10", "      pitch 20"]);
+        assert_eq!(fields("left  ", &values, 12), ["left", "  roll 10", "  pitch 20"]);
+        assert_eq!(fields("left  ", &values, 8), ["left", "  roll ~", "  pitch~"]);
+    }
+}

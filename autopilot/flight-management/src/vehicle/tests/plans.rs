@@ -1,8 +1,8 @@
 use super::plane::{Plane, at, circle, item, plan, point, start, waypoint};
 use super::*;
+use crate::vehicle::Target;
 use crate::vehicle::VehicleEvent;
 use crate::vehicle::plan::{Action, Circle, Item, Point, Progress};
-use crate::vehicle::report::Target;
 
 const COMPLETE: VehicleEvent = VehicleEvent::PlanComplete;
 

@@ -149,7 +149,7 @@ struct Writer {
 
 impl Writer {
     fn new(without: Without, control: &ControlHeader, plant: &PlantHeader) -> Self {
-        let effectors = &control.model.effectors.list;
+        let effectors = &control.settings.model.effectors.list;
         let formats = [
             topics::sensors(),
             topics::commands(effectors),

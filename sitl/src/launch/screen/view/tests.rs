@@ -1,4 +1,3 @@
-use super::super::text::columns;
 use super::*;
 use autopilot::io::status::{AppliedCompensation, References};
 use icd::SimTime;
@@ -46,7 +45,7 @@ fn state(flight: FlightStatus) -> State {
         udp_server: Some(at(18_570)),
         tcp_server: Some(at(5_760)),
     });
-    state.advice = Advice::of(&plant_sim::Airframe::paper());
+    state.advice = Advice::of(&Airframe::paper());
     state.flight = Some(flight);
     state.keys = true;
     for n in 0..30 {

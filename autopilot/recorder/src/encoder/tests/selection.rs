@@ -1,5 +1,5 @@
-use super::*;
 use crate::Moment;
+use crate::encoder::*;
 use flight_control::{Demand, FlightControl, Gains, NavigationState};
 use flight_management::command::Intent;
 use flight_management::command::VehicleCommand;

@@ -6,8 +6,6 @@ use std::sync::Arc;
 
 use flight_control::Law;
 
-use super::Autopilot;
-
 /// Why a law has failed.
 pub type Failure = Arc<dyn Error + Send + Sync>;
 
@@ -33,6 +31,7 @@ impl<L: Law + Clone + Send + 'static> FlightLaw for L {
 #[derive(Clone)]
 pub struct OwnLaw {
     name: Arc<str>,
+    /// What makes one for each flight.
     make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
 }
 
@@ -68,7 +67,7 @@ impl Eq for OwnLaw {}
 
 /// The law of a flight and its constructor.
 pub struct Brought {
-    own: OwnLaw,
+    pub(crate) own: OwnLaw,
     law: Box<dyn FlightLaw>,
 }
 
@@ -77,11 +76,6 @@ impl Brought {
     pub fn new(own: OwnLaw) -> Self {
         let law = (own.make)();
         Self { own, law }
-    }
-
-    /// What the program brought.
-    pub fn own(&self) -> OwnLaw {
-        self.own.clone()
     }
 
     /// The law of this flight.
@@ -95,7 +89,7 @@ impl Brought {
     }
 }
 
-/// A law that cannot be copied starts anew in the copy: see [`Autopilot::own_law`].
+/// A law that cannot be copied starts anew in the copy: see [`crate::autopilot::Autopilot::own_law`].
 impl Clone for Brought {
     fn clone(&self) -> Self {
         let own = self.own.clone();
@@ -107,19 +101,5 @@ impl Clone for Brought {
 impl fmt::Debug for Brought {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.own.fmt(f)
-    }
-}
-
-impl Autopilot {
-    /// The law that the program brought, as it is in this flight.
-    pub fn own_law(&self) -> Option<&dyn FlightLaw> {
-        self.own_law.as_ref().map(Brought::law)
-    }
-
-    /// Creates the law again.
-    pub(super) fn reset_own_law(&mut self) {
-        if let Some(brought) = &mut self.own_law {
-            brought.law = (brought.own.make)();
-        }
     }
 }

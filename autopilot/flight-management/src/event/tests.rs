@@ -20,7 +20,7 @@ const FULL: Authority = Authority {
 fn calm() -> StepLog {
     let model: AircraftModel = configuration::aircraft_model("model", DEFAULT_MODEL).unwrap();
     let mut flight = FlightControl::new(PERIOD, &model, &Gains::REFERENCE);
-    let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
+    let demand = Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let mut log = flight.step(&NavigationState::at_rest(), &demand);
     log.health = Health::default();
     log.authority = FULL;
