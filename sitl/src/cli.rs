@@ -281,11 +281,14 @@ fn run_study(
     Ok(ExitCode::SUCCESS)
 }
 
+/// The specifications that come with the program, each with what it is about.
 fn specifications() -> String {
-    let names = SHIPPED.map(|(name, _)| name).join(", ");
-    format!(
-        "A specification is a study too, by its name or from a file, with the options of `sitl campaign run`: {names}."
-    )
+    let line = |(name, text): &(&str, &str)| {
+        let about = text.lines().find_map(|line| line.strip_prefix("about = "));
+        format!("  {name:18}  {}\n", about.unwrap_or_default().trim_matches('"'))
+    };
+    let lines: String = SHIPPED.iter().map(line).collect();
+    format!("Specifications, with the options of `sitl campaign run`; a file is one too:\n{lines}")
 }
 
 /// The campaign of a specification, read with the options of `sitl campaign run`.

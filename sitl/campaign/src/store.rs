@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use flight_analysis::fly::outcome::Outcome;
 use flight_analysis::problem::{At as _, Problem, problem};
 use host_io::file::{self, NewFile, TEXT_MAX};
+use host_io::folder::OutFolder;
 use serde::{Deserialize, Serialize};
 
 use crate::plan::{Aircraft, Plan};
@@ -141,6 +142,7 @@ impl Store {
         let aircraft = plan.aircraft.iter().map(of).collect();
         let store = Self { folder: folder.to_path_buf(), head: Head::of(plan), aircraft };
         let parts = store.parts();
+        let _ = OutFolder::create(folder)?;
         fs::create_dir_all(&parts).at(parts.display())?;
         let path = store.head_path();
         if matches!(file::read_text(&path, TEXT_MAX), Err(problem) if problem.is_not_found()) {

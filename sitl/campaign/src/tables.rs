@@ -37,7 +37,8 @@ pub fn markdown(plan: &Plan, results: &Results) -> String {
     let mut text = String::new();
     for table in tables {
         let begin = if text.is_empty() { BEGINNING } else { "" };
-        let _ = write!(text, "{begin}\n\n{}. {}\n\n", table.title, table.about);
+        let about = format!("{}. {}", table.title, table.about);
+        let _ = write!(text, "{begin}\n\n{}\n\n", about.trim_end());
         text += &Cells::of(plan, table).markdown(results);
     }
     text
