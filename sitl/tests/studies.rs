@@ -47,7 +47,7 @@ fn what_a_study_sets_itself_is_refused_and_not_silently_replaced() {
         sitl(&words).expect_err("it has no effect")
     };
     for (study, option) in [
-        (0, ["--set", "plant.start.airspeed_kt=400"]),
+        (0, ["--set", "plant.start.airspeed_m_s=400"]),
         (0, ["--set", "plant.sensors.grade=tactical"]),
         (1, ["--set", "FTC_ALLOC=1"]),
         (1, ["--set", "plant.seed=4"]),

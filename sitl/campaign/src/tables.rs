@@ -58,6 +58,9 @@ impl<'a> Cells<'a> {
         for number in 0..plan.runs() {
             // The plan is checked, so every run can be drawn.
             let Ok(run) = plan.run(number) else { continue };
+            if table.law.as_ref().is_some_and(|law| plan.laws()[run.law] != law) {
+                continue;
+            }
             let row = table.rows.iter().map(|key| name(plan, &run, key)).collect();
             let across =
                 table.across.as_ref().map_or_else(String::new, |key| name(plan, &run, key));

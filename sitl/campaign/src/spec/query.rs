@@ -15,6 +15,8 @@ pub struct TableSpec {
     pub about: String,
     /// `airframe`, `law`, or variables.
     pub rows: Vec<String>,
+    /// Flights of this law alone.
+    pub law: Option<String>,
     /// One more of these.
     pub across: Option<String>,
     pub columns: Vec<ColumnSpec>,
@@ -90,9 +92,14 @@ impl TableSpec {
         let known = |key: &&String| {
             ["airframe", "law"].contains(&key.as_str()) || spec.vary.iter().any(|v| v.key == **key)
         };
-        match self.rows.iter().chain(&self.across).find(|key| !known(key)) {
-            None => Ok(()),
-            Some(key) => refuse(file, "table.rows", key, "airframe, law, or a variable"),
+        if let Some(key) = self.rows.iter().chain(&self.across).find(|key| !known(key)) {
+            return refuse(file, "table.rows", key, "airframe, law, or a variable");
+        }
+        match &self.law {
+            Some(law) if spec.law.iter().all(|known| known.name != *law) => {
+                refuse(file, "table.law", law, "the name of a [[law]]")
+            }
+            _ => Ok(()),
         }
     }
 }
