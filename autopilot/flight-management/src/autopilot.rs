@@ -242,7 +242,7 @@ impl Autopilot {
         match change {
             Configuration::Gains(gains) => {
                 self.gains = *gains;
-                self.rules.obey(&gains);
+                self.rules = Rules::new(self.rules.limits, self.rules.navigation, &gains);
                 self.flight.set_gains(&gains);
                 self.navigation.set_gains(&gains);
             }
