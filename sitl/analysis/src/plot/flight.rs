@@ -76,7 +76,8 @@ impl Flight {
             strays: 0,
         };
         let of_plant = flight.plant.as_ref().map(|plant| plant.setup.airframe.effectors);
-        let of_control = flight.control.as_ref().map(|control| control.settings.model.effectors.list);
+        let of_control =
+            flight.control.as_ref().map(|control| control.settings.model.effectors.list);
         // A log without headers names its columns all the same: those of the aircraft that every log had once.
         flight.effectors = of_plant.or(of_control).unwrap_or_else(tvc_jet::effectors);
         Ok(flight)
