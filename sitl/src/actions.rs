@@ -2,11 +2,11 @@
 //!
 //! Each button is one MAV_CMD_USER_1 (docs/commands.md, section Faults). The syntax of a fault is that of scripts.
 
-use std::error::Error;
 use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
 use host_io::folder::OutFolder;
+use host_io::problem::{At as _, Problem, problem};
 use icd::fault::{FaultKind, Measure, Onset, Target, TargetClass, Timing, check};
 use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
@@ -51,7 +51,7 @@ struct Button {
 }
 
 /// Writes both files.
-pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &ActionsArgs) -> Result<(), Problem> {
     args.aircraft.check_read(&[settings::Target::Airframe])?;
     let buttons = args.buttons(&args.aircraft.airframe()?)?;
     let folder = OutFolder::create(&args.out)?;
@@ -64,15 +64,17 @@ pub fn run(args: &ActionsArgs) -> Result<(), Box<dyn Error>> {
 }
 
 impl ActionsArgs {
-    fn buttons(&self, airframe: &Airframe) -> Result<Vec<Button>, Box<dyn Error>> {
+    fn buttons(&self, airframe: &Airframe) -> Result<Vec<Button>, Problem> {
         if self.faults.len() > BUTTONS_MAX {
-            return Err(
-                format!("--fault: {} buttons, at most {BUTTONS_MAX}", self.faults.len()).into()
-            );
+            let count = self.faults.len();
+            return Err(problem!("--fault: {count} buttons, at most {BUTTONS_MAX}"));
         }
         let defaults = default_faults(airframe);
         let faults = if self.faults.is_empty() { &defaults } else { &self.faults };
-        faults.iter().map(|fault| button(fault, airframe)).collect()
+        faults
+            .iter()
+            .map(|fault| button(fault, airframe).at(format!("--fault `{fault}`")))
+            .collect()
     }
 }
 
@@ -91,21 +93,19 @@ fn default_faults(airframe: &Airframe) -> Vec<String> {
 }
 
 /// Reads `[LABEL:]WORDS`.
-fn button(text: &str, airframe: &Airframe) -> Result<Button, Box<dyn Error>> {
-    let refused = |problem: String| format!("--fault `{text}`: {problem}");
+fn button(text: &str, airframe: &Airframe) -> Result<Button, Problem> {
     let (label, words) = match text.split_once(':') {
         Some((label, words)) => (label.trim().to_owned(), words.trim()),
         None => (capital(text.trim()), text.trim()),
     };
     if label.is_empty() || words.contains('\n') {
-        return Err(refused("a button has a label and one line".to_owned()).into());
+        return Err(problem!("a button has a label and one line"));
     }
     let list = &airframe.effectors;
     let verb = if words == "all" { "clear" } else { "fail" };
-    let script = Script::parse("--fault", &format!("{verb} {words}"), list)
-        .map_err(|error| refused(error.to_string()))?;
+    let script = Script::parse("--fault", &format!("{verb} {words}"), list)?;
     let Some(Action::Fault(request)) = script.lines().next().map(|line| line.action) else {
-        return Err(refused("this is no fault".to_owned()).into());
+        return Err(problem!("this is no fault"));
     };
     let params = match request {
         FaultRequest::ClearAll => [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -113,11 +113,10 @@ fn button(text: &str, airframe: &Airframe) -> Result<Button, Box<dyn Error>> {
             let reach = airframe.servos[effector].reach(Target::from(effector).class(list));
             let class = reach.class;
             check(&kind, &timing, &reach)
-                .map_err(|refusal| refused(refusal.described(class).to_string()))?;
-            params(airframe, effector, &kind, &timing)
-                .map_err(|problem| refused(problem.to_owned()))?
+                .map_err(|refusal| problem!("{}", refusal.described(class)))?;
+            params(airframe, effector, &kind, &timing).map_err(Problem::new)?
         }
-        _ => return Err(refused("this is no fault of an effector".to_owned()).into()),
+        _ => return Err(problem!("this is no fault of an effector")),
     };
     Ok(Button { label, description: format!("{verb} {words}"), params })
 }

@@ -1,7 +1,6 @@
 //! How fast flights run on this machine, as ratios that hold beyond it; and what sensors with errors, turbulence and the estimator
 //! cost, in one process on one core.
 
-use std::error::Error;
 use std::hint::black_box;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -13,6 +12,7 @@ use flight_analysis::closed_loop::{FlightSetup, fly, watch};
 use flight_analysis::configuration::{AircraftArgs, Named};
 use flight_analysis::metrics::quantile;
 use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
+use host_io::problem::{Problem, problem};
 use host_io::{clock, console};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
 use plant_sim::airframe::F16_AIRFRAME;
@@ -48,9 +48,14 @@ pub struct BenchArgs {
 ///
 /// # Errors
 /// What went wrong with a flight, or with the output.
-pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Box<dyn Error>> {
+pub fn run(args: &BenchArgs, program: &Path) -> Result<(), Problem> {
     let mut out = console::out();
-    let setup = |step_us| paper_case(step_us, args.flight_s);
+    // Case 1 of the paper, as the programs fly it by default.
+    let setup = |step_us| -> Result<FlightSetup, Problem> {
+        let options = SetupOptions { step_us: Some(step_us), ..SetupOptions::default() };
+        let duration = SimTime::from_micros(1_000_000 * u64::from(args.flight_s));
+        Ok(FlightSetup { duration, ..options.setup("case1")? })
+    };
     writeln!(out, "in process, one core                            times real time")?;
     for step_us in [2_000, 1_000] {
         let setup = setup(step_us)?;
@@ -95,25 +100,19 @@ fn logs(
     program: &Path,
     arrangement: &Arrangement,
     setup: &FlightSetup,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<(), Problem> {
     const RATES: [&str; 2] = ["events", "full"];
     writeln!(out, "the same with a flight log, over the same without; plant step 1000 us")?;
     let mut ratios = [Vec::new(), Vec::new()];
     for _ in 0..args.repeat.max(1) {
-        let speed = |log| -> Result<f64, Box<dyn Error>> {
-            let report = time_udp(program, setup, arrangement, log)?;
-            #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-            let ticks = report.ticks as f64;
-            Ok(ticks / report.wall_s)
-        };
+        let speed = |log| ticks_per_s(program, setup, arrangement, log);
         let without = speed(None)?;
         for (rate, ratios) in RATES.into_iter().zip(&mut ratios) {
             ratios.push(speed(Some(rate))? / without);
         }
     }
     for (rate, ratios) in RATES.into_iter().zip(ratios) {
-        let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(ratios.clone(), part));
-        writeln!(out, "    --log-rate {rate:<7} ratio {ratio:.2} ({low:.2} to {high:.2})")?;
+        writeln!(out, "    --log-rate {rate:<7} {}", middle(&ratios))?;
     }
     Ok(())
 }
@@ -124,47 +123,57 @@ fn link(
     program: &Path,
     arrangement: &Arrangement,
     setup: &FlightSetup,
-) -> Result<(), Box<dyn Error>> {
+) -> Result<(), Problem> {
     // Always one right after the other: other work on the machine comes and goes, and must meet both.
     let (mut echoes, mut ticks, mut ratios) = (Vec::new(), Vec::new(), Vec::new());
     for _ in 0..args.repeat.max(1) {
         let echo = arrangement::echo_rate(program, arrangement, ECHO_MS)?;
-        let report = time_udp(program, setup, arrangement, None)?;
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
-        let tick = report.ticks as f64 / report.wall_s;
+        let tick = ticks_per_s(program, setup, arrangement, None)?;
         echoes.push(echo);
         ticks.push(tick);
         ratios.push(tick / echo);
     }
     let (echo, tick) = (quantile(echoes, 0.5), quantile(ticks, 0.5));
-    let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(ratios.clone(), part));
+    let ratio = middle(&ratios);
     let step_us = setup.plant.step_us;
     let factor = tick * setup.plant.period.as_seconds();
     writeln!(
         out,
         "    plant step {step_us} us: echo {echo:7.0}/s   closed loop {tick:7.0}/s, {factor:.0} times real time   \
-         ratio {ratio:.2} ({low:.2} to {high:.2})"
+         {ratio}"
     )?;
     Ok(())
 }
 
-/// Case 1 of the paper, as the programs fly it by default.
-fn paper_case(step_us: u32, flight_s: u32) -> Result<FlightSetup, Box<dyn Error>> {
-    let options = SetupOptions { step_us: Some(step_us), ..SetupOptions::default() };
-    let duration = SimTime::from_micros(1_000_000 * u64::from(flight_s));
-    Ok(FlightSetup { duration, ..options.setup("case1")? })
+/// Ticks a second of a flight through both processes.
+fn ticks_per_s(
+    program: &Path,
+    setup: &FlightSetup,
+    arrangement: &Arrangement,
+    log: Option<&str>,
+) -> Result<f64, Problem> {
+    let report = time_udp(program, setup, arrangement, log)?;
+    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    let ticks = report.ticks as f64;
+    Ok(ticks / report.wall_s)
+}
+
+/// Median, and range of the middle half.
+fn middle(ratios: &[f64]) -> String {
+    let [low, ratio, high] = [0.25, 0.5, 0.75].map(|part| quantile(ratios.to_vec(), part));
+    format!("ratio {ratio:.2} ({low:.2} to {high:.2})")
 }
 
 /// Wall time of a whole flight as a command, ms.
-fn command(program: &Path) -> Result<f64, Box<dyn Error>> {
+fn command(program: &Path) -> Result<f64, Problem> {
     let began = clock::now();
     let flown = Process::new(program).args(["fly", COMMAND]).stdout(Stdio::null()).status()?;
     let ms = (clock::now() - began).as_secs_f64() * 1.0e3;
-    if flown.success() { Ok(ms) } else { Err(format!("sitl fly {COMMAND}: {flown}").into()) }
+    if flown.success() { Ok(ms) } else { Err(problem!("sitl fly {COMMAND}: {flown}")) }
 }
 
 /// Simulation time per wall time in one process.
-fn in_process(setup: &FlightSetup) -> Result<f64, Box<dyn Error>> {
+fn in_process(setup: &FlightSetup) -> Result<f64, Problem> {
     let began = clock::now();
     let end = fly(setup, &mut |record| {
         black_box(record);
@@ -174,8 +183,8 @@ fn in_process(setup: &FlightSetup) -> Result<f64, Box<dyn Error>> {
 
 fn median(
     repeat: usize,
-    mut measure: impl FnMut() -> Result<f64, Box<dyn Error>>,
-) -> Result<f64, Box<dyn Error>> {
+    mut measure: impl FnMut() -> Result<f64, Problem>,
+) -> Result<f64, Problem> {
     let values: Result<Vec<f64>, _> = (0..repeat.max(1)).map(|_| measure()).collect();
     Ok(quantile(values?, 0.5))
 }
@@ -192,7 +201,7 @@ const WARM: usize = 5_000;
 const RECORDED_S: f64 = 20.0;
 
 /// Measures and prints: plant steps, estimator and control step, and the closed loop with all of it for `flight_s`.
-fn measure_parts(out: &mut impl Write, repeat: usize, flight_s: u32) -> Result<(), Box<dyn Error>> {
+fn measure_parts(out: &mut impl Write, repeat: usize, flight_s: u32) -> Result<(), Problem> {
     writeln!(
         out,
         "plant steps a second; in brackets the time over that of the plain step. Plain: forces, servos, WGS-84, four evaluations \
@@ -253,11 +262,7 @@ fn measure_parts(out: &mut impl Write, repeat: usize, flight_s: u32) -> Result<(
 }
 
 /// The nominal flight of an aircraft, with exact sensors in still air or with all errors.
-fn plant_setup(
-    airframe: &Airframe,
-    step_us: u32,
-    has_errors: bool,
-) -> Result<PlantSetup, Box<dyn Error>> {
+fn plant_setup(airframe: &Airframe, step_us: u32, has_errors: bool) -> Result<PlantSetup, Problem> {
     let nominal = Named::scenario("nominal")?;
     let mut plant = AircraftArgs::default().scenario(&nominal, &airframe.effectors)?.plant;
     if has_errors {
@@ -268,11 +273,7 @@ fn plant_setup(
 }
 
 /// The same with a controller, with all errors.
-fn flight_setup(
-    airframe: &Airframe,
-    step_us: u32,
-    flight_s: f64,
-) -> Result<FlightSetup, Box<dyn Error>> {
+fn flight_setup(airframe: &Airframe, step_us: u32, flight_s: f64) -> Result<FlightSetup, Problem> {
     let mut setup = SetupOptions::default().setup("nominal")?;
     setup.plant = plant_setup(airframe, step_us, true)?;
     setup.duration = SimTime::from_seconds(flight_s).unwrap_or(SimTime::ZERO);
@@ -280,7 +281,7 @@ fn flight_setup(
 }
 
 /// Plant steps a second with the controls of the trimmed flight.
-fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Box<dyn Error>> {
+fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Problem> {
     let start = Plant::new(setup)?;
     let actuators = Actuators { commands: start.trim().positions() };
     let began = clock::now();
@@ -303,7 +304,7 @@ fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Box<dyn Error>>
 struct Recorded(Vec<(SimTime, Sensors, NavigationState, Demand)>);
 
 impl Recorded {
-    fn of(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
+    fn of(setup: &FlightSetup) -> Result<Self, Problem> {
         let mut flown = Self(Vec::new());
         watch(setup, |tick| {
             flown.0.push((tick.exchange.time, *tick.sensors, tick.log.state, tick.snapshot.demand));
@@ -311,10 +312,9 @@ impl Recorded {
         })?;
         match flown.0.last() {
             Some((_, _, state, _)) if flown.0.len() > WARM && state.estimate.is_some() => Ok(flown),
-            _ => {
-                Err("the flight that is measured ended early, or was not on estimated states"
-                    .into())
-            }
+            _ => Err(problem!(
+                "the flight that is measured ended early, or was not on estimated states"
+            )),
         }
     }
 

@@ -10,7 +10,7 @@ use std::path::Path;
 
 use crate::format::{FILE_HEADER, Field, FieldType, Format, MAGIC, MESSAGE_HEADER, SYNC, VERSION};
 
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Log {
     bytes: Vec<u8>,
     start_us: u64,
@@ -186,9 +186,7 @@ impl Info {
         if self.field.array.is_some() {
             return None;
         }
-        let mut wide = [0; 8];
-        wide.get_mut(..self.bytes.len())?.copy_from_slice(&self.bytes);
-        let value = u64::from_le_bytes(wide);
+        let value = wide(&self.bytes);
         match self.field.kind {
             Bool | U8 | U16 | U32 | U64 => Some(value),
             I8 | I16 | I32 | I64 => {
@@ -555,19 +553,7 @@ fn parse(bytes: Vec<u8>) -> Result<Log, ReadError> {
     }
     let mut start = [0; 8];
     start.copy_from_slice(&header[MAGIC.len() + 1..]);
-    let mut log = Log {
-        bytes: Vec::new(),
-        start_us: u64::from_le_bytes(start),
-        formats: Vec::new(),
-        by_name: HashMap::new(),
-        topics: Vec::new(),
-        infos: Vec::new(),
-        parameters: Vec::new(),
-        texts: Vec::new(),
-        dropouts_ms: Vec::new(),
-        damages: Vec::new(),
-        is_cut: false,
-    };
+    let mut log = Log { start_us: u64::from_le_bytes(start), ..Log::default() };
     let mut parser = Parser {
         bytes: &bytes,
         at: FILE_HEADER,

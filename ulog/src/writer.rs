@@ -287,25 +287,16 @@ impl<W: Write> Messages<W> {
             let text = format!("parameter {name} is neither int32_t nor float");
             return Err(io::Error::new(io::ErrorKind::InvalidInput, text));
         }
-        let (i32, u64, f32);
-        let (key, bytes): (String, &[u8]) = match value {
-            Value::Text(text) => (format!("char[{}] {name}", text.len()), text.as_bytes()),
-            Value::U64(value) => {
-                u64 = value.to_le_bytes();
-                (format!("uint64_t {name}"), &u64)
-            }
-            Value::I32(value) => {
-                i32 = value.to_le_bytes();
-                (format!("int32_t {name}"), &i32)
-            }
-            Value::F32(value) => {
-                f32 = value.to_le_bytes();
-                (format!("float {name}"), &f32)
-            }
+        let (kind_name, bytes) = match value {
+            Value::Text(text) => (format!("char[{}]", text.len()), text.as_bytes().to_vec()),
+            Value::U64(value) => ("uint64_t".to_owned(), value.to_le_bytes().to_vec()),
+            Value::I32(value) => ("int32_t".to_owned(), value.to_le_bytes().to_vec()),
+            Value::F32(value) => ("float".to_owned(), value.to_le_bytes().to_vec()),
         };
+        let key = format!("{kind_name} {name}");
         let length =
             u8::try_from(key.len()).map_err(|_| too_long("name", key.len(), u8::MAX.into()))?;
-        self.message(kind, &[&[length], key.as_bytes(), bytes])
+        self.message(kind, &[&[length], key.as_bytes(), &bytes])
     }
 }
 

@@ -36,6 +36,8 @@ const _: () = assert!(OPEN_MAX < REQUESTS_MAX);
 /// Lines that are executed in one control step; further due lines follow in the next ones. A line causes up to
 /// three events.
 const LINES_PER_STEP: usize = 32;
+/// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
+const EVENTS_MAX: usize = 256;
 const _: () = assert!(3 * LINES_PER_STEP < EVENTS_MAX);
 
 /// The control side of a flight at its start. Flight logs have it in this order.
@@ -242,7 +244,7 @@ impl Autopilot {
         match change {
             Configuration::Gains(gains) => {
                 self.gains = *gains;
-                self.rules.obey(&gains);
+                self.rules = Rules::new(self.rules.limits, self.rules.navigation, &gains);
                 self.flight.set_gains(&gains);
                 self.navigation.set_gains(&gains);
             }
@@ -591,10 +593,10 @@ impl Autopilot {
 /// A request to the plant without an answer.
 #[derive(Debug, Clone, Copy)]
 struct OpenRequest {
-    pub request: PlantRequest,
+    request: PlantRequest,
     /// The plant has it. One new flight completes all requests for one, so only the first of them is sent.
-    pub is_sent: bool,
-    pub asker: Asker,
+    is_sent: bool,
+    asker: Asker,
 }
 
 /// Who learns the outcome of a request.
@@ -633,9 +635,6 @@ struct Scripts {
     running: Option<Run>,
     last_number: u32,
 }
-
-/// Events that wait to be fetched; the queue drops the oldest of the least important kind and reports how many.
-const EVENTS_MAX: usize = 256;
 
 /// Events that wait to be fetched.
 #[derive(Debug, Clone)]

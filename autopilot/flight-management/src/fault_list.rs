@@ -22,17 +22,15 @@ impl FaultList {
     pub fn handle_event(&mut self, kind: &EventKind) -> bool {
         match kind {
             EventKind::FlightBegan { .. } => *self = Self::default(),
-            EventKind::PlantBack | EventKind::EventsLost(_) => self.doubt(),
+            // All faults are unconfirmed until the plant has reported them again.
+            EventKind::PlantBack | EventKind::EventsLost(_) => {
+                self.doubtful.append(&mut self.entries);
+                self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
+            }
             EventKind::Fault(entry) => return self.take(entry),
             _ => {}
         }
         true
-    }
-
-    /// Marks all faults as unconfirmed until the plant has reported them again.
-    fn doubt(&mut self) {
-        self.doubtful.append(&mut self.entries);
-        self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
     }
 
     fn take(&mut self, entry: &FaultEntry) -> bool {

@@ -446,7 +446,9 @@ impl Run {
             *place = Place { next: place.next + 1, since: state.time, excess: None, due: false };
             let due = Due { line: line.number, action: line.action };
             if due.action == Action::End {
-                self.end();
+                for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
+                    place.next = sequence.lines.len();
+                }
             }
             return Some(due);
         }
@@ -476,12 +478,6 @@ impl Run {
                     condition.is_crossed(before, now)
                 }
             };
-        }
-    }
-
-    fn end(&mut self) {
-        for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
-            place.next = sequence.lines.len();
         }
     }
 

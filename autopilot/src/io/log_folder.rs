@@ -20,6 +20,7 @@ use std::thread::{self, JoinHandle};
 use tokio::sync::mpsc;
 use tracing::{debug, info, warn};
 
+use super::join;
 use crate::clock::WallTime;
 use mavlink_services::logs::{Erased, LogDone, LogFile, LogJob, LogOutcome, LogTask};
 
@@ -158,7 +159,14 @@ impl LogFolder {
             let mut held = Held::default();
             while let Some(LogJob { number, task }) = held.next_job(&theirs, HOLD) {
                 held.prepare(&folder, &task);
-                let result = work(&folder, &task).map_err(|error| error.to_string());
+                let result = match &task {
+                    LogTask::List => list(&folder).map(LogOutcome::Listed),
+                    LogTask::Read { name, offset, length } => {
+                        read(&folder, name, *offset, *length).map(LogOutcome::Read)
+                    }
+                    LogTask::Erase => erase(&folder).map(LogOutcome::Erased),
+                };
+                let result = result.map_err(|error| error.to_string());
                 if outcomes.blocking_send(LogDone { number, result }).is_err() {
                     return;
                 }
@@ -197,11 +205,7 @@ impl Drop for LogFolder {
     fn drop(&mut self) {
         self.jobs = None;
         self.done.close();
-        if let Some(reader) = self.reader.take()
-            && reader.join().is_err()
-        {
-            warn!("the reader of the log folder has broken down");
-        }
+        join(self.reader.take(), "reader of the log folder");
     }
 }
 
@@ -245,16 +249,6 @@ impl Held {
             self.0.push((name.to_owned(), file));
         }
     }
-}
-
-fn work(folder: &Path, task: &LogTask) -> io::Result<LogOutcome> {
-    Ok(match task {
-        LogTask::List => LogOutcome::Listed(list(folder)?),
-        LogTask::Read { name, offset, length } => {
-            LogOutcome::Read(read(folder, name, *offset, *length)?)
-        }
-        LogTask::Erase => LogOutcome::Erased(erase(folder)?),
-    })
 }
 
 /// One log in the folder.
@@ -409,11 +403,7 @@ impl Drop for Tlog {
         if self.dropped > 0 {
             warn!(frames = self.dropped, "frames that the traffic log does not have");
         }
-        if let Some(writer) = self.writer.take()
-            && writer.join().is_err()
-        {
-            warn!("the writer of the traffic log has broken down");
-        }
+        join(self.writer.take(), "writer of the traffic log");
     }
 }
 

@@ -31,6 +31,7 @@ use icd::{Actuators, SimTime};
 use tracing::{debug, info, warn};
 use ulog::writer::Level;
 
+use super::join;
 use super::log_folder::{log_name, make_room, prepare, share};
 use super::status::StatusSource;
 use ::recorder::{
@@ -286,8 +287,7 @@ impl Recorder {
         self.push(Entry::End(end));
         self.hand_over();
         self.full = None;
-        let lock = self.thread.take()?.join();
-        lock.inspect_err(|_| warn!("the log thread has broken down")).ok()?
+        join(self.thread.take(), "log thread").flatten()
     }
 
     fn recorded(&mut self, what: Recorded) {

@@ -19,6 +19,7 @@ use host_io::problem::{Problem, problem};
 use nix::unistd::geteuid;
 use tracing::warn;
 
+use super::join;
 use flight_management::TextError;
 use flight_management::parameters::{Parameters, from_text, has_only_parameters, saved_error};
 use mavlink_services::mission::{SavedPlan, SavedPlanError};
@@ -306,11 +307,7 @@ impl Drop for Store {
     fn drop(&mut self) {
         self.shared.lock().has_ended = true;
         self.shared.changed.notify_one();
-        if let Some(writer) = self.writer.take()
-            && writer.join().is_err()
-        {
-            warn!("the writer of the {} has broken down", self.name);
-        }
+        join(self.writer.take(), &format!("writer of the {}", self.name));
     }
 }
 

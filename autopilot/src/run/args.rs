@@ -365,12 +365,6 @@ const UDP_SERVER: (u16, u16) = (18_570, 1);
 /// For ground stations that connect: the port of `ArduPilot`'s simulation, and the step.
 const TCP_SERVER: (u16, u16) = (5_760, 10);
 
-/// Ground stations that are called. From the eleventh vehicle on scripts share a port, as with PX4.
-fn default_clients(instance: Instance) -> Vec<SocketAddr> {
-    let station = local(STATION_PORT);
-    vec![station, instance.local(SCRIPT_PORT, 1).min(local(STATION_PORT - 1))]
-}
-
 const fn local(port: u16) -> SocketAddr {
     SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port)
 }
@@ -468,7 +462,11 @@ impl GroundStationArgs {
     pub fn links(&self, file: &GroundStationTable, instance: Instance) -> Option<Links> {
         let options = &self.table;
         let clients = match options.clients.as_ref().or(file.clients.as_ref()) {
-            None => default_clients(instance),
+            // From the eleventh vehicle on scripts share a port, as with PX4.
+            None => {
+                let script = instance.local(SCRIPT_PORT, 1).min(local(STATION_PORT - 1));
+                vec![local(STATION_PORT), script]
+            }
             Some(clients) => clients.iter().filter_map(|client| client.0).collect(),
         };
         let server = |option: Option<Server>, key: Option<Server>, (port, step): (u16, u16)| {
@@ -488,12 +486,10 @@ impl GroundStationArgs {
 
 /// Local address for calling `clients`: loopback unless one of them is on another computer.
 fn bind_for(clients: &[SocketAddr]) -> SocketAddr {
-    let everywhere_4 = SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0));
-    let everywhere_6 = SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0));
     match clients.first() {
         _ if clients.iter().all(|client| client.ip() == local(0).ip()) => local(0),
-        Some(SocketAddr::V6(_)) => everywhere_6,
-        Some(SocketAddr::V4(_)) | None => everywhere_4,
+        Some(SocketAddr::V6(_)) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
+        Some(SocketAddr::V4(_)) | None => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
     }
 }
 

@@ -159,8 +159,10 @@ impl LaunchArgs {
         let plant: PlantArgs = parse("sitl plant-sim", &words)?;
         let setup = plant.plant_setup()?;
         plant.plant(&setup)?;
+        let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
+        let of_autopilot = Self { model: self.model.clone().or(named), ..self.clone() };
         let mut options = Options {
-            autopilot: self.autopilot_options(),
+            autopilot: of_autopilot.words_for::<AutopilotArgs>(),
             plant: words,
             note: None,
             advice: Advice::of(&setup.airframe),
@@ -192,11 +194,6 @@ impl LaunchArgs {
     pub(crate) fn bring(&mut self, own: &OwnLaw) {
         self.own_law = Some(own.clone());
         self.law.get_or_insert_with(|| "own".to_owned());
-    }
-
-    fn autopilot_options(&self) -> Vec<String> {
-        let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
-        Self { model: self.model.clone().or(named), ..self.clone() }.words_for::<AutopilotArgs>()
     }
 
     /// The options that a process has too, as its words. Each is one word, so that a value that begins with a dash stays a value.

@@ -155,7 +155,7 @@ fn keys(typed: &[u8]) -> impl Iterator<Item = Key> {
 const KEEPS_UP: f64 = 0.9;
 
 /// Standing still, and speed.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct PaceState {
     pub(super) paused: bool,
     /// Where it runs, so many times as fast as wall time; `None`: as fast as possible.

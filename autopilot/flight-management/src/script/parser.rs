@@ -129,10 +129,8 @@ fn micros(cursor: &mut Cursor) -> Result<u64, TextError> {
 }
 
 fn condition(cursor: &mut Cursor) -> Result<Condition, TextError> {
-    let row = QUANTITIES.iter().find(|row| cursor.take(row.words)).ok_or_else(|| {
-        let names: Vec<&str> = QUANTITIES.iter().map(|row| row.words).collect();
-        cursor.expected(format!("a quantity: {}", names.join(", ")))
-    })?;
+    let quantities = QUANTITIES.each_ref().map(|row| (row.words, row));
+    let row = cursor.need_one("a quantity", &quantities)?;
     let crossings = [
         ("passes", Crossing::Passes),
         ("rises above", Crossing::RisesAbove),

@@ -47,7 +47,10 @@ pub struct Vehicle {
     mission: Mission,
     offboard: Offboard,
     pilot: Pilot,
-    link: Link,
+    /// The controlling ground station has fallen silent.
+    link_lost: bool,
+    /// The mode that this has selected, and the one before. `None` once the operator or the plan has selected a mode.
+    undo: Option<(Mode, Mode)>,
     home: Option<Site>,
     axes: Option<LocalAxes>,
     wind: WindEstimate,
@@ -191,7 +194,7 @@ impl Vehicle {
                 }
             }
             // The plan has just ended.
-            self.link.undo = None;
+            self.undo = None;
             publish(VehicleEvent::Mode(self.mode));
         }
         match self.mode {
@@ -222,7 +225,7 @@ impl Vehicle {
         if mode == Mode::Mission && self.mission.is_empty() {
             return Err(VehicleRefusal::NoPlan);
         }
-        self.link.undo = None;
+        self.undo = None;
         self.enter(mode, rules, publish);
         Ok(())
     }
@@ -323,7 +326,7 @@ impl Vehicle {
         if self.demand.is_none() {
             return Err(VehicleRefusal::NoFlight);
         }
-        self.link.undo = None;
+        self.undo = None;
         self.enter(Mode::Hold, rules, publish);
         self.hold.reposition(request);
         if let Some(demand) = self.demand.as_mut() {
@@ -371,7 +374,7 @@ impl Vehicle {
         self.mission.replace(Arc::clone(plan));
         if self.mode == Mode::Mission {
             if self.mission.is_empty() {
-                self.link.undo = None;
+                self.undo = None;
                 self.enter(Mode::Hold, rules, publish);
             } else {
                 self.mission.start();
@@ -410,7 +413,7 @@ impl Vehicle {
 
     /// The controlling ground station has fallen silent.
     pub fn lose_link(&mut self, action: LinkLossAction, rules: &Rules, publish: Publish) {
-        if core::mem::replace(&mut self.link.lost, true) {
+        if core::mem::replace(&mut self.link_lost, true) {
             return;
         }
         let chosen = match action {
@@ -419,7 +422,7 @@ impl Vehicle {
             LinkLossAction::Return => Some(Mode::Return),
         };
         let chosen = chosen.filter(|chosen| *chosen != self.mode);
-        self.link.undo = chosen.map(|chosen| (chosen, self.mode));
+        self.undo = chosen.map(|chosen| (chosen, self.mode));
         publish(VehicleEvent::LinkLost(action));
         if let (Some(mode), false) = (chosen, self.terminated) {
             self.enter(mode, rules, publish);
@@ -429,10 +432,10 @@ impl Vehicle {
     /// It is back: undoes the reaction to its silence, unless another mode was commanded since. A mode that depends on a
     /// stream is not restored: the stream has to command it again.
     pub fn regain_link(&mut self, rules: &Rules, publish: Publish) {
-        if !core::mem::take(&mut self.link.lost) {
+        if !core::mem::take(&mut self.link_lost) {
             return;
         }
-        let undo = self.link.undo.take().filter(|(chosen, _)| *chosen == self.mode);
+        let undo = self.undo.take().filter(|(chosen, _)| *chosen == self.mode);
         let mode = match undo {
             Some((_, Mode::Offboard | Mode::Altitude)) => Mode::Hold,
             Some((_, before)) => before,
@@ -449,14 +452,6 @@ impl Vehicle {
 /// A demand that keeps altitude and airspeed, with wings level.
 fn present(state: &NavigationState) -> Demand {
     Demand { altitude_m: state.altitude_m, roll_rad: 0.0, airspeed_m_s: state.airspeed_m_s }
-}
-
-/// The loss of the controlling ground station, and the change that it has caused.
-#[derive(Debug, Clone, Copy, Default)]
-struct Link {
-    lost: bool,
-    /// The mode that the loss has selected, and the one before. `None` once the operator or the plan has selected a mode.
-    undo: Option<(Mode, Mode)>,
 }
 
 /// Time constant of the wind estimate, s: so slow that turbulence does not move the circles that depend on it.

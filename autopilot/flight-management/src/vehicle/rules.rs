@@ -138,11 +138,6 @@ impl Rules {
         Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
     }
 
-    /// Takes the values that it needs from new gains.
-    pub fn obey(&mut self, gains: &Gains) {
-        *self = Self::new(self.limits, self.navigation, gains);
-    }
-
     /// An altitude counts as reached within this, m: the climb of the aircraft in a second.
     pub fn altitude_reached_m(&self) -> f64 {
         self.navigation.climb_max_m_s

@@ -42,7 +42,7 @@ pub(super) struct Line {
 }
 
 /// What is known of the flight.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct State {
     pub(super) flight: Option<FlightStatus>,
     pub(super) pace: PaceState,
@@ -58,16 +58,7 @@ pub(super) struct State {
 
 impl State {
     pub(super) fn new(pace: PaceState) -> Self {
-        let messages = VecDeque::with_capacity(MESSAGES_MAX);
-        Self {
-            flight: None,
-            pace,
-            achieved: None,
-            stations: None,
-            advice: None,
-            keys: false,
-            messages,
-        }
+        Self { pace, ..Self::default() }
     }
 
     /// Remembers a message; of too many the oldest is forgotten.
@@ -143,8 +134,13 @@ fn line(tone: Tone, text: String) -> Line {
 }
 
 /// Flows fields behind a name over as many lines as they need.
+fn flow(tone: Tone, name: &str, values: &[String], width: usize) -> Vec<Line> {
+    fields(name, values, width).into_iter().map(|text| line(tone, text)).collect()
+}
+
+/// The same, with the values in their column.
 fn row(tone: Tone, name: &str, values: &[String], width: usize) -> Vec<Line> {
-    fields(&format!("{name:<VALUES$}"), values, width).into_iter().map(|t| line(tone, t)).collect()
+    flow(tone, &format!("{name:<VALUES$}"), values, width)
 }
 
 /// Values and what they are to be.
@@ -242,11 +238,7 @@ fn help(stations: &Listening, advice: Option<&Advice>, width: usize) -> Vec<Line
         lines.push(line(Tone::Plain, String::new()));
     }
     for part in &parts {
-        lines.extend(
-            fields("", std::slice::from_ref(&part.heading), width)
-                .into_iter()
-                .map(|t| line(Tone::Heading, t)),
-        );
+        lines.extend(flow(Tone::Heading, "", std::slice::from_ref(&part.heading), width));
         for command in &part.commands {
             lines.extend(command.lines(width).into_iter().map(|t| line(Tone::Plain, t)));
         }
@@ -256,7 +248,7 @@ fn help(stations: &Listening, advice: Option<&Advice>, width: usize) -> Vec<Line
 
 fn keys_line(width: usize) -> Vec<Line> {
     let keys: Vec<String> = keys::HELP.iter().map(|key| (*key).to_owned()).collect();
-    fields("", &keys, width).into_iter().map(|text| line(Tone::Heading, text)).collect()
+    flow(Tone::Heading, "", &keys, width)
 }
 
 fn tone_of(message: &str) -> Tone {
