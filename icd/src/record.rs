@@ -16,8 +16,7 @@ use core::ops::Deref;
 
 use arrayvec::{ArrayString, ArrayVec};
 
-use crate::effector::Effector;
-use crate::effector_list::EffectorList;
+use crate::effector_list::{Effector, EffectorList};
 use crate::signals;
 use crate::wire::ENVELOPE_MAX;
 

@@ -32,8 +32,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::effector::Actuators;
-use crate::effector_list::{EffectorList, Name};
+use crate::effector_list::{Actuators, EffectorList, Name};
 use crate::fault::{PlantReport, PlantRequest};
 use crate::sensors::{SensorKind, Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};

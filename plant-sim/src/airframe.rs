@@ -17,9 +17,9 @@ use crate::aerodynamics::{Aero, Aerodynamics, AirForces, SurfaceDerivatives};
 use crate::config::{self, gather};
 use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
+use crate::derivatives::MachEffects;
 use crate::limits::{FlightLimits, LimitsTable};
-use crate::mach::MachEffects;
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 use crate::rigid_body::MassProperties;
 use crate::servos::{DELAY_MAX_S, Imperfections, SecondOrder, Servo};
 use crate::start::{Start, StartKeys};
@@ -245,12 +245,8 @@ impl Airframe {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
-        let AirData { vanes_m, pitot_m } = self.air_data;
-        for (key, place) in [("vanes_m", vanes_m), ("pitot_m", pitot_m)] {
-            for value in place {
-                check_range("air_data", key, value, -100.0, 100.0)?;
-            }
-        }
+        check_vector("air_data", "vanes_m", self.air_data.vanes_m, 100.0)?;
+        check_vector("air_data", "pitot_m", self.air_data.pitot_m, 100.0)?;
         if let Some(mach) = &self.mach {
             mach.check()?;
         }

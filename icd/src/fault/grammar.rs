@@ -179,7 +179,8 @@ impl FaultDraft {
     pub fn kind(&self) -> Result<FaultKind, FaultError> {
         let mut values = [0.0; NUMBERS_MAX];
         for (value, number) in values.iter_mut().zip(self.info.numbers) {
-            *value = self.need(number.quantity)?;
+            let missing = FaultError::Missing(FaultField::Number(number.quantity));
+            *value = self.numbers.get(number.quantity).ok_or(missing)?;
         }
         let usual = match &self.info.choice {
             Some(choice) => choice.default.ok_or(FaultError::Missing(FaultField::Choice(choice))),
@@ -232,10 +233,6 @@ impl FaultDraft {
             (Some(every_s), times) => Some(Repeat { every_s, times }),
         };
         Ok(Timing { onset, ramp_s: given(Ramp).unwrap_or(0.0), duration_s, repeat })
-    }
-
-    fn need(&self, what: Quantity) -> Result<f64, FaultError> {
-        self.numbers.get(what).ok_or(FaultError::Missing(FaultField::Number(what)))
     }
 
     fn time(&self, what: Quantity) -> Result<Option<SimTime>, FaultError> {

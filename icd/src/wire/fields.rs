@@ -4,8 +4,7 @@
 //! target is one byte: the index of an effector, or from 128 on a sensor.
 
 use super::{Aircraft, PacketBytes, WireError};
-use crate::effector::{Effector, PerEffector};
-use crate::effector_list::Name;
+use crate::effector_list::{Effector, Name, PerEffector};
 use crate::fault::{
     FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantAction, PlantReport,
     PlantRequest, Quantity, Refusal, Repeat, Target, Timing,
