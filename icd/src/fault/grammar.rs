@@ -12,7 +12,7 @@ use core::fmt;
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 
-use super::catalogue::FaultKind;
+use super::catalogue::{Described, FaultKind};
 use super::kind::{Choice, KindInfo, NUMBERS_MAX};
 use super::quantity::{Measure, Quantity, Reach, Tidy, Unit};
 use super::target::TargetClass;
@@ -395,22 +395,15 @@ pub enum Refusal {
 
 impl Refusal {
     /// As text, with the units of the target's class.
-    pub const fn described(&self, class: TargetClass) -> DescribedRefusal {
-        DescribedRefusal { refusal: *self, class }
+    pub const fn described(&self, class: TargetClass) -> Described<Self> {
+        Described { what: *self, class }
     }
 }
 
-/// A refusal as text.
-#[derive(Debug, Clone, Copy)]
-pub struct DescribedRefusal {
-    refusal: Refusal,
-    class: TargetClass,
-}
-
-impl fmt::Display for DescribedRefusal {
+impl fmt::Display for Described<Refusal> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use Refusal as R;
-        match self.refusal {
+        match self.what {
             R::OutOfRange { what: Quantity::Ramp, max: 0.0, .. } => {
                 f.write_str("this kind of fault has no ramp")
             }

@@ -262,6 +262,7 @@ impl Field for f64 {
     }
 }
 
+/// It also gives the number of effectors of what follows.
 impl Field for Aircraft {
     fn write(&self, w: &mut Writer<'_>) {
         #[expect(clippy::cast_possible_truncation, reason = "at most NAME_MAX")]
@@ -269,6 +270,7 @@ impl Field for Aircraft {
         w.bytes(self.name.as_bytes());
         w.u8(self.effectors);
         w.u32(self.identity);
+        w.effectors = self.effectors.into();
     }
 
     fn read(r: &mut Reader<'_>, _: &'static str) -> Result<Self, WireError> {
@@ -280,6 +282,7 @@ impl Field for Aircraft {
         if !(1..=Effector::MAX).contains(&usize::from(effectors)) {
             return Err(WireError::Code { field: "number of effectors", value: effectors });
         }
+        r.effectors = effectors.into();
         Ok(Self { name, effectors, identity: r.u32()? })
     }
 }

@@ -127,12 +127,21 @@ impl PlantArgs {
     }
 
     fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, Problem> {
-        let (name, effectors) = (self.scenario.as_str(), &airframe.effectors);
-        let scenario = match SCENARIOS.iter().find(|(known, _)| *known == name) {
-            Some((_, text)) => Scenario::from_toml(name, text, effectors)?,
-            None => Scenario::from_toml(name, &read_scenario(name)?, effectors)?,
+        let name = self.scenario.as_str();
+        let text = match SCENARIOS.iter().find(|(known, _)| *known == name) {
+            Some((_, text)) => Ok((*text).to_owned()),
+            None => file::read_text(Path::new(name), TEXT_MAX),
         };
-        Ok(scenario.plant)
+        let text = match text {
+            Err(problem) if problem.is_not_found() => {
+                let known = SCENARIOS.map(|(name, _)| name).join(", ");
+                return Err(problem!(
+                    "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
+                ));
+            }
+            read => read.at(name)?,
+        };
+        Ok(Scenario::from_toml(name, &text, &airframe.effectors)?.plant)
     }
 
     /// The aircraft at the start of the flight of this setup.
@@ -144,18 +153,6 @@ impl PlantArgs {
     /// Name of the airframe for messages.
     pub(super) fn airframe_name(&self) -> String {
         self.setup.as_ref().unwrap_or(&self.airframe).display().to_string()
-    }
-}
-
-fn read_scenario(name: &str) -> Result<String, Problem> {
-    match file::read_text(Path::new(name), TEXT_MAX) {
-        Err(problem) if problem.is_not_found() => {
-            let known = SCENARIOS.map(|(name, _)| name).join(", ");
-            Err(problem!(
-                "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
-            ))
-        }
-        read => read.at(name),
     }
 }
 

@@ -119,7 +119,7 @@ impl Grade {
     pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         for sensor in SensorKind::ALL {
             let errors = self.of(sensor);
-            let section = section(sensor);
+            let section = format!("plant.sensors.{}", sensor.key());
             for key in keys(sensor) {
                 let mut copy = *errors;
                 let value = *(key.place)(&mut copy) / key.to_si;
@@ -130,11 +130,6 @@ impl Grade {
         }
         Ok(())
     }
-}
-
-/// Table of a sensor in a scenario.
-fn section(sensor: SensorKind) -> String {
-    format!("plant.sensors.{}", sensor.key())
 }
 
 /// A key of a sensor's table.
