@@ -53,7 +53,7 @@ impl Effector {
 
     /// The effector with this index, from 0; `None` from [`Effector::MAX`] on.
     pub const fn from_index(index: usize) -> Option<Self> {
-        #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+        // Below 16.
         if index < Self::MAX { Some(Self(index as u8)) } else { None }
     }
 
@@ -73,7 +73,7 @@ impl Effector {
     pub fn first(
         count: usize,
     ) -> impl DoubleEndedIterator<Item = Self> + ExactSizeIterator + Clone {
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        // At most 16.
         (0..count.min(Self::MAX) as u8).map(Self)
     }
 }
@@ -93,7 +93,7 @@ impl<T> PerEffector<T> {
     /// Computes one value for each effector.
     #[inline]
     pub fn from_fn(mut value: impl FnMut(Effector) -> T) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+        // Below 16.
         Self(core::array::from_fn(|index| value(Effector(index as u8))))
     }
 
@@ -107,7 +107,7 @@ impl<T> PerEffector<T> {
         let mut all = Self::default();
         for (block, values) in all.0.as_chunks_mut::<8>().0.iter_mut().enumerate() {
             if 8 * block < count {
-                #[expect(clippy::cast_possible_truncation, reason = "below 16")]
+                // Below 16.
                 let place = |index| Effector((8 * block + index) as u8);
                 *values = core::array::from_fn(|index| value(place(index)));
             }

@@ -70,7 +70,7 @@ pub struct Aircraft {
 impl Aircraft {
     /// The aircraft with this name and these effectors.
     pub fn new(name: Name, effectors: &EffectorList) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        // At most 16.
         let count = effectors.len() as u8;
         Self { name, effectors: count, identity: effectors.identity() }
     }
@@ -258,10 +258,7 @@ const QUATERNION_TOLERANCE: f64 = 1.0e-6;
 /// Writes a sensor packet into `out`, which is cleared first.
 ///
 /// An `envelope` longer than [`ENVELOPE_MAX`] is left out.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "few sensors with few numbers, at most REPORTS_MAX and ENVELOPE_MAX"
-)]
+// Few sensors with few numbers, at most REPORTS_MAX and ENVELOPE_MAX.
 pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBytes) {
     let phase = packet.phase as u8;
     let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence, packet.time);

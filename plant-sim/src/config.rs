@@ -180,7 +180,7 @@ impl Walk<'_> {
 fn scaled(value: &Value, factor: f64) -> Option<Value> {
     Some(match value {
         Value::Float(number) => Value::Float(number * factor),
-        #[expect(clippy::cast_precision_loss, reason = "as if the file had a decimal point")]
+        // As if the file had a decimal point.
         Value::Integer(number) => Value::Float(*number as f64 * factor),
         Value::Array(list) => {
             Value::Array(list.iter().map(|entry| scaled(entry, factor)).collect::<Option<_>>()?)

@@ -265,7 +265,7 @@ impl Field for f64 {
 /// It also gives the number of effectors of what follows.
 impl Field for Aircraft {
     fn write(&self, w: &mut Writer<'_>) {
-        #[expect(clippy::cast_possible_truncation, reason = "at most NAME_MAX")]
+        // At most NAME_MAX.
         w.u8(self.name.len() as u8);
         w.bytes(self.name.as_bytes());
         w.u8(self.effectors);
@@ -348,11 +348,7 @@ impl Field for Pace {
         let pace = match code {
             0 => Self::Pause,
             1 => Self::Run,
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "saturates, and what it changes is refused"
-            )]
+            // Saturates, and what it changes is refused.
             2 if f64::from(value as u32) == value => Self::Step(value as u32),
             2 => return Err(r.value(name, value)),
             3 => Self::Speed(value),

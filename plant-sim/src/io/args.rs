@@ -179,11 +179,7 @@ pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     if !(min_ms..=max_ms).contains(&ms) {
         return Err(refused());
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the range was checked above"
-    )]
+    // The range was checked above.
     let micros = libm::round(ms * 1.0e3) as u32;
     ControlPeriod::from_micros(micros).map_err(|error| error.to_string())
 }

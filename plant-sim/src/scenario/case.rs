@@ -282,11 +282,7 @@ impl Grid {
 /// A positive number that is whole but for the rounding of its decimals; zero is whole too.
 fn whole(value: f64) -> Option<u64> {
     let rounded = libm::round(value);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "callers check the range"
-    )]
+    // Callers check the range.
     ((value - rounded).abs() <= 1.0e-9 * rounded.max(1.0)).then_some(rounded as u64)
 }
 
