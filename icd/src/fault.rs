@@ -6,7 +6,7 @@ use core::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::effector::PerEffector;
+use crate::effector_list::PerEffector;
 use crate::pace::Pace;
 use crate::time::SimTime;
 

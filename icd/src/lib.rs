@@ -36,7 +36,7 @@
 //!
 //! # Where to start
 //!
-//! Read [`sensors`] and [`effector`], then [`wire`]. A [`FaultRequest`] requests a fault from the plant; the kinds are those of
+//! Read [`sensors`] and [`effector_list`], then [`wire`]. A [`FaultRequest`] requests a fault from the plant; the kinds are those of
 //! [`fault::CATALOGUE`]:
 //!
 //! ```
@@ -59,7 +59,6 @@
 #[cfg(test)]
 extern crate std;
 
-pub mod effector;
 pub mod effector_list;
 pub mod fault;
 pub mod frames;
@@ -74,8 +73,9 @@ pub mod tvc_jet;
 pub mod units;
 pub mod wire;
 
-pub use effector::{Actuators, Effector, PerEffector};
-pub use effector_list::{AxisGains, EffectorKind, EffectorList, LateralSide};
+pub use effector_list::{
+    Actuators, AxisGains, Effector, EffectorKind, EffectorList, LateralSide, PerEffector,
+};
 pub use fault::{FaultKind, FaultReply, FaultRequest};
 pub use frames::{Attitude, Body, EulerAngles, Ned};
 pub use sensors::{FlowAngles, GnssFix, ImpactPressure, Sample, Sensors, Stamp, StaticPressure};

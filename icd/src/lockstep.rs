@@ -18,7 +18,7 @@ use core::net::SocketAddr;
 
 use arrayvec::ArrayVec;
 
-use crate::effector::Actuators;
+use crate::effector_list::Actuators;
 use crate::fault::PlantRequest;
 use crate::sensors::Sensors;
 use crate::time::{ControlPeriod, SimTime};
@@ -44,7 +44,7 @@ pub enum Ignored {
 }
 
 /// The plant's side: it sends sensor packets and waits for answers.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct PlantSide {
     aircraft: Aircraft,
     session: u64,
@@ -74,14 +74,7 @@ pub enum PlantEvent<'a> {
 impl PlantSide {
     /// A new flight of this aircraft. `session` must differ from those of earlier flights, and must not be guessable.
     pub fn new(session: u64, aircraft: Aircraft) -> Self {
-        Self {
-            aircraft,
-            session,
-            sequence: 0,
-            question: PacketBytes::new(),
-            scratch: PacketBytes::new(),
-            waiting: false,
-        }
+        Self { aircraft, session, ..Self::default() }
     }
 
     /// The session of the flight.
@@ -158,7 +151,7 @@ impl PlantSide {
 }
 
 /// The autopilot's side: it answers sensor packets.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct FlightSide {
     aircraft: Aircraft,
     current: Option<Exchange>,
@@ -221,13 +214,7 @@ impl core::fmt::Display for Refused {
 impl FlightSide {
     /// A side that waits for any plant of this aircraft.
     pub fn new(aircraft: Aircraft) -> Self {
-        Self {
-            aircraft,
-            current: None,
-            retired: ArrayVec::new(),
-            answer: PacketBytes::new(),
-            scratch: PacketBytes::new(),
-        }
+        Self { aircraft, ..Self::default() }
     }
 
     /// The aircraft that it flies.

@@ -16,8 +16,7 @@ use core::ops::Deref;
 
 use arrayvec::{ArrayString, ArrayVec};
 
-use crate::effector::Effector;
-use crate::effector_list::EffectorList;
+use crate::effector_list::{Effector, EffectorList};
 use crate::signals;
 use crate::wire::ENVELOPE_MAX;
 
@@ -195,7 +194,7 @@ pub fn seal(truth: &TruthRow, piece: Option<Piece<'_>>, out: &mut EnvelopeBytes)
         // The constants above guarantee that everything fits.
         let _fits = out.try_extend_from_slice(bytes);
     };
-    #[expect(clippy::cast_possible_truncation, reason = "at most TRUTH_MAX")]
+    // At most TRUTH_MAX.
     put(&(truth.len() as u16).to_le_bytes());
     for value in truth.iter() {
         put(&value.to_le_bytes());

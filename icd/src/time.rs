@@ -33,11 +33,7 @@ impl SimTime {
         if !(0.0..=Self::MAX_SECONDS).contains(&seconds) {
             return None;
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "the range was checked above"
-        )]
+        // The range was checked above.
         Some(Self(libm::round(seconds * 1.0e6) as u64))
     }
 
@@ -47,7 +43,7 @@ impl SimTime {
     }
 
     /// Seconds since the start of the flight.
-    #[expect(clippy::cast_precision_loss, reason = "exact up to 2^53 microseconds, 285 years")]
+    // Exact up to 2^53 microseconds, 285 years.
     pub fn as_seconds(self) -> f64 {
         self.0 as f64 / 1.0e6
     }

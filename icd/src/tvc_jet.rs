@@ -3,8 +3,9 @@
 //! For tests and for the studies that fly the paper's own cases. No other code names an effector: it finds each one
 //! in the list of the aircraft, by kind and side (`tests/architecture.rs`).
 
-use crate::effector::Effector;
-use crate::effector_list::{EffectorEntry, EffectorKind, EffectorList, LateralSide, Name};
+use crate::effector_list::{
+    Effector, EffectorEntry, EffectorKind, EffectorList, LateralSide, Name,
+};
 use crate::wire::Aircraft;
 
 const fn place(index: usize) -> Effector {

@@ -32,8 +32,7 @@
 
 use arrayvec::ArrayVec;
 
-use crate::effector::Actuators;
-use crate::effector_list::{EffectorList, Name};
+use crate::effector_list::{Actuators, EffectorList, Name};
 use crate::fault::{PlantReport, PlantRequest};
 use crate::sensors::{SensorKind, Sensors, Stamp};
 use crate::time::{ControlPeriod, SimTime};
@@ -71,7 +70,7 @@ pub struct Aircraft {
 impl Aircraft {
     /// The aircraft with this name and these effectors.
     pub fn new(name: Name, effectors: &EffectorList) -> Self {
-        #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+        // At most 16.
         let count = effectors.len() as u8;
         Self { name, effectors: count, identity: effectors.identity() }
     }
@@ -259,20 +258,31 @@ const QUATERNION_TOLERANCE: f64 = 1.0e-6;
 /// Writes a sensor packet into `out`, which is cleared first.
 ///
 /// An `envelope` longer than [`ENVELOPE_MAX`] is left out.
+// Few sensors with few numbers, at most REPORTS_MAX and ENVELOPE_MAX.
 pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBytes) {
     let phase = packet.phase as u8;
     let mut w = header(out, KIND_SENSORS, phase, packet.session, packet.sequence, packet.time);
-    write_aircraft(&mut w, &packet.aircraft);
+    packet.aircraft.write(&mut w);
     w.u32(packet.period.as_micros());
-    write_sensors(&mut w, &packet.sensors);
-    #[expect(clippy::cast_possible_truncation, reason = "at most REPORTS_MAX")]
+    let sensors = &packet.sensors;
+    let (stamps, values) = (sensors.stamps(), sensors.to_array());
+    w.u8(sensors.present().count() as u8);
+    for sensor in sensors.present() {
+        let Stamp { time, valid } = stamps[sensor as usize];
+        w.u8(sensor as u8);
+        w.u8(sensor.signals().len() as u8);
+        w.u8(valid.into());
+        time.write(&mut w);
+        for value in &values[sensor.places()] {
+            w.f64(*value);
+        }
+    }
     w.u8(packet.reports.len() as u8);
     for report in &packet.reports {
         report.write(&mut w);
     }
     let envelope = if envelope.len() <= ENVELOPE_MAX { envelope } else { &[] };
     w.bytes(envelope);
-    #[expect(clippy::cast_possible_truncation, reason = "at most ENVELOPE_MAX")]
     w.u16(envelope.len() as u16);
     w.finish();
 }
@@ -280,7 +290,7 @@ pub fn encode_sensors(packet: &SensorPacket, envelope: &[u8], out: &mut PacketBy
 /// Writes an actuator packet into `out`, which is cleared first.
 pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
     let mut w = header(out, KIND_ACTUATORS, 0, packet.session, packet.sequence, packet.time);
-    write_aircraft(&mut w, &packet.aircraft);
+    packet.aircraft.write(&mut w);
     packet.actuators.commands.write(&mut w);
     packet.request.write(&mut w);
     w.u8(packet.wants_envelope.into());
@@ -313,17 +323,6 @@ fn header(
     w.u64(sequence);
     time.write(&mut w);
     w
-}
-
-fn write_aircraft(w: &mut Writer<'_>, aircraft: &Aircraft) {
-    aircraft.write(w);
-    w.effectors = aircraft.effectors.into();
-}
-
-fn read_aircraft(r: &mut Reader<'_>) -> Result<Aircraft, WireError> {
-    let aircraft = Aircraft::read(r, "aircraft")?;
-    r.effectors = aircraft.effectors.into();
-    Ok(aircraft)
 }
 
 /// Reads one datagram.
@@ -368,7 +367,7 @@ pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
 fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorPacket, WireError> {
     let wrong = WireError::Code { field: "phase", value: phase };
     let phase = *PHASES.get(usize::from(phase)).ok_or(wrong)?;
-    let aircraft = read_aircraft(r)?;
+    let aircraft = Aircraft::read(r, "aircraft")?;
     let micros = r.u32()?;
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| r.value("control_period_us", f64::from(micros)))?;
@@ -394,22 +393,6 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     r.left = &[];
     let Reader { session, sequence, .. } = *r;
     Ok(SensorPacket { session, sequence, aircraft, time, phase, period, sensors, reports })
-}
-
-#[expect(clippy::cast_possible_truncation, reason = "few sensors with few numbers")]
-fn write_sensors(w: &mut Writer<'_>, sensors: &Sensors) {
-    let (stamps, values) = (sensors.stamps(), sensors.to_array());
-    w.u8(sensors.present().count() as u8);
-    for sensor in sensors.present() {
-        let Stamp { time, valid } = stamps[sensor as usize];
-        w.u8(sensor as u8);
-        w.u8(sensor.signals().len() as u8);
-        w.u8(valid.into());
-        time.write(w);
-        for value in &values[sensor.places()] {
-            w.f64(*value);
-        }
-    }
 }
 
 /// The samples of a packet; none may be in the future.
@@ -447,7 +430,7 @@ fn read_sensors(r: &mut Reader<'_>, now: SimTime) -> Result<Sensors, WireError> 
 }
 
 fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, WireError> {
-    let aircraft = read_aircraft(r)?;
+    let aircraft = Aircraft::read(r, "aircraft")?;
     let actuators = Actuators { commands: Field::read(r, "commands")? };
     let request = Field::read(r, "request flag")?;
     let wants_envelope = r.flag("envelope flag")?;

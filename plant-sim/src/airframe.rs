@@ -17,9 +17,9 @@ use crate::aerodynamics::{Aero, Aerodynamics, AirForces, SurfaceDerivatives};
 use crate::config::{self, gather};
 use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
+use crate::derivatives::MachEffects;
 use crate::limits::{FlightLimits, LimitsTable};
-use crate::mach::MachEffects;
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 use crate::rigid_body::MassProperties;
 use crate::servos::{DELAY_MAX_S, Imperfections, SecondOrder, Servo};
 use crate::start::{Start, StartKeys};
@@ -245,16 +245,20 @@ impl Airframe {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
-        let AirData { vanes_m, pitot_m } = self.air_data;
-        for (key, place) in [("vanes_m", vanes_m), ("pitot_m", pitot_m)] {
-            for value in place {
-                check_range("air_data", key, value, -100.0, 100.0)?;
-            }
-        }
+        check_vector("air_data", "vanes_m", self.air_data.vanes_m, 100.0)?;
+        check_vector("air_data", "pitot_m", self.air_data.pitot_m, 100.0)?;
         if let Some(mach) = &self.mach {
             mach.check()?;
         }
-        self.check_what_can_go()?;
+        self.damage.check()?;
+        if let Some(fuel) = &self.fuel {
+            fuel.check(self.mass.mass_kg)?;
+            // With empty tanks there is still a body that can fly.
+            let rest = self.without(&PerPart::default(), fuel.initial_kg);
+            if rest.is_none() && fuel.initial_kg != 0.0 {
+                check_range("fuel", "initial_kg (with [mass])", fuel.initial_kg, 0.0, 0.0)?;
+            }
+        }
         self.design_point.check("design_point")?;
         self.limits.check()?;
         self.check_effectors()
@@ -282,30 +286,6 @@ impl Airframe {
         let surfaces = self.surfaces_of_parts();
         let whole = self.mass_properties()?;
         Remainder::of(&whole, &self.damage, &surfaces, torn_off, (burnt_kg, &tanks_m))
-    }
-
-    /// Damage and fuel: with empty tanks there is still a body that can fly.
-    fn check_what_can_go(&self) -> Result<(), Problem> {
-        self.damage.check()?;
-        let Some(fuel) = &self.fuel else { return Ok(()) };
-        fuel.check(self.mass.mass_kg)?;
-        let rest = self.without(&PerPart::default(), fuel.initial_kg);
-        if rest.is_some() || fuel.initial_kg == 0.0 {
-            return Ok(());
-        }
-        check_range("fuel", "initial_kg (with [mass])", fuel.initial_kg, 0.0, 0.0)
-    }
-
-    /// No moment of inertia is larger than the sum of the two others: distances are squares of two
-    /// coordinates each. A dispersed airframe may exceed this bound, as it is varied about a body that obeys it.
-    fn check_inertia(&self) -> Result<(), Problem> {
-        let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = self.mass;
-        for (key, value, others) in
-            [("ixx_kg_m2", x, y + z), ("iyy_kg_m2", y, x + z), ("izz_kg_m2", z, x + y)]
-        {
-            check_range("mass", key, value, 1.0e-3, others)?;
-        }
-        Ok(())
     }
 
     fn check_effectors(&self) -> Result<(), Problem> {
@@ -435,9 +415,27 @@ static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
 impl<A> AirframeFile<A> {
     fn into_checked(self, form: fn(A) -> Aerodynamics) -> Result<Airframe, Problem> {
         let airframe = self.into_airframe(form)?;
-        surfaces_are_there(&airframe)?;
+        // The surfaces on the parts of `[damage]` are effectors of the aircraft.
+        let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
+        for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
+            let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
+            if found.is_none() {
+                let known: Vec<&str> =
+                    airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
+                let key = format!("damage.{}.effector", part.key());
+                let known = known.join(", ");
+                return Err(problem!("{key} = `{name}`, the aircraft has only {known}"));
+            }
+        }
         airframe.check()?;
-        airframe.check_inertia()?;
+        // No moment of inertia is larger than the sum of the two others: distances are squares of two coordinates each. A dispersed
+        // airframe may exceed this bound, as it is varied about a body that obeys it.
+        let Mass { ixx_kg_m2: x, iyy_kg_m2: y, izz_kg_m2: z, .. } = airframe.mass;
+        for (key, value, others) in
+            [("ixx_kg_m2", x, y + z), ("iyy_kg_m2", y, x + z), ("izz_kg_m2", z, x + y)]
+        {
+            check_range("mass", key, value, 1.0e-3, others)?;
+        }
         // Whether the tables can be evaluated.
         AirForces::new(&airframe)?;
         airframe.propulsion.as_ref().map(Propulsion::build).transpose()?;
@@ -508,22 +506,6 @@ impl<A> AirframeFile<A> {
             limits: self.limits.map_or(FlightLimits::NONE, LimitsTable::into_limits),
         })
     }
-}
-
-/// Checks that the surfaces on the parts of `[damage]` are effectors of the aircraft.
-fn surfaces_are_there(airframe: &Airframe) -> Result<(), Problem> {
-    let parts = AirframePart::ALL.into_iter().zip(airframe.damage.all());
-    for ((part, panel), found) in parts.zip(airframe.surfaces_of_parts()) {
-        let Some(name) = panel.and_then(|panel| panel.effector) else { continue };
-        if found.is_none() {
-            let known: Vec<&str> =
-                airframe.effectors.all().map(|e| airframe.effectors.name(e)).collect();
-            let key = format!("damage.{}.effector", part.key());
-            let known = known.join(", ");
-            return Err(problem!("{key} = `{name}`, the aircraft has only {known}"));
-        }
-    }
-    Ok(())
 }
 
 /// A name within the length limit.

@@ -6,14 +6,16 @@
 //! The keys are found by probing the reader, a type that serde fills. It is filled here from nothing: whatever it requests is noted as
 //! a key and answered with a number or an empty text. So a key that a reader learns is known here without a list.
 
+use std::cell::RefCell;
 use std::collections::BTreeSet;
+use std::iter;
 
 use host_io::problem::{At as _, Problem, problem};
 use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
-use serde::de::value::StrDeserializer;
+use serde::de::value::{SeqDeserializer, StrDeserializer};
 use serde::de::{
     DeserializeOwned, DeserializeSeed, Deserializer, Error as _, IntoDeserializer, MapAccess,
-    SeqAccess, Visitor,
+    Visitor,
 };
 use serde::forward_to_deserialize_any;
 use toml::{Table, Value};
@@ -178,7 +180,7 @@ impl Walk<'_> {
 fn scaled(value: &Value, factor: f64) -> Option<Value> {
     Some(match value {
         Value::Float(number) => Value::Float(number * factor),
-        #[expect(clippy::cast_precision_loss, reason = "as if the file had a decimal point")]
+        // As if the file had a decimal point.
         Value::Integer(number) => Value::Float(*number as f64 * factor),
         Value::Array(list) => {
             Value::Array(list.iter().map(|entry| scaled(entry, factor)).collect::<Option<_>>()?)
@@ -195,25 +197,36 @@ pub const ANY: &str = "*";
 
 /// Adds the keys that `T` reads, below `root`; an entry of a list is `N`.
 pub fn gather<T: DeserializeOwned>(root: &str, keys: &mut BTreeSet<String>) {
+    let found = RefCell::default();
     // A reader that is not content with zeros has named its keys before it fails.
-    let _ = T::deserialize(Probe { path: root.to_owned(), keys });
+    let _ = T::deserialize(Probe { path: root.to_owned(), keys: &found });
+    keys.append(&mut found.into_inner());
 }
 
 /// Stands for a value at a place, whatever it is.
+#[derive(Clone)]
 struct Probe<'a> {
     path: String,
-    keys: &'a mut BTreeSet<String>,
+    keys: &'a RefCell<BTreeSet<String>>,
 }
 
 impl Probe<'_> {
-    fn below(&mut self, word: &str) -> Probe<'_> {
+    fn below(&self, word: &str) -> Self {
         let path =
             if self.path.is_empty() { word.to_owned() } else { format!("{}.{word}", self.path) };
-        Probe { path, keys: self.keys }
+        Self { path, keys: self.keys }
     }
 
-    fn is_key(&mut self) {
-        self.keys.insert(self.path.clone());
+    fn is_key(&self) {
+        self.keys.borrow_mut().insert(self.path.clone());
+    }
+}
+
+impl IntoDeserializer<'_, Nothing> for Probe<'_> {
+    type Deserializer = Self;
+
+    fn into_deserializer(self) -> Self {
+        self
     }
 }
 
@@ -223,7 +236,7 @@ macro_rules! leaves {
         $(leaves! { @each $visit $answer $($method)+ })+
     };
     (@each $visit:ident $answer:tt $($method:ident)+) => {
-        $(fn $method<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
+        $(fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
             self.is_key();
             visitor.$visit $answer
         })+
@@ -262,21 +275,21 @@ impl<'de> Deserializer<'de> for Probe<'_> {
         visitor.visit_newtype_struct(self)
     }
 
-    fn deserialize_seq<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
+    fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
-        visitor.visit_seq(Entries { probe: self, left: 1 })
+        visitor.visit_seq(SeqDeserializer::new(iter::once(self.below("N"))))
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(
-        mut self,
+        self,
         len: usize,
         visitor: V,
     ) -> Result<V::Value, Nothing> {
         self.is_key();
-        visitor.visit_seq(Entries { probe: self, left: len })
+        visitor.visit_seq(SeqDeserializer::new(iter::repeat_n(self.below("N"), len)))
     }
 
-    fn deserialize_map<V: Visitor<'de>>(mut self, visitor: V) -> Result<V::Value, Nothing> {
+    fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
         self.below(ANY).is_key();
         visitor.visit_map(Fields { probe: self, names: &[] })
@@ -292,7 +305,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
-        mut self,
+        self,
         _name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
@@ -334,27 +347,6 @@ impl<'de> MapAccess<'de> for Fields<'_> {
                 self.probe.below(name).is_key();
             }
         })
-    }
-}
-
-/// Entries of a list, all alike.
-struct Entries<'a> {
-    probe: Probe<'a>,
-    left: usize,
-}
-
-impl<'de> SeqAccess<'de> for Entries<'_> {
-    type Error = Nothing;
-
-    fn next_element_seed<T: DeserializeSeed<'de>>(
-        &mut self,
-        seed: T,
-    ) -> Result<Option<T::Value>, Nothing> {
-        if self.left == 0 {
-            return Ok(None);
-        }
-        self.left -= 1;
-        seed.deserialize(self.probe.below("N")).map(Some)
     }
 }
 

@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::faults::Effects;
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 use crate::rigid_body::{MassProperties, Wrench};
 
 /// Local angle beyond which a lost piece would not have had more lift, rad.
@@ -131,12 +131,8 @@ impl Panels {
             let Some(panel) = panel else { continue };
             let section = format!("damage.{}", part.key());
             let check = |key, value, min, max| check_range(&section, key, value, min, max);
-            for value in panel.root_m {
-                check("root_m", value, -100.0, 100.0)?;
-            }
-            for value in panel.tip_m {
-                check("tip_m", value, -100.0, 100.0)?;
-            }
+            check_vector(&section, "root_m", panel.root_m, 100.0)?;
+            check_vector(&section, "tip_m", panel.tip_m, 100.0)?;
             check("area_m2", panel.area_m2, 0.0, 1_000.0)?;
             check("taper_ratio", panel.taper_ratio, 0.0, 1.0)?;
             check("lift_slope", panel.lift_slope, 0.0, 10.0)?;
@@ -151,9 +147,7 @@ impl Panels {
 impl Fuel {
     pub fn check(&self, aircraft_kg: f64) -> Result<(), Problem> {
         check_range("fuel", "initial_kg", self.initial_kg, 0.0, 0.95 * aircraft_kg)?;
-        for value in self.at_m {
-            check_range("fuel", "at_m", value, -100.0, 100.0)?;
-        }
+        check_vector("fuel", "at_m", self.at_m, 100.0)?;
         check_range("fuel", "flow_kg_n_s", self.flow_kg_n_s, 0.0, 1.0)
     }
 }

@@ -32,12 +32,6 @@ impl Date {
     }
 }
 
-impl Default for Date {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 impl FromStr for Date {
     type Err = Problem;
 

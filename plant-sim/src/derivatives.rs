@@ -2,12 +2,29 @@
 //!
 //! Those of surfaces are named by the kind of surface and mean all surfaces of the kind. The reader of the airframe file, its range
 //! check, and the campaigns that disperse derivatives share the lists of [`crate::aerodynamics`].
+//!
+//! An airframe file may let derivatives change with the Mach number.
+//! By Prandtl and Glauert the pressures on a thin section grow with 1/√(1 − M²). A wing of finite span follows this
+//! in part, a moment whose arm moves follows it more than in full, and a surface behind a shock loses effect. Each
+//! named derivative therefore has its own factor:
+//!
+//! ```text
+//! c(M) = c · (1 + k · (G(M)/G(M₀) − 1)),   G(M) = 1/√(1 − min(M, 0.95)²)
+//! ```
+//!
+//! At the design Mach number M₀ every derivative has the value of its table, so the trim there is that of the
+//! airframe without Mach effects. Transonic flow is not modelled: above 0.95 the factors stay constant.
 
-use host_io::problem::Problem;
+use std::collections::BTreeMap;
+
+use host_io::problem::{Problem, problem};
 use icd::{EffectorKind, EffectorList, PerEffector};
+use serde::{Deserialize, Serialize};
 
 use crate::Airframe;
-use crate::aerodynamics::{Aero, Derivative, SurfaceDerivatives};
+use crate::aerodynamics::{
+    Aero, AirState, Coefficients, Derivative, SurfaceDerivatives, Surfaces, coefficients,
+};
 use crate::range::check_range;
 
 /// Derivatives are refused beyond this size: ten times the largest that any aircraft has.
@@ -45,7 +62,7 @@ impl Place {
     }
 
     /// By its key: that of the file, followed by the kind for surfaces, as in `c_pitch_elevator`.
-    pub(crate) fn by_key(key: &str) -> Option<Self> {
+    fn by_key(key: &str) -> Option<Self> {
         if let Some(clean) = Aero::DERIVATIVES.iter().position(|d| d.key == key) {
             return Some(Self::Clean(clean));
         }
@@ -56,7 +73,7 @@ impl Place {
     }
 
     /// The key.
-    pub(crate) fn key(self) -> String {
+    fn key(self) -> String {
         match self {
             Self::Clean(clean) => Aero::DERIVATIVES[clean].key.to_owned(),
             Self::Surfaces(field, kind) => {
@@ -110,6 +127,104 @@ impl<T> Derivative<T> {
     }
 }
 
+/// Prandtl and Glauert's rule has no meaning near one, where it grows without bound.
+const MACH_MAX: f64 = 0.95;
+
+/// Largest size of a factor.
+const FACTOR_MAX: f64 = 3.0;
+
+/// The table `[mach]` of an airframe file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MachEffects {
+    /// M₀, where the derivatives are those of `[aerodynamics]`.
+    pub design_mach: f64,
+    /// k of each derivative that changes, by its key in `[aerodynamics]`.
+    pub growth: BTreeMap<DerivativeKey, f64>,
+}
+
+/// A derivative, in a file by its key in the table `[aerodynamics]`, or for surfaces by the key and their kind, as in
+/// `c_pitch_elevator`.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct DerivativeKey(Place);
+
+impl TryFrom<String> for DerivativeKey {
+    type Error = Problem;
+
+    fn try_from(key: String) -> Result<Self, Problem> {
+        Place::by_key(&key).map(Self).ok_or_else(|| problem!("no derivative is called {key}"))
+    }
+}
+
+impl From<DerivativeKey> for String {
+    fn from(key: DerivativeKey) -> Self {
+        key.0.key()
+    }
+}
+
+/// The table, prepared for evaluation.
+#[derive(Debug, Clone)]
+pub(crate) struct MachTable {
+    list: EffectorList,
+    aero: Aero,
+    surfaces: PerEffector<SurfaceDerivatives>,
+    per_design: f64,
+    growth: Vec<(Place, f64)>,
+}
+
+impl MachEffects {
+    pub fn check(&self) -> Result<(), Problem> {
+        check_range("mach", "design_mach", self.design_mach, 0.0, MACH_MAX)?;
+        for (key, factor) in &self.growth {
+            check_range("mach.growth", &key.0.key(), *factor, -FACTOR_MAX, FACTOR_MAX)?;
+        }
+        Ok(())
+    }
+
+    /// For the equations of motion.
+    pub(crate) fn table(
+        &self,
+        list: &EffectorList,
+        aero: &Aero,
+        surfaces: &PerEffector<SurfaceDerivatives>,
+    ) -> MachTable {
+        let growth = self.growth.iter().map(|(key, k)| (key.0, *k)).collect();
+        let per_design = 1.0 / compression(self.design_mach);
+        MachTable { list: *list, aero: aero.clone(), surfaces: *surfaces, per_design, growth }
+    }
+}
+
+impl MachTable {
+    /// The derivatives at a Mach number.
+    fn at(&self, mach: f64) -> (Aero, PerEffector<SurfaceDerivatives>) {
+        let growth = compression(mach) * self.per_design - 1.0;
+        let (mut aero, mut surfaces) = (self.aero.clone(), self.surfaces);
+        for (place, k) in &self.growth {
+            let factor = 1.0 + k * growth;
+            place.change(&self.list, &mut aero, &mut surfaces, |value| *value *= factor);
+        }
+        (aero, surfaces)
+    }
+
+    /// Coefficients at a Mach number.
+    pub(crate) fn coefficients(
+        &self,
+        air: &AirState,
+        mach: f64,
+        deflections: &PerEffector<f64>,
+    ) -> Coefficients {
+        let (aero, surfaces) = self.at(mach);
+        coefficients(&aero, &Surfaces::new(&self.list, &surfaces), air, deflections)
+    }
+}
+
+/// G(M) of Prandtl and Glauert.
+fn compression(mach: f64) -> f64 {
+    let mach = mach.min(MACH_MAX);
+    1.0 / (1.0 - mach * mach).sqrt()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -137,5 +252,109 @@ mod tests {
         for name in ["Cmx", "Cmd", "", "Cmdf", "Xde"] {
             assert!(!Airframe::paper().change_derivative(name, |value| *value += 1.0), "{name}");
         }
+    }
+}
+
+#[cfg(test)]
+mod mach_tests {
+    use super::*;
+    use crate::Airframe;
+    use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
+    use crate::atmosphere::Atmosphere;
+    use icd::tvc_jet;
+
+    fn table_of(airframe: &Airframe) -> MachTable {
+        let aero = airframe.aero.derivatives().unwrap();
+        let mach = airframe.mach.as_ref().unwrap();
+        mach.table(&airframe.effectors, aero, &airframe.surface_derivatives)
+    }
+
+    fn variant() -> Airframe {
+        Airframe::from_toml("tvc_jet_mach.toml", MACH_AIRFRAME).unwrap()
+    }
+
+    fn refusal(from: &str, to: &str) -> String {
+        assert!(MACH_AIRFRAME.contains(from), "the file has no {from}");
+        let text = MACH_AIRFRAME.replacen(from, to, 1);
+        Airframe::from_toml("jet.toml", &text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn the_variant_is_the_jet_with_a_table_more() {
+        let data = |text: &str| -> Vec<String> {
+            let lines = text.lines().map(|line| line.split('#').next().unwrap_or("").trim());
+            lines.filter(|line| !line.is_empty()).map(str::to_owned).collect()
+        };
+        let (jet, variant) = (data(DEFAULT_AIRFRAME), data(MACH_AIRFRAME));
+        let table = variant.iter().position(|line| line == "[mach]").unwrap();
+        assert_eq!(jet, variant[..table], "copy tvc_jet.toml into tvc_jet_mach.toml");
+    }
+
+    #[test]
+    fn at_the_design_point_of_the_jet_every_derivative_is_that_of_the_jet() {
+        let airframe = variant();
+        let table = table_of(&airframe);
+        let (mut at, mut surfaces) = table.at(264.0 / Atmosphere::STANDARD.speed_of_sound(5_000.0));
+        let mut jet = Airframe::paper().aero.derivatives().unwrap().clone();
+        for d in &Aero::DERIVATIVES {
+            let (ours, theirs) = (*(d.field)(&mut at), *(d.field)(&mut jet));
+            // The design Mach number stands in the file with ten digits.
+            assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}: {ours} {theirs}", d.key);
+        }
+        let mut jet = Airframe::paper().surface_derivatives;
+        for effector in tvc_jet::ALL {
+            for field in &SurfaceDerivatives::DERIVATIVES {
+                let ours = *(field.field)(&mut surfaces[effector]);
+                let theirs = *(field.field)(&mut jet[effector]);
+                assert!((ours - theirs).abs() <= 1e-8 * theirs.abs(), "{}", field.key);
+            }
+        }
+    }
+
+    #[test]
+    fn a_derivative_grows_by_its_part_of_prandtl_and_glauerts_factor() {
+        let mut airframe = variant();
+        let mach = airframe.mach.as_mut().unwrap();
+        mach.design_mach = 0.6;
+        let key = |key: &str| DerivativeKey::try_from(key.to_owned()).unwrap();
+        mach.growth = [(key("c_lift_alpha"), 0.5), (key("c_roll_aileron"), -1.0)].into();
+        let table = table_of(&airframe);
+        let aero = airframe.aero.derivatives().unwrap();
+        let roll =
+            |surfaces: &PerEffector<SurfaceDerivatives>| surfaces[tvc_jet::LEFT_AILERON].c_roll;
+        // 1/sqrt(1 - 0.36) = 1.25 and 1/sqrt(1 - 0.64) = 1.6667: larger by a third.
+        let (faster, surfaces) = table.at(0.8);
+        assert!((faster.c_lift_alpha / aero.c_lift_alpha - 7.0 / 6.0).abs() < 1e-12);
+        assert!((roll(&surfaces) / roll(&airframe.surface_derivatives) - 2.0 / 3.0).abs() < 1e-12);
+        assert_eq!(faster.c_yaw_beta, aero.c_yaw_beta, "what is not named does not change");
+        let (beyond, at_end) = (table.at(3.0), table.at(MACH_MAX));
+        assert_eq!(beyond, at_end, "beyond the range it stays");
+    }
+
+    #[test]
+    fn the_quick_speed_of_sound_is_that_of_the_atmosphere() {
+        for altitude_m in [-6_000.0, 0.0, 5_000.0, 11_000.0, 15_000.0, 25_000.0, f64::NAN] {
+            let (quick, full) = (
+                Atmosphere::STANDARD.speed_of_sound(altitude_m),
+                Atmosphere::STANDARD.air(altitude_m).speed_of_sound,
+            );
+            assert_eq!(quick.to_bits(), full.to_bits(), "at {altitude_m} m");
+        }
+    }
+
+    #[test]
+    fn a_growth_of_an_unknown_derivative_is_refused_with_its_name() {
+        let message = refusal("c_lift_alpha = 0.3", "c_lift_alfa = 0.3");
+        assert!(message.contains("jet.toml") && message.contains("c_lift_alfa"), "{message}");
+    }
+
+    #[test]
+    fn numbers_outside_their_range_are_refused_with_key_and_range() {
+        assert_eq!(
+            refusal("c_lift_alpha = 0.3", "c_lift_alpha = 30"),
+            "jet.toml: [mach.growth] c_lift_alpha = 30 is outside -3 to 3"
+        );
+        let message = refusal("design_mach = 0.8", "design_mach = 1.8");
+        assert!(message.contains("[mach] design_mach = 1.8"), "{message}");
     }
 }

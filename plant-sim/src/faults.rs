@@ -514,7 +514,7 @@ impl Faults {
 
     fn insert(&mut self, fault: Fault) -> Result<(), Refusal> {
         if self.schedule.len() >= SCHEDULE_MAX {
-            #[expect(clippy::cast_possible_truncation, reason = "64")]
+            // 64 fits.
             return Err(Refusal::ScheduleFull { capacity: SCHEDULE_MAX as u32 });
         }
         let at = fault.plan.onset(0);
@@ -574,7 +574,7 @@ pub fn check(
 
 /// Whether this aircraft has the target.
 fn check_target(list: &EffectorList, has: &Fitted, target: Target) -> Result<(), Refusal> {
-    #[expect(clippy::cast_possible_truncation, reason = "at most 16")]
+    // At most 16.
     let count = list.len() as u8;
     match target {
         Target::Effector(effector) if !list.contains(effector) => {

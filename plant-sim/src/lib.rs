@@ -57,7 +57,6 @@ pub mod geodesy;
 pub mod integrator;
 pub mod io;
 pub mod limits;
-pub mod mach;
 pub mod noise;
 pub mod plant;
 pub mod propulsion;

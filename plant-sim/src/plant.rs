@@ -24,7 +24,7 @@ use crate::servos::{self, Delayed, Servo};
 use crate::setup::{self, PlantSetup, SetupError};
 use crate::start::Start;
 use crate::step_limit;
-use crate::trim::{self, Trim, longitudinal};
+use crate::trim::{self, Trim};
 use crate::truth::Truth;
 use crate::wind::{self, DiscreteGust, DiscreteGusts, Gust, MovingAir, Surroundings, WindSettings};
 
@@ -174,8 +174,14 @@ impl Plant {
             ),
             losses: Losses::default(),
             paths: CommandPath::all(airframe, &state.positions),
-            sensors: SensorSet::new(airframe, sensors, period_us, seed, run)
-                .in_air(*dynamics.atmosphere()),
+            sensors: SensorSet::new(
+                airframe,
+                *dynamics.atmosphere(),
+                sensors,
+                period_us,
+                seed,
+                run,
+            ),
             reports: VecDeque::with_capacity(REPORTS_MAX),
             reports_dropped: 0,
             period_us: u64::from(period_us),
@@ -640,8 +646,8 @@ fn released(
     let ReleaseSetup { initial, controls, .. } = setup;
     let earth = dynamics.earth();
     let (theta_rad, elevator_rad, controls) = if initial.is_trimmed {
-        let trim =
-            longitudinal::solve(dynamics, initial, controls, steady).map_err(SetupError::Trim)?;
+        let trim = trim::solve_longitudinal(dynamics, initial, controls, steady)
+            .map_err(SetupError::Trim)?;
         (trim.theta_rad, trim.elevator_rad, trim.controls)
     } else {
         (initial.attitude.theta, 0.0, *controls)

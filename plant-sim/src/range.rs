@@ -18,6 +18,16 @@ pub fn check_range(
     }
 }
 
+/// Checks that no value of a vector is larger than `most`, either way.
+pub(crate) fn check_vector(
+    section: &str,
+    key: &str,
+    vector: impl IntoIterator<Item = f64>,
+    most: f64,
+) -> Result<(), Problem> {
+    vector.into_iter().try_for_each(|value| check_range(section, key, value, -most, most))
+}
+
 /// A value that is outside its range.
 pub(crate) fn out_of_range(section: &str, key: &str, numbers: [f64; 3]) -> Problem {
     let [value, min, max] = numbers.map(tidy);

@@ -12,7 +12,7 @@ use crate::atmosphere::Atmosphere;
 use crate::earth::{Earth, EarthModel};
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 use crate::rigid_body::RigidState;
 use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
@@ -162,15 +162,15 @@ impl InitialState {
                 check_range(SECTION, "altitude_m", at.altitude_m, 0.0, 80_000.0)?;
             }
             InitialPosition::Local { position, .. } => {
-                check_vector("position_ned_m", &position.0, 1.0e6)?;
+                check_vector(SECTION, "position_ned_m", position.0.iter().copied(), 1.0e6)?;
                 check_range(SECTION, "position_ned_m", position.0.z, -80_000.0, 0.0)?;
             }
         }
-        let velocity = match self.velocity {
+        let (key, velocity) = match self.velocity {
             InitialVelocity::Ned(v) => ("velocity_ned_m_s", v.0),
             InitialVelocity::Body(v) => ("velocity_body_m_s", v.0),
         };
-        check_vector(velocity.0, &velocity.1, 10_000.0)?;
+        check_vector(SECTION, key, velocity.iter().copied(), 10_000.0)?;
         for (key, angle, most) in [
             ("roll_deg", self.attitude.phi, 360.0),
             ("pitch_deg", self.attitude.theta, 90.0),
@@ -183,7 +183,7 @@ impl InitialState {
             InitialRates::Earth(rates) => ("rates_earth_deg_s", rates.0),
             InitialRates::Ned(rates) => ("rates_ned_deg_s", rates.0),
         };
-        check_vector(key, &rates.map(f64::to_degrees), 3_600.0)
+        check_vector(SECTION, key, rates.iter().map(|rate| rate.to_degrees()), 3_600.0)
     }
 
     /// Position of the body, m, frame E.
@@ -234,10 +234,6 @@ impl Controls {
         let lever = self.lever.map(|lever| lever + other.lever.unwrap_or(0.0));
         Self { positions, lever }
     }
-}
-
-fn check_vector(key: &str, vector: &Vector3<f64>, most: f64) -> Result<(), Problem> {
-    vector.iter().try_for_each(|value| check_range(SECTION, key, *value, -most, most))
 }
 
 #[cfg(test)]

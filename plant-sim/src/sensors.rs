@@ -57,9 +57,10 @@ struct Field {
 }
 
 impl SensorSet {
-    /// The sensors of an aircraft with these errors; the random streams belong to seed and run.
+    /// The sensors of an aircraft in this air with these errors; the random streams belong to seed and run.
     pub fn new(
         airframe: &Airframe,
+        atmosphere: Atmosphere,
         settings: &SensorSettings,
         period_us: u32,
         seed: u64,
@@ -69,7 +70,7 @@ impl SensorSet {
             settings.grade.as_ref().map(|grade| RealSensors::new(grade, period_us, seed, run));
         Self {
             places: airframe.air_data,
-            atmosphere: Atmosphere::STANDARD,
+            atmosphere,
             engine: airframe.effectors.only(EffectorKind::Engine),
             gyro_noise_rad_s: settings.gyro_noise_rad_s,
             gyro: Normals::new(seed, run, Source::Gyro),
@@ -79,12 +80,6 @@ impl SensorSet {
             real: real.map(Box::new),
             faulty: FaultySensors::new(period_us, seed, run),
         }
-    }
-
-    /// The same in warmer or colder air.
-    #[must_use]
-    pub fn in_air(self, atmosphere: Atmosphere) -> Self {
-        Self { atmosphere, ..self }
     }
 
     /// A sample of each sensor, taken now, with the effects of `faults`; draws the noise of this tick. `present` and `gust` are

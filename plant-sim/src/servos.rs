@@ -17,11 +17,7 @@ use serde::{Deserialize, Serialize};
 pub const DELAY_MAX_S: f64 = 1.0;
 
 /// Most commands that can be pending: those of the longest delay at the shortest control period, and the latest one.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a thousand and one, from two constants"
-)]
+// A thousand and one, from two constants.
 pub const COMMANDS_MAX: usize =
     (DELAY_MAX_S * 1.0e6) as usize / ControlPeriod::MIN_MICROS as usize + 1;
 

@@ -144,9 +144,17 @@ impl TableText {
             lines.map(|(line, row)| numbers(line, row, &header)).collect::<Result<Vec<_>, _>>()?;
         let inputs = (0..n).map(|i| input(&header[i], &rows, i)).collect::<Result<Vec<_>, _>>()?;
         check_order(&inputs, &rows)?;
-        let odd_in = odd_in(self, &inputs)?;
-        if let Some(odd) = odd_in {
+        let mut odd_in = None;
+        if let Some(name) = &self.odd_in {
+            let is_it = |input: &Input| input.name == *name && input.breakpoints[0] == 0.0;
+            let odd = inputs.iter().position(is_it).filter(|_| self.outside == Outside::Clamp);
+            let odd = odd.ok_or_else(|| {
+                problem!(
+                    "odd_in = {name:?}, expected an input whose first breakpoint is 0, in a table with outside = \"clamp\""
+                )
+            })?;
             check_odd(&header, &rows, n, odd)?;
+            odd_in = Some(odd);
         }
         let values = rows.iter().flat_map(|(_, row)| row[n..].iter().copied()).collect();
         Ok(Table { inputs, outside: self.outside, odd_in, functions: header[n..].to_vec(), values })
@@ -231,17 +239,6 @@ fn check_order(inputs: &[Input], rows: &[Row]) -> Result<(), Problem> {
         ));
     }
     Ok(())
-}
-
-fn odd_in(text: &TableText, inputs: &[Input]) -> Result<Option<usize>, Problem> {
-    let Some(name) = &text.odd_in else { return Ok(None) };
-    let index = inputs.iter().position(|input| input.name == *name && input.breakpoints[0] == 0.0);
-    match index {
-        Some(index) if text.outside == Outside::Clamp => Ok(Some(index)),
-        _ => Err(problem!(
-            "odd_in = {name:?}, expected an input whose first breakpoint is 0, in a table with outside = \"clamp\""
-        )),
-    }
 }
 
 /// An odd function is zero at zero.

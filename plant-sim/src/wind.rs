@@ -5,7 +5,7 @@ use icd::{Body, Ned, SimTime};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 
 mod filters;
 pub mod level;
@@ -294,9 +294,7 @@ impl WindProfile {
         for level in &self.levels {
             check_range(LEVEL_SECTION, "altitude_m", level.altitude_m, least, 100_000.0)?;
             least = level.altitude_m.next_up();
-            for speed in level.velocity_ned_m_s {
-                check_range(LEVEL_SECTION, "velocity_ned_m_s", speed, -200.0, 200.0)?;
-            }
+            check_vector(LEVEL_SECTION, "velocity_ned_m_s", level.velocity_ned_m_s, 200.0)?;
         }
         Ok(())
     }

@@ -431,8 +431,8 @@ impl FaultKind {
     }
 
     /// As a phrase of the script language, with the units of the target's class.
-    pub const fn described(&self, class: TargetClass) -> Described {
-        Described { kind: *self, class }
+    pub const fn described(&self, class: TargetClass) -> Described<Self> {
+        Described { what: *self, class }
     }
 }
 
@@ -449,16 +449,16 @@ impl KindInfo {
     }
 }
 
-/// A kind of fault as a phrase of the script language.
+/// Something about a fault as text, with the units of its target's class.
 #[derive(Debug, Clone, Copy)]
-pub struct Described {
-    pub(super) kind: FaultKind,
+pub struct Described<T> {
+    pub(super) what: T,
     pub(super) class: TargetClass,
 }
 
-impl fmt::Display for Described {
+impl fmt::Display for Described<FaultKind> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (info, Parts { choice, values, .. }) = (self.kind.info(), self.kind.parts());
+        let (info, Parts { choice, values, .. }) = (self.what.info(), self.what.parts());
         let mut before = "";
         for piece in info.phrase.iter().copied() {
             let words = match piece {

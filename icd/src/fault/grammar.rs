@@ -12,7 +12,7 @@ use core::fmt;
 use arrayvec::ArrayVec;
 use serde::{Deserialize, Serialize};
 
-use super::catalogue::FaultKind;
+use super::catalogue::{Described, FaultKind};
 use super::kind::{Choice, KindInfo, NUMBERS_MAX};
 use super::quantity::{Measure, Quantity, Reach, Tidy, Unit};
 use super::target::TargetClass;
@@ -179,7 +179,8 @@ impl FaultDraft {
     pub fn kind(&self) -> Result<FaultKind, FaultError> {
         let mut values = [0.0; NUMBERS_MAX];
         for (value, number) in values.iter_mut().zip(self.info.numbers) {
-            *value = self.need(number.quantity)?;
+            let missing = FaultError::Missing(FaultField::Number(number.quantity));
+            *value = self.numbers.get(number.quantity).ok_or(missing)?;
         }
         let usual = match &self.info.choice {
             Some(choice) => choice.default.ok_or(FaultError::Missing(FaultField::Choice(choice))),
@@ -232,10 +233,6 @@ impl FaultDraft {
             (Some(every_s), times) => Some(Repeat { every_s, times }),
         };
         Ok(Timing { onset, ramp_s: given(Ramp).unwrap_or(0.0), duration_s, repeat })
-    }
-
-    fn need(&self, what: Quantity) -> Result<f64, FaultError> {
-        self.numbers.get(what).ok_or(FaultError::Missing(FaultField::Number(what)))
     }
 
     fn time(&self, what: Quantity) -> Result<Option<SimTime>, FaultError> {
@@ -398,22 +395,15 @@ pub enum Refusal {
 
 impl Refusal {
     /// As text, with the units of the target's class.
-    pub const fn described(&self, class: TargetClass) -> DescribedRefusal {
-        DescribedRefusal { refusal: *self, class }
+    pub const fn described(&self, class: TargetClass) -> Described<Self> {
+        Described { what: *self, class }
     }
 }
 
-/// A refusal as text.
-#[derive(Debug, Clone, Copy)]
-pub struct DescribedRefusal {
-    refusal: Refusal,
-    class: TargetClass,
-}
-
-impl fmt::Display for DescribedRefusal {
+impl fmt::Display for Described<Refusal> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use Refusal as R;
-        match self.refusal {
+        match self.what {
             R::OutOfRange { what: Quantity::Ramp, max: 0.0, .. } => {
                 f.write_str("this kind of fault has no ramp")
             }

@@ -199,7 +199,7 @@ impl KindInfo {
 
     /// How many alternatives it has; 1 without a choice.
     pub fn alternatives(&self) -> u8 {
-        #[expect(clippy::cast_possible_truncation, reason = "two or three")]
+        // Two or three.
         self.choice.map_or(1, |choice| choice.alternatives.len() as u8)
     }
 

@@ -2,8 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::effector::Effector;
-use crate::effector_list::EffectorList;
+use crate::effector_list::{Effector, EffectorList};
 use crate::named;
 use crate::sensors::SensorKind;
 

@@ -4,8 +4,7 @@
 //! target is one byte: the index of an effector, or from 128 on a sensor.
 
 use super::{Aircraft, PacketBytes, WireError};
-use crate::effector::{Effector, PerEffector};
-use crate::effector_list::Name;
+use crate::effector_list::{Effector, Name, PerEffector};
 use crate::fault::{
     FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantAction, PlantReport,
     PlantRequest, Quantity, Refusal, Repeat, Target, Timing,
@@ -263,13 +262,15 @@ impl Field for f64 {
     }
 }
 
+/// It also gives the number of effectors of what follows.
 impl Field for Aircraft {
     fn write(&self, w: &mut Writer<'_>) {
-        #[expect(clippy::cast_possible_truncation, reason = "at most NAME_MAX")]
+        // At most NAME_MAX.
         w.u8(self.name.len() as u8);
         w.bytes(self.name.as_bytes());
         w.u8(self.effectors);
         w.u32(self.identity);
+        w.effectors = self.effectors.into();
     }
 
     fn read(r: &mut Reader<'_>, _: &'static str) -> Result<Self, WireError> {
@@ -281,6 +282,7 @@ impl Field for Aircraft {
         if !(1..=Effector::MAX).contains(&usize::from(effectors)) {
             return Err(WireError::Code { field: "number of effectors", value: effectors });
         }
+        r.effectors = effectors.into();
         Ok(Self { name, effectors, identity: r.u32()? })
     }
 }
@@ -346,11 +348,7 @@ impl Field for Pace {
         let pace = match code {
             0 => Self::Pause,
             1 => Self::Run,
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "saturates, and what it changes is refused"
-            )]
+            // Saturates, and what it changes is refused.
             2 if f64::from(value as u32) == value => Self::Step(value as u32),
             2 => return Err(r.value(name, value)),
             3 => Self::Speed(value),

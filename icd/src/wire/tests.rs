@@ -1,5 +1,5 @@
 use super::*;
-use crate::effector::PerEffector;
+use crate::effector_list::PerEffector;
 use crate::fault::{
     FaultEntry, FaultKind, FaultReply, FaultRequest, FaultState, Onset, PlantAction, Quantity,
     Refusal, Repeat, Side, Timing, Travel,

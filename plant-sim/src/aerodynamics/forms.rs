@@ -6,7 +6,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Aero, AirState, Coefficients, Surfaces, coefficients, wrench};
 use crate::airframe::Airframe;
-use crate::mach::MachTable;
+use crate::derivatives::MachTable;
 use crate::range::check_range;
 use crate::rigid_body::Wrench;
 use crate::tables::aerodynamics::{AeroTables, TableAero};

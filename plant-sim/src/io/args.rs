@@ -1,8 +1,7 @@
 //! Command line of the plant.
 
-use std::fmt::{self, Display};
+use std::fmt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use host_io::file::{self, TEXT_MAX};
 pub use host_io::instance::whole;
@@ -129,12 +128,21 @@ impl PlantArgs {
     }
 
     fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, Problem> {
-        let (name, effectors) = (self.scenario.as_str(), &airframe.effectors);
-        let scenario = match SCENARIOS.iter().find(|(known, _)| *known == name) {
-            Some((_, text)) => Scenario::from_toml(name, text, effectors)?,
-            None => Scenario::from_toml(name, &read_scenario(name)?, effectors)?,
+        let name = self.scenario.as_str();
+        let text = match SCENARIOS.iter().find(|(known, _)| *known == name) {
+            Some((_, text)) => Ok((*text).to_owned()),
+            None => file::read_text(Path::new(name), TEXT_MAX),
         };
-        Ok(scenario.plant)
+        let text = match text {
+            Err(problem) if problem.is_not_found() => {
+                let known = SCENARIOS.map(|(name, _)| name).join(", ");
+                return Err(problem!(
+                    "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
+                ));
+            }
+            read => read.at(name)?,
+        };
+        Ok(Scenario::from_toml(name, &text, &airframe.effectors)?.plant)
     }
 
     /// The aircraft at the start of the flight of this setup.
@@ -149,18 +157,6 @@ impl PlantArgs {
     }
 }
 
-fn read_scenario(name: &str) -> Result<String, Problem> {
-    match file::read_text(Path::new(name), TEXT_MAX) {
-        Err(problem) if problem.is_not_found() => {
-            let known = SCENARIOS.map(|(name, _)| name).join(", ");
-            Err(problem!(
-                "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
-            ))
-        }
-        read => read.at(name),
-    }
-}
-
 /// A control period in milliseconds from the command line.
 pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     let (min, max) = (ControlPeriod::MIN_MICROS, ControlPeriod::MAX_MICROS);
@@ -170,11 +166,7 @@ pub fn parse_period(text: &str) -> Result<ControlPeriod, String> {
     if !(min_ms..=max_ms).contains(&ms) {
         return Err(refused());
     }
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "the range was checked above"
-    )]
+    // The range was checked above.
     let micros = libm::round(ms * 1.0e3) as u32;
     ControlPeriod::from_micros(micros).map_err(|error| error.to_string())
 }

@@ -152,7 +152,11 @@ impl Flight<'_> {
         self.link.begin_exchange(plant.time(), phase, self.period, sensors, reports, envelope);
         if phase == Phase::Flying {
             // While the autopilot works.
-            self.record();
+            if let Some(log) = self.truth_log.as_mut()
+                && let Err(problem) = log.write(self.plant.truth())
+            {
+                error!(%problem, "the truth log ends here");
+            }
         }
         if self.stop.is_requested() {
             return Err(FlightEnd::Stop);
@@ -175,14 +179,6 @@ impl Flight<'_> {
             }
         }
         Ok(answer.actuators)
-    }
-
-    fn record(&mut self) {
-        if let Some(log) = self.truth_log.as_mut()
-            && let Err(problem) = log.write(self.plant.truth())
-        {
-            error!(%problem, "the truth log ends here");
-        }
     }
 
     fn stay_on_ground(

@@ -104,19 +104,15 @@ impl Pacer {
         let PaceRequest { request, pace } = request;
         self.changed = true;
         match pace {
+            Pace::Step(periods) => return self.request_steps(request, periods, time),
+            Pace::Speed(factor) => self.speed = Speed::Times(factor),
             Pace::Pause | Pace::Run => {
                 self.paused = pace == Pace::Pause;
                 self.interrupt(pace, time);
-                self.origin = None;
-                self.report(request, pace, time);
-            }
-            Pace::Step(periods) => self.request_steps(request, periods, time),
-            Pace::Speed(factor) => {
-                self.speed = Speed::Times(factor);
-                self.origin = None;
-                self.report(request, pace, time);
             }
         }
+        self.origin = None;
+        self.report(request, pace, time);
     }
 
     fn request_steps(&mut self, request: Option<u32>, periods: u32, time: SimTime) {

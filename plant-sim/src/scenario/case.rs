@@ -120,16 +120,16 @@ pub struct ControlStep {
 impl CaseFile {
     /// Reads a file; errors call it `name`.
     pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
-        let table = config::parse(name, text)?;
-        Self::of(name, ScenarioFile::read(name, table, Some(text))?)
+        Self::read(name, config::parse(name, text)?, Some(text))
     }
 
     /// Reads a file that was parsed already and may have been changed since.
     pub fn from_table(name: &str, table: toml::Table) -> Result<Self, Problem> {
-        Self::of(name, ScenarioFile::read(name, table, None)?)
+        Self::read(name, table, None)
     }
 
-    fn of(name: &str, mut file: ScenarioFile) -> Result<Self, Problem> {
+    fn read(name: &str, table: toml::Table, text: Option<&str>) -> Result<Self, Problem> {
+        let mut file = ScenarioFile::read(name, table, text)?;
         let Some(case) = file.checkcase.take() else {
             let problem = "is missing, a check case names its airframe file";
             return Err(key(CASE, "airframe", problem)).at(name);
@@ -282,11 +282,7 @@ impl Grid {
 /// A positive number that is whole but for the rounding of its decimals; zero is whole too.
 fn whole(value: f64) -> Option<u64> {
     let rounded = libm::round(value);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "callers check the range"
-    )]
+    // Callers check the range.
     ((value - rounded).abs() <= 1.0e-9 * rounded.max(1.0)).then_some(rounded as u64)
 }
 

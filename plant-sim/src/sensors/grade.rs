@@ -49,58 +49,53 @@ impl GradeName {
     }
 }
 
-/// Errors of one sensor in SI units: rad, rad/s, m/s², m, m/s, Pa, nT, N. Spreads are one standard deviation.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Errors {
+macro_rules! errors {
+    ($($(#[$doc:meta])* $field:ident: $exact:expr,)+) => {
+        /// Errors of one sensor in SI units: rad, rad/s, m/s², m, m/s, Pa, nT, N. Spreads are one standard deviation.
+        #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+        pub struct Errors {
+            $($(#[$doc])* pub $field: f64,)+
+        }
+
+        impl Errors {
+            /// Exact, in every control period.
+            pub const NONE: Self = Self { $($field: $exact),+ };
+        }
+    };
+}
+
+errors! {
     /// Samples per second; no more than one in each control period.
-    pub rate_hz: f64,
+    rate_hz: 10_000.0,
     /// Time from measurement to arrival, s.
-    pub delay_s: f64,
+    delay_s: 0.0,
     /// White noise, density over √Hz.
-    pub density: f64,
+    density: 0.0,
     /// White noise of each sample.
-    pub noise: f64,
+    noise: 0.0,
     /// White noise of each sample, as a part of its value.
-    pub relative_noise: f64,
+    relative_noise: 0.0,
     /// Constant error of a flight.
-    pub bias: f64,
+    bias: 0.0,
     /// Error that wanders: a first-order Gauss-Markov process.
-    pub instability: f64,
+    instability: 0.0,
     /// Its correlation time, s.
-    pub instability_time_s: f64,
+    instability_time_s: 100.0,
     /// Error of the scale, as a part of the value.
-    pub scale: f64,
+    scale: 0.0,
     /// Error of the direction of each axis, rad.
-    pub misalignment_rad: f64,
+    misalignment_rad: 0.0,
     /// Smallest step of the output.
-    pub resolution: f64,
+    resolution: 0.0,
     /// Largest output either way.
-    pub range: f64,
+    range: 1.0e12,
     /// Vertical errors of a position over horizontal ones.
-    pub vertical_factor: f64,
+    vertical_factor: 1.0,
     /// White noise of the velocity over the ground, m/s.
-    pub velocity_noise_m_s: f64,
+    velocity_noise_m_s: 0.0,
 }
 
 impl Errors {
-    /// Exact, in every control period.
-    pub const NONE: Self = Self {
-        rate_hz: 10_000.0,
-        delay_s: 0.0,
-        density: 0.0,
-        noise: 0.0,
-        relative_noise: 0.0,
-        bias: 0.0,
-        instability: 0.0,
-        instability_time_s: 100.0,
-        scale: 0.0,
-        misalignment_rad: 0.0,
-        resolution: 0.0,
-        range: 1.0e12,
-        vertical_factor: 1.0,
-        velocity_noise_m_s: 0.0,
-    };
-
     /// Samples per second with this control period, µs.
     pub fn effective_rate_hz(&self, period_us: u32) -> f64 {
         self.rate_hz.min(1.0e6 / f64::from(period_us))
@@ -124,7 +119,7 @@ impl Grade {
     pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         for sensor in SensorKind::ALL {
             let errors = self.of(sensor);
-            let section = section(sensor);
+            let section = format!("plant.sensors.{}", sensor.key());
             for key in keys(sensor) {
                 let mut copy = *errors;
                 let value = *(key.place)(&mut copy) / key.to_si;
@@ -135,11 +130,6 @@ impl Grade {
         }
         Ok(())
     }
-}
-
-/// Table of a sensor in a scenario.
-fn section(sensor: SensorKind) -> String {
-    format!("plant.sensors.{}", sensor.key())
 }
 
 /// A key of a sensor's table.

@@ -323,11 +323,7 @@ impl<const N: usize> AxisErrors<N> {
                 };
             }
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "at most a thousand"
-        )]
+        // At most a thousand.
         let every = libm::round(WANDER_EVERY_S * rate_hz).max(1.0) as u32;
         let decay = libm::exp(-f64::from(every) / (rate_hz * errors.instability_time_s));
         Self {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::lookup::{SumText, Sums};
 use super::{TableText, read_all};
 use crate::aerodynamics::{AirState, Coefficients, Geometry, SLOWEST_M_S};
-use crate::range::check_range;
+use crate::range::check_vector;
 use crate::rigid_body::Wrench;
 
 /// Inputs of a term besides the deflections, in SI units.
@@ -86,9 +86,7 @@ impl TableAero {
     pub fn build(&self, effectors: &[String]) -> Result<AeroTables, Problem> {
         let Self { area_m2, span_m, chord_m, .. } = *self;
         Geometry { area_m2, span_m, chord_m }.check()?;
-        for value in self.moment_reference_m {
-            check_range("aerodynamics", "moment_reference_m", value, -100.0, 100.0)?;
-        }
+        check_vector("aerodynamics", "moment_reference_m", self.moment_reference_m, 100.0)?;
         let tables = read_all("aerodynamics", &self.table)?;
         let inputs: Vec<String> = AIR_INPUTS
             .iter()

@@ -158,7 +158,7 @@ impl Axis {
         let (x, sign) = if self.odd && input < 0.0 { (-input, -1.0) } else { (input, 1.0) };
         // Evenly spaced breakpoints give the interval at once; in any other table it is not far from there.
         let last = self.per_width.len() - 1;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it saturates")]
+        // It saturates.
         let mut index = (((x - self.breakpoints[0]) * self.per_mean_width) as usize).min(last);
         while index > 0 && x < self.breakpoints[index] {
             index -= 1;
@@ -308,7 +308,7 @@ impl Build<'_> {
         let table = &self.tables[table];
         let breakpoints: Vec<f64> = table.inputs[k].breakpoints.iter().map(|x| x * unit).collect();
         let intervals = breakpoints.len() - 1;
-        #[expect(clippy::cast_precision_loss, reason = "there are at most 200")]
+        // There are at most 200.
         let per_mean_width = intervals as f64 / (breakpoints[intervals] - breakpoints[0]);
         let per_width: Vec<f64> =
             breakpoints.windows(2).map(|pair| 1.0 / (pair[1] - pair[0])).collect();

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lookup::{SumText, Sums};
 use super::{TableText, read_all};
-use crate::range::check_range;
+use crate::range::{check_range, check_vector};
 
 /// Inputs of a term of the thrust: lever from 0 to 1, Mach number, altitude.
 pub const THRUST_INPUTS: [&str; 3] = ["throttle", "mach", "altitude_m"];
@@ -175,7 +175,7 @@ impl Propeller {
         for (key, c) in [("c_thrust", self.c_thrust), ("c_torque", self.c_torque)] {
             // At rest a propeller pulls and has to be driven: otherwise the quadratics below have no root.
             check_range(section, key, c[0], 1.0e-6, 10.0)?;
-            c.into_iter().try_for_each(|value| check_range(section, key, value, -10.0, 10.0))?;
+            check_vector(section, key, c, 10.0)?;
         }
         Ok(())
     }
