@@ -1,7 +1,8 @@
 //! Command line of the plant.
 
-use std::fmt;
+use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 use host_io::file::{self, TEXT_MAX};
 pub use host_io::instance::whole;
