@@ -150,7 +150,7 @@ impl Dynamics {
         let air = AirForces::new(&airframe)?;
         let Airframe { effectors, nozzle, propulsion, .. } = &airframe;
         let jet = Jet::new(effectors, nozzle.as_ref(), propulsion.as_ref())?;
-        let needs_mach = air.needs_mach() || jet.needs_mach();
+        let needs_mach = air.needs_mach() || propulsion.is_some();
         let (atmosphere, profile) = (Atmosphere::STANDARD, WindProfile::default());
         Ok(Self {
             mass,

@@ -327,7 +327,7 @@ impl Faults {
         let effective = self.effects.effective_deflection(effector, servo);
         let mut position = match old {
             // The servo does not sense such a deviation, and continues from its own position.
-            Some(old) if old.deviates() && active::deviates(&kind) => servo,
+            Some(old) if active::deviates(&old.kind) && active::deviates(&kind) => servo,
             _ => self.effects.position(effector, servo),
         };
         if !old.is_some_and(|old| old.is_delayed()) {

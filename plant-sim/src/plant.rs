@@ -201,7 +201,7 @@ impl Plant {
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
         plant.feel_hinge_moments();
         plant.schedule(faults)?;
-        plant.let_events_happen();
+        plant.with_faults(Faults::apply_due);
         plant.observe();
         Ok(plant)
     }
@@ -380,7 +380,7 @@ impl Plant {
                 self.let_commands_arrive();
             }
             if event_us <= now_us {
-                self.let_events_happen();
+                self.with_faults(Faults::apply_due);
             } else if self.faults.varies() {
                 self.faults.vary(self.time, &mut self.state.positions);
                 self.hold_faults();
@@ -389,10 +389,6 @@ impl Plant {
                 self.present = self.dynamics.present(&self.state, &self.inputs);
             }
         }
-    }
-
-    fn let_events_happen(&mut self) {
-        self.with_faults(Faults::apply_due);
     }
 
     /// Applies the events of the faults that are due.

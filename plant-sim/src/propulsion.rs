@@ -76,11 +76,6 @@ impl Jet {
         Some(high)
     }
 
-    /// Whether the Mach number matters.
-    pub fn needs_mach(&self) -> bool {
-        self.propulsion.is_some()
-    }
-
     /// Smallest and largest thrust in this air, N; `None` where only the travel of the engine limits it.
     pub fn thrust_range_n(&self, at: &EngineAir) -> Option<[f64; 2]> {
         self.propulsion.as_ref().map(|propulsion| propulsion.ends(at))

@@ -13,7 +13,7 @@ pub(super) const STARVED: FaultKind = FaultKind::FlameOut;
 /// A fault that acts on an effector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ActiveFault {
-    kind: FaultKind,
+    pub kind: FaultKind,
     since: SimTime,
     ramp_us: u64,
     /// Ends of the reachable range, rad or N: the servo's travel, extended to the position at the onset.
@@ -192,11 +192,6 @@ impl ActiveFault {
                 FaultEffect { low, high, ..healthy }
             }
         }
-    }
-
-    /// Whether the effector deviates from its servo.
-    pub fn deviates(&self) -> bool {
-        deviates(&self.kind)
     }
 
     /// Whether it delays commands.

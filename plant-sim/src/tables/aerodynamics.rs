@@ -72,9 +72,7 @@ pub type TableCoefficients = [f64; COEFFICIENTS];
 #[derive(Debug, Clone)]
 pub struct AeroTables {
     sums: Sums,
-    area_m2: f64,
-    span_m: f64,
-    chord_m: f64,
+    geometry: Geometry,
     moment_reference: Body,
     /// Whether there is a drag in wind axes: aircraft have theirs in other axes.
     has_drag_wind: bool,
@@ -85,7 +83,8 @@ impl TableAero {
     /// their names in SI units, as in `left_elevator_rad`.
     pub fn build(&self, effectors: &[String]) -> Result<AeroTables, Problem> {
         let Self { area_m2, span_m, chord_m, .. } = *self;
-        Geometry { area_m2, span_m, chord_m }.check()?;
+        let geometry = Geometry { area_m2, span_m, chord_m };
+        geometry.check()?;
         check_vector("aerodynamics", "moment_reference_m", self.moment_reference_m, 100.0)?;
         let tables = read_all("aerodynamics", &self.table)?;
         let inputs: Vec<String> = AIR_INPUTS
@@ -98,9 +97,7 @@ impl TableAero {
         let [x, y, z] = self.moment_reference_m;
         Ok(AeroTables {
             sums,
-            area_m2,
-            span_m,
-            chord_m,
+            geometry,
             moment_reference: Body::new(x, y, z),
             has_drag_wind: !self.sum.c_drag_wind.is_empty(),
         })
@@ -139,9 +136,9 @@ impl AeroTables {
             air.alpha_rad,
             air.beta_rad,
             mach,
-            air.rates.0.x * self.span_m * per_two_v,
-            air.rates.0.y * self.chord_m * per_two_v,
-            air.rates.0.z * self.span_m * per_two_v,
+            air.rates.0.x * self.geometry.span_m * per_two_v,
+            air.rates.0.y * self.geometry.chord_m * per_two_v,
+            air.rates.0.z * self.geometry.span_m * per_two_v,
         ]);
         for (input, deflection) in inputs[AIR_INPUTS.len()..].iter_mut().zip(deflections) {
             *input = *deflection;
@@ -164,7 +161,8 @@ impl AeroTables {
         let (u, v, w) = (velocity.0.x, velocity.0.y, velocity.0.z);
         let in_plane = (u * u + w * w).sqrt();
         let direction = if in_plane > 0.0 { [w / in_plane, u / in_plane] } else { [0.0, 1.0] };
-        let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * self.area_m2;
+        let pressure_area =
+            0.5 * density * air.airspeed_m_s * air.airspeed_m_s * self.geometry.area_m2;
         let side = if self.has_drag_wind { v / air.airspeed_m_s.max(SLOWEST_M_S) } else { 0.0 };
         let Wrench { force, moment } = self.per_pressure_area(direction, side, coefficients);
         Wrench { force: Body(force.0 * pressure_area), moment: Body(moment.0 * pressure_area) }
@@ -192,8 +190,8 @@ impl AeroTables {
             force.0.y -= c_drag_wind * sin_beta;
             force.0.z -= c_drag_wind * sin_alpha * cos_beta;
         }
-        let about_reference =
-            Body::new(self.span_m * c_roll, self.chord_m * c_pitch, self.span_m * c_yaw);
+        let Geometry { span_m, chord_m, .. } = self.geometry;
+        let about_reference = Body::new(span_m * c_roll, chord_m * c_pitch, span_m * c_yaw);
         let moment = Body(about_reference.0 + self.moment_reference.0.cross(&force.0));
         Wrench { force, moment }
     }
@@ -212,9 +210,9 @@ impl AeroTables {
             lift: x * sin - z * cos,
             drag: -x * cos - z * sin,
             side: force.0.y,
-            roll: moment.0.x / self.span_m,
-            pitch: moment.0.y / self.chord_m,
-            yaw: moment.0.z / self.span_m,
+            roll: moment.0.x / self.geometry.span_m,
+            pitch: moment.0.y / self.geometry.chord_m,
+            yaw: moment.0.z / self.geometry.span_m,
         }
     }
 }
