@@ -345,7 +345,7 @@ fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3
     // Metres per unit of 1e-7 deg, to the north and to the east.
     let north_m = 6.371e6 * 1.0e-7_f64.to_radians();
     let east_m = north_m * (1.0e-7 * f64::from(lat)).to_radians().cos();
-    #[expect(clippy::cast_possible_truncation, reason = "a short way")]
+    // A short way.
     let item = |command, [north, east]: [f64; 2], z, turns, circle_m| MISSION_ITEM_INT_DATA {
         x: lat + (north * radius_m / north_m) as i32,
         y: lon + (east * radius_m / east_m) as i32,

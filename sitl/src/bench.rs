@@ -153,7 +153,7 @@ fn ticks_per_s(
     log: Option<&str>,
 ) -> Result<f64, Problem> {
     let report = time_udp(program, setup, arrangement, log)?;
-    #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+    // Far below 2^53.
     let ticks = report.ticks as f64;
     Ok(ticks / report.wall_s)
 }
@@ -340,7 +340,7 @@ impl Recorded {
         warm.iter().for_each(&mut step);
         let began = clock::now();
         measured.iter().for_each(&mut step);
-        #[expect(clippy::cast_precision_loss, reason = "thousands")]
+        // Thousands.
         let count = measured.len() as f64;
         (clock::now() - began).as_secs_f64() * 1.0e6 / count
     }

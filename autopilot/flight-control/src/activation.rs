@@ -140,7 +140,7 @@ impl Activation {
         }
         self.dwell_us += u64::from(self.period.as_micros());
         // Half a microsecond of slack: the dwell is a float, the count is not.
-        #[expect(clippy::cast_precision_loss, reason = "far below 2^53")]
+        // Far below 2^53.
         if self.dwell_us as f64 + 0.5 >= dwell_s * 1.0e6 {
             self.active = !self.active;
             self.dwell_us = 0;

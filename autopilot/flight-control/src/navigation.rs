@@ -274,7 +274,7 @@ impl Navigator {
     /// with the last known wind, the altitude from the satellites. A law cannot bring a value to its reference that never changes.
     fn stand_in(&mut self, before: &NavigationState, gnss_altitude_m: f64) {
         let Self { state: s, wind } = self;
-        #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
+        // Microseconds between two ticks.
         let dt_s = (s.time.micros_since(before.time) as f64 * 1.0e-6).min(DT_MAX_S);
         let (valid, was, turned) = (s.valid, before.valid, before.orientation.q_ned_from_body);
         if !valid.rates && dt_s > 0.0 {

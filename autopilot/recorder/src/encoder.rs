@@ -422,7 +422,7 @@ impl<W: Write> Encoder<W> {
     }
 }
 
-#[expect(clippy::cast_possible_truncation, reason = "as parameters travel over MAVLink")]
+// As parameters travel over MAVLink.
 fn wire_value(kind: Kind, value: f64) -> Value<'static> {
     match kind {
         Kind::Int => Value::I32(value as i32),

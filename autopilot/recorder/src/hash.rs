@@ -62,7 +62,7 @@ impl RunHash {
         }
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "few sensors, numbers and effectors")]
+    // Few sensors, numbers and effectors.
     fn aircraft(&mut self, sensors: &Sensors, effectors: usize) {
         self.sha.update([AIRCRAFT, sensors.present().count() as u8]);
         for sensor in sensors.present() {

@@ -393,7 +393,7 @@ pub struct Place {
 
 /// One row of [`recorded`]: piece `part` of `parts`, at most [`PIECE_CHARS`] bytes.
 pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &[u8]) {
-    #[expect(clippy::cast_possible_truncation, reason = "at most PIECE_CHARS")]
+    // At most PIECE_CHARS.
     let length = piece.len().min(PIECE_CHARS) as u8;
     row.begin(place.time.as_micros())
         .u64(place.step)

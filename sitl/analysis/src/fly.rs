@@ -158,11 +158,7 @@ impl OneFlight<'_> {
         let mut rows = folder.as_ref().map(begin).transpose()?;
         let wants_log = self.ulog || self.figures;
         let seconds = self.setup.duration.as_seconds();
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "checked seconds of a flight"
-        )]
+        // Checked seconds of a flight.
         let progress = Progress::new("fly", "s", seconds as usize + 1).quiet_at_first();
         let keep = Keep {
             table: rows.as_mut(),

@@ -251,7 +251,7 @@ fn fly(loops: &Loops<'_>, margins: &Margins) -> Flights {
         (one, other) => one.or(other),
     };
     let delay = margins.delay_s.zip(margins.crossover_rad_s).map(|(delay_s, crossover_rad_s)| {
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^3")]
+        // Some 10^3.
         let periods = |factor: f64| (factor * delay_s / h) as usize;
         let duration_s = CYCLES * TAU / crossover_rad_s;
         loops.decays(1.0, periods(INSIDE), duration_s)
@@ -284,7 +284,7 @@ impl Loops<'_> {
     /// the aircraft is lost.
     fn swings(&self, gain: f64, delay: usize, duration_s: f64) -> Option<[f64; 3]> {
         let periods = duration_s.clamp(FLIGHT_S[0], FLIGHT_S[1]) / self.period_s;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
+        // Some 10^5.
         let (periods, window) = (periods as usize, (periods / 10.0) as usize);
         let mut disturbed = self.settled.clone();
         disturbed.disturb(self.amplitude);

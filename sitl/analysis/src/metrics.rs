@@ -37,12 +37,7 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> f64 {
 /// The value below which this part of the values lies: the nearest one, without interpolation; NaN of none.
 pub fn quantile(mut values: Vec<f64>, part: f64) -> f64 {
     values.sort_by(f64::total_cmp);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        clippy::cast_precision_loss,
-        reason = "a place in a list"
-    )]
+    // A place in a list.
     let place = libm::round(part * values.len().saturating_sub(1) as f64) as usize;
     values.get(place).copied().unwrap_or(f64::NAN)
 }

@@ -117,9 +117,9 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     setup.sensors = SensorSettings::of_grade(GradeName::Ideal);
     let mut exact = Plant::new(&setup)?;
     let actuators = Actuators { commands: exact.trim().positions() };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited")]
+    // Limited.
     let ticks = (seconds / period.as_seconds()) as usize;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a constant")]
+    // A constant.
     let every = (ROW_EVERY_S / period.as_seconds()) as usize;
     // Every exact sample so far, to compare a delayed one with.
     let mut past: Vec<[f64; Sensors::COUNT]> = Vec::with_capacity(ticks);

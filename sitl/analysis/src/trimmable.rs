@@ -231,11 +231,7 @@ impl Study {
         let middle = if is_angle { 0.0 } else { thrust() };
         let sides = [servo.min, servo.max].map(|end| {
             let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a few hundred"
-            )]
+            // A few hundred.
             let steps = steps as u32;
             let at = |i: u32| middle + (end - middle).signum() * step * f64::from(i);
             (1..=steps).map(|i| if i == steps { end } else { at(i) }).collect()

@@ -113,7 +113,7 @@ impl TurbulenceArgs {
             attitude: Attitude::identity(),
             wind: Ned::zero(),
         };
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "limited")]
+        // Limited.
         let whole = |value: f64| value.min(SAMPLES_MAX) as usize;
         let segment = whole(LENGTHS * longest_m / way_m).next_power_of_two();
         // The filters start still.

@@ -130,11 +130,7 @@ fn over(plan: &Plan, results: &Results, airframe: usize, place: usize) -> Curves
 fn quantile(sorted: &[f64], part: f64) -> f64 {
     let Some(last) = sorted.len().checked_sub(1) else { return f64::NAN };
     let at = part * last as f64;
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a place in a list"
-    )]
+    // A place in a list.
     let below = at.floor() as usize;
     let above = sorted[(below + 1).min(last)];
     sorted[below] + (at - at.floor()) * (above - sorted[below])

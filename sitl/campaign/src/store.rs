@@ -301,11 +301,7 @@ impl Store {
 
 impl Head {
     fn of(plan: &Plan) -> Self {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between 1 and a thousand"
-        )]
+        // Between 1 and a thousand.
         let runs_of_a_part =
             (PART_S / plan.file.spec.duration_s).clamp(1.0, PART_RUNS_MAX).floor() as u64;
         Self {

@@ -129,7 +129,7 @@ impl Vehicle {
     pub fn track(&mut self, state: &NavigationState, rules: &Rules, publish: Publish) -> Demand {
         let time = state.time;
         let before = self.time.replace(time).unwrap_or(time);
-        #[expect(clippy::cast_precision_loss, reason = "microseconds between two ticks")]
+        // Microseconds between two ticks.
         let dt_s = (time.micros_since(before) as f64 * 1.0e-6).min(DT_MAX_S);
         self.see(state);
         let Some(mut demand) = self.demand else { return present(state) };

@@ -30,11 +30,7 @@ pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let mut ticks: Vec<f64> = count.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
     ticks.dedup();
     let decimals = (-libm::floor(libm::log10(step * 1.000_001))).max(0.0);
-    #[expect(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "a small whole number"
-    )]
+    // A small whole number.
     (ticks, decimals as usize)
 }
 

@@ -17,11 +17,7 @@ pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<
         if !(from..=to).contains(&point.0) {
             continue;
         }
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "between zero and COLUMNS"
-        )]
+        // Between zero and COLUMNS.
         let index = ((point.0 - from) / width) as usize;
         match &mut column {
             Some(column) if column.index == index => column.take(point),

@@ -309,7 +309,7 @@ impl Measures {
         }
         for (index, (name, [unit, ..])) in TRACKED.iter().take(REFERRED).enumerate() {
             let sum: f64 = self.steady.iter().map(|tick| tick[1 + index]).sum();
-            #[expect(clippy::cast_precision_loss, reason = "ticks of ten seconds")]
+            // Ticks of ten seconds.
             let mean = sum / self.steady.len() as f64;
             let is_long = self.last_s >= STEADY_S;
             all.push(Metric::new(format!("steady_offset_{name}"), unit, is_long.then_some(mean)));
@@ -354,14 +354,10 @@ impl Measures {
 
     /// The shift with which the truth in the transient looks most like the estimate, s.
     fn lag_s(&self, axis: usize) -> Option<f64> {
-        #[expect(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a few hundred ticks"
-        )]
+        // A few hundred ticks.
         let longest = (LAG_MAX_S / self.period_s) as usize;
         let [z2, fault] = &self.transient[axis];
-        #[expect(clippy::cast_precision_loss, reason = "a few hundred ticks")]
+        // A few hundred ticks.
         let shift = lag::best_shift(z2, fault, longest)? as f64;
         Some(shift * self.period_s)
     }

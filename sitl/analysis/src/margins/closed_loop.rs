@@ -66,7 +66,7 @@ impl ClosedLoop {
         }
         let mut settled = Self { plant, control, own, demand, effectors };
         let periods = SETTLING_S / setup.period.as_seconds();
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some 10^5")]
+        // Some 10^5.
         for _ in 0..periods as u64 {
             let commands = settled.command();
             settled.go_on(&commands);

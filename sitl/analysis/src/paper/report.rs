@@ -169,7 +169,7 @@ pub fn number(value: f64) -> String {
     if !(-4.0..7.0).contains(&magnitude) {
         return format!("{value:.2e}");
     }
-    #[expect(clippy::cast_possible_truncation, reason = "between -4 and 7")]
+    // Between -4 and 7.
     let decimals = usize::try_from(DIGITS - 1 - magnitude as i32).unwrap_or(0);
     let text = format!("{value:.decimals$}");
     match text.contains('.') {

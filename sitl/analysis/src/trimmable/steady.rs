@@ -240,7 +240,7 @@ impl<'a> Search<'a> {
         let flight = self.bounds.intervals();
         let intervals: Vec<Interval> =
             flight.into_iter().chain(self.travel.iter().copied()).collect();
-        #[expect(clippy::cast_precision_loss, reason = "a few unknowns")]
+        // A few unknowns.
         let dimensions = intervals.len() as f64;
         // The positive root of g^(d + 1) = g + 1.
         let root = (0..32).fold(1.0_f64, |g, _| libm::pow(1.0 + g, 1.0 / (dimensions + 1.0)));

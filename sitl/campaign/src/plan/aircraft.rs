@@ -264,7 +264,7 @@ fn number_at(table: &toml::Table, path: &str) -> Option<f64> {
             other => other.get(word)?,
         };
     }
-    #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+    // Numbers of settings are floats.
     value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
 }
 
@@ -287,7 +287,7 @@ impl Variable {
         if let Some(values) = &self.values {
             let of = |value: &toml::Value| match value {
                 toml::Value::Float(number) => Some(Value::Number(*number)),
-                #[expect(clippy::cast_precision_loss, reason = "numbers of settings are floats")]
+                // Numbers of settings are floats.
                 toml::Value::Integer(number) => Some(Value::Number(*number as f64)),
                 other => text_of(other).map(Value::Text),
             };

@@ -105,7 +105,7 @@ impl Plane {
         let state = self.state();
         let events = &mut self.events;
         let demand = self.vehicle.track(&state, &self.rules, &mut |kind| events.push(kind));
-        #[expect(clippy::cast_precision_loss, reason = "a small number")]
+        // A small number.
         let dt = TICK_US as f64 * 1.0e-6;
         self.roll = demand.roll_rad;
         self.heading += STANDARD_GRAVITY_M_S2 * libm::tan(self.roll) / self.airspeed_m_s * dt;
