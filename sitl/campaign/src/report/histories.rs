@@ -16,8 +16,9 @@ use crate::store::RunEnd;
 
 /// Every so many control steps have a point.
 const EVERY: u64 = 25;
-/// Panels: title with unit, and what of a row.
-const PANELS: [(&str, fn(&Row) -> f64); 3] = [
+/// A panel: title with unit, and what of a row.
+type HistoryPanel = (&'static str, fn(&Row) -> f64);
+const PANELS: [HistoryPanel; 3] = [
     ("roll angle, deg", |row| row.phi_rad.to_degrees()),
     ("sideslip, deg", |row| row.beta_rad.to_degrees()),
     ("altitude, m", |row| row.altitude_m),
@@ -113,7 +114,7 @@ fn figure(sources: &Sources<'_>, histories: &[History]) -> String {
     let ink = |law: usize| Ink::new(COLOURS[law % COLOURS.len()], Pattern::Solid);
     let legend: Vec<(&str, Ink)> = histories.iter().map(|h| (laws[h.law], ink(h.law))).collect();
     let times = || histories.iter().flat_map(|history| &history.curves[0]).map(|point| point.0);
-    let panel = |(place, (y_label, _)): (usize, &(&'static str, _))| {
+    let panel = |(place, (y_label, _)): (usize, &HistoryPanel)| {
         let curves = histories.iter().map(|h| Curve::unnamed(h.curves[place].clone(), ink(h.law)));
         let values = histories.iter().flat_map(|h| &h.curves[place]).map(|point| point.1);
         Panel {
