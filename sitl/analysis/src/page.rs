@@ -32,7 +32,7 @@ pub fn page_with_head(title: &str, style: &str, head: &Markup, body: &Markup) ->
     page.into_string()
 }
 
-/// The summary of a study, which is Markdown with paragraphs and tables, as a part of a page.
+/// Markdown with headings, paragraphs and tables, as a part of a page.
 pub fn markdown(text: &str) -> Markup {
     let cells = |line: &str| -> Vec<String> {
         let line = line.trim().trim_start_matches('|').trim_end_matches('|');
@@ -41,7 +41,8 @@ pub fn markdown(text: &str) -> Markup {
     html! {
         @for block in text.split("\n\n").map(str::trim) {
             @let mut lines = block.lines();
-            @if !block.starts_with('|') { p { (block) } }
+            @if let Some(title) = block.strip_prefix("## ") { h2 { (title) } }
+            @else if !block.starts_with('|') { p { (block) } }
             @else {
                 table.study {
                     thead { tr { @for cell in lines.next().map(cells).unwrap_or_default() { th { (cell) } } } }
@@ -59,11 +60,13 @@ mod tests {
 
     #[test]
     fn tables_and_paragraphs_of_markdown_are_those_of_a_page() {
-        let html = markdown("Of 3 < 4.\n\n| law | lost |\n|---|---|\n| a | 1 |\n| b | |\n\nEnd.\n")
-            .into_string();
+        let html = markdown(
+            "## Laws\n\nOf 3 < 4.\n\n| law | lost |\n|---|---|\n| a | 1 |\n| b | |\n\nEnd.\n",
+        )
+        .into_string();
         assert_eq!(
             html,
-            "<p>Of 3 &lt; 4.</p><table class=\"study\"><thead><tr><th>law</th><th>lost</th></tr></thead>\
+            "<h2>Laws</h2><p>Of 3 &lt; 4.</p><table class=\"study\"><thead><tr><th>law</th><th>lost</th></tr></thead>\
              <tr class=\"first\"><td>a</td><td>1</td></tr><tr class=\"first\"><td>b</td><td></td></tr></table><p>End.</p>"
         );
     }

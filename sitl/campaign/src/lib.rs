@@ -252,8 +252,9 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     print_text!("{}", summary::shown(plan, &groups));
     let tables = tables::markdown(plan, &results);
     if !tables.is_empty() {
-        in_folder(tables::TABLES, tables.as_bytes(), tables::BEGINNING.as_bytes())?;
-        print_text!("\n{tables}\n");
+        let text = format!("{}\n{tables}", tables::BEGINNING);
+        in_folder(tables::TABLES, text.as_bytes(), tables::BEGINNING.as_bytes())?;
+        print_text!("{tables}\n");
     }
     let jams = Jams::of(plan);
     let mut studied = Vec::new();

@@ -68,8 +68,8 @@ pub fn page(sources: &Sources<'_>) -> String {
     let body = html! {
         h1 { (title) }
         p { (spec.about) }
-        (page::markdown(sources.tables))
         @if let Some(figure) = sources.fields { figure { (PreEscaped(&figure.svg)) } }
+        (page::markdown(sources.tables))
         @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe)) }
         h2 { "How it was flown" }
         (header(sources))

@@ -36,9 +36,10 @@ pub fn markdown(plan: &Plan, results: &Results) -> String {
     let tables = &plan.file.spec.tables;
     let mut text = String::new();
     for table in tables {
-        let begin = if text.is_empty() { BEGINNING } else { "" };
-        let about = format!("{}. {}", table.title, table.about);
-        let _ = write!(text, "{begin}\n\n{}\n\n", about.trim_end());
+        let _ = write!(text, "\n## {}\n\n", table.title);
+        if !table.about.is_empty() {
+            let _ = write!(text, "{}\n\n", table.about);
+        }
         text += &Cells::of(plan, table).markdown(results);
     }
     text
@@ -87,17 +88,27 @@ impl<'a> Cells<'a> {
             let words = [across, column.name.as_str(), unit];
             words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ")
         };
+        let named = || columns.iter().filter(|column| !column.is_remark());
         let of_columns =
-            self.across.iter().flat_map(|across| columns.iter().map(move |c| heading(across, c)));
+            self.across.iter().flat_map(|across| named().map(move |c| heading(across, c)));
         let headings: Vec<String> = self.table.rows.iter().cloned().chain(of_columns).collect();
         let rule = "---|".repeat(headings.len());
         let mut text = format!("| {} |\n|{rule}\n", headings.join(" | "));
         for (row, runs) in self.rows.iter().zip(&self.runs) {
-            let cells = (0..self.across.len()).flat_map(|across| {
+            let mut cells = row.clone();
+            for across in 0..self.across.len() {
                 let runs = runs.get(across).map_or(&[][..], Vec::as_slice);
-                columns.iter().map(move |column| self.cell(column, runs, results))
-            });
-            let cells: Vec<String> = row.iter().cloned().chain(cells).collect();
+                for column in columns {
+                    let cell = self.cell(column, runs, results);
+                    match cells.last_mut() {
+                        Some(before) if column.is_remark() && !cell.is_empty() => {
+                            *before += &format!(", {cell}");
+                        }
+                        _ if column.is_remark() => {}
+                        _ => cells.push(cell),
+                    }
+                }
+            }
             let _ = writeln!(text, "| {} |", cells.join(" | "));
         }
         text

@@ -75,6 +75,13 @@ fn two() -> usize {
     2
 }
 
+impl ColumnSpec {
+    /// A word without a name stands in the cell before.
+    pub fn is_remark(&self) -> bool {
+        self.name.is_empty() && !self.words.is_empty()
+    }
+}
+
 /// What is no measure.
 pub const ENDS: [&str; 4] = ["lost", "lost_at_s", "newly_lost", "newly_kept"];
 
