@@ -278,7 +278,6 @@ fn only_the_studies_of_the_paper_name_effectors() {
     let allowed = [
         "icd/src/",
         "sitl/analysis/src/paper/",
-        "sitl/analysis/src/false_alarms/",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
         // Logs without a header come from versions with a single aircraft.
@@ -310,7 +309,6 @@ fn a_kind_of_fault_is_named_by_its_entry_and_by_what_it_does() {
         "icd/src/fault/catalogue",
         "plant-sim/src/faults/",
         "sitl/analysis/src/paper/",
-        "sitl/analysis/src/false_alarms/",
     ];
     let is_kind = |line: &String| {
         let names = line.split("FaultKind::").skip(1);
