@@ -305,11 +305,7 @@ fn only_the_studies_of_the_paper_name_effectors() {
 #[test]
 fn a_kind_of_fault_is_named_by_its_entry_and_by_what_it_does() {
     // So a new kind is an entry of the catalogue and its effect in the plant. Studies fly kinds of their choice.
-    let allowed = [
-        "icd/src/fault/catalogue",
-        "plant-sim/src/faults/",
-        "sitl/analysis/src/paper/",
-    ];
+    let allowed = ["icd/src/fault/catalogue", "plant-sim/src/faults/", "sitl/analysis/src/paper/"];
     let is_kind = |line: &String| {
         let names = line.split("FaultKind::").skip(1);
         names.into_iter().any(|rest| {

@@ -101,8 +101,8 @@ impl Judge for AlarmsJudge {
             self.largest = self.largest.sup(&over_level.abs());
             let wakes = tick.log.compensator_active && !self.is_active;
             self.woken += f64::from(u8::from(wakes));
+            self.is_active = tick.log.compensator_active;
         }
-        self.is_active = tick.log.compensator_active;
     }
 
     fn values(&self) -> Vec<Option<f64>> {

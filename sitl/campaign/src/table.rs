@@ -110,6 +110,7 @@ fn columns(plan: &Plan) -> Vec<Column> {
     ];
     for variable in plan.variables() {
         let is_text = variable.each.is_some()
+            || variable.is_two
             || variable.values.iter().flatten().any(|v| !(v.is_float() || v.is_integer()));
         let kind = if is_text { Kind::Text } else { Kind::Number };
         let joint = plan.file.spec.joint.iter().find(|joint| joint.name == variable.key);

@@ -226,7 +226,7 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
         ("\"rudder\"", "\"canard\"", "has no effector canard"),
         ("scenario = \"nominal\"", "scenario = \"nominale\"", "no such scenario"),
         ("\"peak_roll_rate\"", "\"peak_rolls\"", "no measure peak_rolls"),
-        ("as = \"factor\"", "as = \"travel\"", "is for the angle_deg of a fault"),
+        ("as = \"factor\"", "as = \"travel\"", "is for these keys of a fault: angle_deg, "),
         ("[[vary]]", "[[airframe]]\nname = \"a\"\nfile = \"none.toml\"\n\n[[vary]]", "none.toml"),
     ] {
         let message = with(from, to);
@@ -249,6 +249,21 @@ fn a_setting_that_is_no_single_finite_value_is_refused() {
         let message = try_command(&["run", "smoke", "--out", &out, "--set", &set]).unwrap_err();
         assert!(message.contains("expected a finite number"), "{value}: {message}");
     }
+}
+
+#[test]
+fn one_value_of_a_listed_variable_is_flown_alone_and_another_one_is_named_with_those_there_are() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().display().to_string();
+    let run = |only: &str| try_command(&["run", "smoke", "--only", only, "--out", &out]);
+    let key = "plant.wind.turbulence_m_s";
+    let refused = run(&format!("{key}=4")).expect_err("no such value");
+    assert!(refused.contains("expected one of 0.0, 3.0"), "{refused}");
+    let refused = run("plant.wind.speed_m_s=1").expect_err("no variable");
+    assert!(refused.contains(&format!("expected one of {key}")), "{refused}");
+    assert_eq!(run(&format!("{key}=3")), Ok(()));
+    let head = fs::read_to_string(folder.path().join("campaign.toml")).expect("a head");
+    assert!(head.contains("runs = 16"), "{head}");
 }
 
 #[test]

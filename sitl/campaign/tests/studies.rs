@@ -493,3 +493,52 @@ fn the_use_of_the_verdict_loses_no_pair_that_is_kept_without_it() {
     }
     assert!(saved >= 2, "{saved}: it is good for something");
 }
+
+#[test]
+fn what_a_study_cannot_have_is_named_with_what_it_can() {
+    let refused = |name: &str, from: &str, to: &str| {
+        let text = SHIPPED.iter().find(|(known, _)| *known == name).expect("it is shipped").1;
+        assert!(text.contains(from), "{name}: {from}");
+        let text = text.replacen(from, to, 1);
+        let file = SpecFile::parse(name, text, PathBuf::new());
+        file.and_then(Plan::new).map(drop).expect_err(to).to_string()
+    };
+    for (name, from, to, expected) in [
+        (
+            "estimator",
+            "rows = [\"sensors\"]",
+            "rows = [\"sensor\"]",
+            "airframe, law, or a variable",
+        ),
+        ("estimator", "of = \"nees_wind\"", "of = \"nees_air\"", "no measure nees_air"),
+        ("estimator", "as = \"mean\"", "as = \"average\"", "unknown variant `average`"),
+        ("estimator", "turn_s = 15.0", "turn_s = 0.0", "manoeuvres.turn_s = 0: expected 1 to"),
+        (
+            "estimator",
+            "altitude_part = 0.06",
+            "altitude_part = nan",
+            "altitude_part = NaN: expected 0",
+        ),
+        ("estimator", "roll_deg = [10.0, 40.0]", "roll_deg = [40.0, 10.0]", "rising order"),
+        ("estimator", "seeds = \"samples\"", "seeds = \"sample\"", "unknown variant `sample`"),
+        ("estimator", "name = \"consumer\"\n", "name = \"tactical\"\n", "each name once"),
+        (
+            "estimator",
+            "grade\" = \"tactical\"",
+            "grad\" = \"tactical\"",
+            "nearest is plant.sensors.grade",
+        ),
+        ("false-alarms", "law = \"detector alone\"", "law = \"none\"", "the name of a [[law]]"),
+        ("envelope", "as = \"factor\"", "as = \"error\"", "[[joint.case]] or each alone"),
+        ("isolation-pairs", "each = \"two_angles\"", "each = \"two\"", "unknown variant `two`"),
+        (
+            "isolation",
+            "\"plant.fault.1.angle_deg\" = -1.0",
+            "\"plant.fault.1.angle_deg\" = -1.5",
+            "expected -1 to 1",
+        ),
+    ] {
+        let message = refused(name, from, to);
+        assert!(message.contains(expected), "{name}, {to}: {message}");
+    }
+}
