@@ -226,7 +226,10 @@ fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
         let commands = command.find_subcommand(group).map(clap::Command::get_subcommands);
         commands.into_iter().flatten().any(|command| Some(command.get_name()) == name.as_deref())
     };
-    let is_specified = SHIPPED.iter().any(|(known, _)| Some(*known) == name.as_deref());
+    // One of them has the name of a group.
+    let is_command = name.as_ref().is_some_and(|name| command.find_subcommand(name).is_some());
+    let is_specified =
+        !is_command && SHIPPED.iter().any(|(known, _)| Some(*known) == name.as_deref());
     let group = GROUPS.iter().find(has).or(is_specified.then_some(&"study"));
     if let Some(group) = group {
         words.insert(at, (*group).into());
