@@ -25,7 +25,7 @@ use crate::curves::Curves;
 use crate::fly::Shard;
 use crate::limit::{Jams, Limits, Studied};
 use crate::plan::Plan;
-use crate::report::Sources;
+use crate::report::{REPORT, Sources};
 use crate::results::Results;
 use crate::spec::{SAMPLES_MAX, SpecFile};
 use crate::store::{Store, write_new};
@@ -201,8 +201,15 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
         Command::Run(args) => {
             let plan = plan(&args.spec)?;
             let store = Store::open(&plan, &args.out)?;
-            let _ = fly::fly(&plan, &store, args.shard)?;
+            let flown = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
+                None if flown == 0 && report::is_of(&plan, store.folder()) => {
+                    let (name, folder) = (&plan.file.spec.name, store.folder().display());
+                    print_line!(
+                        "{name}: every run and its tables are there; see {folder}/{REPORT}"
+                    );
+                    Ok(())
+                }
                 Some(Shard { number, of }) => {
                     print_line!("shard {number}/{of} of {} is flown", plan.file.spec.name);
                     Ok(())
@@ -314,8 +321,8 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         tables: &tables,
         fields: fields.as_ref(),
     };
-    in_folder(report::REPORT, report::page(&sources).as_bytes(), page::GENERATOR.as_bytes())?;
-    print_line!("wrote {}", store.folder().join(report::REPORT).display());
+    in_folder(REPORT, report::page(&sources).as_bytes(), page::GENERATOR.as_bytes())?;
+    print_line!("wrote {}", store.folder().join(REPORT).display());
     Ok(groups)
 }
 

@@ -1,7 +1,10 @@
 //! `report.html`: a campaign for people, in one page that opens without a network.
 
+use std::path::Path;
+
 use flight_analysis::chart::Figure;
 use flight_analysis::page;
+use host_io::file;
 use maud::{Markup, PreEscaped, html};
 
 use crate::curves::{self, Curves};
@@ -10,7 +13,8 @@ use crate::map;
 use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
 use crate::store::{PROGRAM, RunEnd};
-use crate::summary::Group;
+use crate::summary::{Group, SUMMARY};
+use crate::table::{COLUMNS, RUNS};
 
 mod charts;
 mod histories;
@@ -21,6 +25,8 @@ pub const REPORT: &str = "report.html";
 const STYLE: &str = include_str!("report/style.css");
 /// What the browser allows the page: nothing from anywhere else, so that it cannot ask for anything.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'";
+/// A longer page is not read again, bytes.
+const PAGE_MAX: u64 = 1 << 26;
 /// Lost runs of a law that are listed at most.
 const LISTED: usize = 200;
 
@@ -59,6 +65,14 @@ impl Sources<'_> {
     fn command(&self, run: usize) -> String {
         format!("sitl campaign replay {} --run {run} --out run{run}", self.plan.file.name)
     }
+}
+
+/// Whether a folder has the page of this plan by this program; it is written last, so the tables are whole if they are there.
+pub fn is_of(plan: &Plan, folder: &Path) -> bool {
+    let tables = [RUNS, COLUMNS, SUMMARY];
+    let page = file::read_text(&folder.join(REPORT), PAGE_MAX);
+    page.is_ok_and(|page| page.contains(&plan.fingerprint) && page.contains(PROGRAM))
+        && tables.iter().all(|name| folder.join(name).is_file())
 }
 
 pub fn page(sources: &Sources<'_>) -> String {

@@ -125,6 +125,22 @@ fn what_an_interrupted_campaign_lost_or_damaged_is_flown_again() {
 }
 
 #[test]
+fn a_finished_campaign_writes_its_tables_again_only_where_one_is_missing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    whole(folder.path());
+    let written = |name: &str| {
+        let about = fs::metadata(folder.path().join(name)).expect("a finished campaign");
+        about.modified().expect("a time")
+    };
+    let before = ["report.html", "runs.parquet"].map(written);
+    whole(folder.path());
+    assert_eq!(["report.html", "runs.parquet"].map(written), before);
+    fs::remove_file(folder.path().join("summary.csv")).expect("a table");
+    whole(folder.path());
+    assert!(written("summary.csv") > before[0] && written("report.html") > before[0]);
+}
+
+#[test]
 fn a_run_alone_is_the_run_among_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let plan = parse(smoke()).expect("the shipped campaign");
