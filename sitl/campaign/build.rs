@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Beside the workspace's `Cargo.toml`. What draws, serves ground stations or writes logs decides nothing.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "Cargo.lock",
+    "icd/data",
     "icd/src",
     "autopilot/flight-control/src",
     "autopilot/flight-management/src",
