@@ -80,7 +80,7 @@ fn a_file_that_does_not_fit_is_not_there_under_its_name() {
     // The parts have room, the table of the runs has not: it is more than 100 kB long.
     let mut campaign = after("ulimit -f 100", "sitl", &["campaign", "run", "smoke", "--out", out]);
     assert_eq!(campaign.end(), Some(1));
-    campaign.wait_for("runs.parquet: File too large");
+    campaign.wait_for("runs.parquet: External: File too large");
     let mut names: Vec<String> = fs::read_dir(out)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").file_name().into_string().expect("text"))
