@@ -13,7 +13,7 @@ fn sitl(words: &[&str]) -> Result<ExitCode, String> {
 }
 
 /// Short forms of the studies, with the options that make them so.
-const STUDIES: [&[&str]; 7] = [
+const STUDIES: [&[&str]; 8] = [
     &["false-alarms", "--samples", "1", "--set", "plant.duration_s=15"],
     &["isolation", "--set", "plant.duration_s=2"],
     &["estimator", "--samples", "1", "--set", "plant.duration_s=25"],
@@ -21,6 +21,7 @@ const STUDIES: [&[&str]; 7] = [
     &["envelope", "--set", "plant.duration_s=2"],
     &["sensor-faults", "--set", "plant.duration_s=2"],
     &["jam-table", "--set", "plant.duration_s=2"],
+    &["detection-jams", "--samples", "1", "--set", "plant.duration_s=21"],
 ];
 
 #[test]

@@ -25,7 +25,7 @@ pub use query::{Aggregate, ColumnSpec, ENDS, Fields, TableSpec};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 
 /// The campaigns that come with the program.
-pub const SHIPPED: [(&str, &str); 20] = [
+pub const SHIPPED: [(&str, &str); 21] = [
     ("jams", include_str!("../campaigns/jams.toml")),
     ("jams-tuned", include_str!("../campaigns/jams-tuned.toml")),
     ("combinations", include_str!("../campaigns/combinations.toml")),
@@ -44,6 +44,7 @@ pub const SHIPPED: [(&str, &str); 20] = [
     ("estimator", include_str!("../../../studies/estimator.toml")),
     ("false-alarms", include_str!("../../../studies/false-alarms.toml")),
     ("detection", include_str!("../../../studies/detection.toml")),
+    ("detection-jams", include_str!("../../../studies/detection-jams.toml")),
     ("isolation", include_str!("../../../studies/isolation.toml")),
     ("isolation-pairs", include_str!("../../../studies/isolation-pairs.toml")),
 ];
