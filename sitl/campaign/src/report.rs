@@ -1,5 +1,7 @@
 //! `report.html`: a campaign for people, in one page that opens without a network.
 
+use std::fs::File;
+use std::io::Read as _;
 use std::path::Path;
 
 use flight_analysis::chart::Figure;
@@ -13,8 +15,8 @@ use crate::map;
 use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
 use crate::store::{PROGRAM, RunEnd};
-use crate::summary::{Group, SUMMARY};
-use crate::table::{COLUMNS, RUNS};
+use crate::summary::{BEGINNING, Group, SUMMARY};
+use crate::table::{COLUMNS, HEADING, RUNS};
 
 mod charts;
 mod histories;
@@ -69,10 +71,16 @@ impl Sources<'_> {
 
 /// Whether a folder has the page of this plan by this program; it is written last, so the tables are whole if they are there.
 pub fn is_of(plan: &Plan, folder: &Path) -> bool {
-    let tables = [RUNS, COLUMNS, SUMMARY];
+    let tables: [(&str, &[u8]); 3] =
+        [(RUNS, b"PAR1"), (COLUMNS, HEADING.as_bytes()), (SUMMARY, BEGINNING.as_bytes())];
+    let begins = |(name, with): &(&str, &[u8])| {
+        let mut bytes = vec![0; with.len()];
+        let read = File::open(folder.join(name)).and_then(|mut file| file.read_exact(&mut bytes));
+        read.is_ok() && bytes == *with
+    };
     let page = file::read_text(&folder.join(REPORT), PAGE_MAX);
     page.is_ok_and(|page| page.contains(&plan.fingerprint) && page.contains(PROGRAM))
-        && tables.iter().all(|name| folder.join(name).is_file())
+        && tables.iter().all(begins)
 }
 
 pub fn page(sources: &Sources<'_>) -> String {

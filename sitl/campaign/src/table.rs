@@ -36,7 +36,7 @@ const SETUP: &str = "setup.json";
 /// Rows of a group: what is in memory at once.
 const GROUP: usize = 16_384;
 /// First line of the list of columns.
-const HEADING: &str = "column,unit,meaning\n";
+pub(crate) const HEADING: &str = "column,unit,meaning\n";
 
 /// A column of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
