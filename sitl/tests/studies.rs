@@ -53,6 +53,7 @@ fn what_a_study_sets_itself_is_refused_and_not_silently_replaced() {
         (1, ["--set", "FTC_ALLOC=1"]),
         (1, ["--set", "plant.seed=4"]),
         (2, ["--set", "plant.wind.speed_m_s=5"]),
+        (2, ["--set", "autopilot.reference.1.altitude_m=9"]),
         (4, ["--set", "autopilot.reference.1.altitude_m=9"]),
         (5, ["--set", "plant.fault.1.kind=off"]),
     ] {

@@ -94,11 +94,11 @@ impl SpecArgs {
         let mut file = SpecFile::read_with(&self.spec, own, &self.aircraft)?;
         let numbers = [("samples", self.samples.map(u64::from)), ("seed", self.seed)];
         for (option, number) in numbers.into_iter().filter_map(|(o, n)| Some((o, n?))) {
-            file.text += &format!("\n# --{option} {number}\n");
+            file.note(option, &number);
         }
         for only in &self.only {
             file.spec.keep_only(only)?;
-            file.text += &format!("\n# --only {only}\n");
+            file.note("only", only);
         }
         file.spec.samples = self.samples.unwrap_or(file.spec.samples);
         file.spec.seed = self.seed.unwrap_or(file.spec.seed);

@@ -14,9 +14,11 @@ use crate::limit::{Jams, Score, Studied};
 use crate::map;
 use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
+use crate::spec::SpecFile;
 use crate::store::{PROGRAM, RunEnd};
 use crate::summary::{BEGINNING, Group, SUMMARY};
 use crate::table::{COLUMNS, HEADING, RUNS};
+use crate::worst::quoted;
 
 mod charts;
 mod histories;
@@ -65,7 +67,9 @@ impl Sources<'_> {
 
     /// The command that flies a run again.
     fn command(&self, run: usize) -> String {
-        format!("sitl campaign replay {} --run {run} --out run{run}", self.plan.file.name)
+        let SpecFile { name, options, .. } = &self.plan.file;
+        let words: Vec<_> = [name].into_iter().chain(options).map(|word| quoted(word)).collect();
+        format!("sitl campaign replay {} --run {run} --out run{run}", words.join(" "))
     }
 }
 

@@ -230,6 +230,8 @@ pub struct SpecFile {
     pub spec: Spec,
     /// The law of the program that flies where a `[[law]]` sets `CTL_LAW` to 9.
     pub own_law: Option<OwnLaw>,
+    /// Words of the command that change it.
+    pub options: Vec<String>,
 }
 
 impl SpecFile {
@@ -266,12 +268,18 @@ impl SpecFile {
         file.flying(args)?.with(&args.settings)
     }
 
+    /// Adds an option of the command to the text, so that the results are those of another specification.
+    pub(crate) fn note(&mut self, option: &str, value: &dyn Display) {
+        self.text += &format!("\n# --{option} {value}\n");
+        self.options.extend([format!("--{option}"), value.to_string()]);
+    }
+
     /// The same with another aircraft in place of its own.
     fn flying(mut self, args: &AircraftArgs) -> Result<Self, Problem> {
         let paths = [("airframe", &args.airframe), ("model", &args.model)];
         for (option, path) in paths.iter().filter_map(|(o, path)| Some((o, path.as_ref()?))) {
             let name = path.display();
-            self.text += &format!("\n# --{option} {name}\n");
+            self.note(option, &name);
             self.spec.name += &format!(", {option} {name}");
         }
         if args.airframe.is_some() || args.model.is_some() {
@@ -293,7 +301,8 @@ impl SpecFile {
         spec.check(name)?;
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
-        Ok(Self { name: name.to_owned(), text, folder, spec, own_law: None })
+        let (name, options) = (name.to_owned(), Vec::new());
+        Ok(Self { name, text, folder, spec, own_law: None, options })
     }
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
@@ -301,7 +310,7 @@ impl SpecFile {
     pub fn with(mut self, settings: &[Setting]) -> Result<Self, Problem> {
         for setting in settings {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
-            self.text += &format!("\n# --set {setting}\n");
+            self.note("set", &setting);
             self.spec.name += &format!(", {setting}");
             if key == "plant.duration_s" {
                 self.spec.duration_s = number(&value).unwrap_or(f64::NAN);
@@ -366,6 +375,7 @@ impl Spec {
         let by = |v: &Variable| v.meaning != Meaning::Factor && v.keys().any(|set| set == key);
         let places = [
             (key == "plant.seed", "seed"),
+            (self.manoeuvres.is_some() && key.starts_with("autopilot.reference"), "[manoeuvres]"),
             (self.vary.iter().any(by), "[[vary]]"),
             (in_all(&airframes), "each [[airframe]]"),
             (in_all(&laws), "each [[law]]"),

@@ -349,7 +349,7 @@ fn one_line(name: &str) -> String {
 }
 
 /// A word of a command as a shell takes it, on one line.
-fn quoted(word: &str) -> String {
+pub(crate) fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./=,:+@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

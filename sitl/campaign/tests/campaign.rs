@@ -100,6 +100,10 @@ fn a_setting_of_the_command_line_is_flown_and_makes_another_campaign() {
     assert_eq!(run("real", &tactical), Ok(()));
     let table = |name: &str| fs::read(folder.path().join(name).join("runs.parquet")).expect("it");
     assert!(table("ideal") != table("real"));
+    let page = fs::read_to_string(folder.path().join("real/report.html")).expect("a page");
+    let command =
+        "sitl campaign replay smoke --set plant.sensors.grade=tactical --run 0 --out run0";
+    assert!(page.contains(command), "the command flies a run of this campaign");
     let refused = run("ideal", &tactical);
     assert!(refused.as_ref().is_err_and(|e| e.contains("take another folder")), "{refused:?}");
     let unknown = run("x", &["--set", "plant.sensors.grad=tactical"]);
