@@ -1,12 +1,11 @@
 //! How often a detector with other levels would wake on a healthy aircraft.
 
 use flight_control::gains::ActivationGains;
-use icd::fault::Onset;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 use nalgebra::Vector3;
 
-use crate::Judge;
+use crate::{Judge, onset_s};
 
 /// Levels that are tried, in units of those that fly.
 const SCALES: [f64; 8] = [0.4, 0.6, 0.8, 1.0, 1.2, 1.5, 2.0, 3.0];
@@ -57,10 +56,7 @@ pub struct AlarmsJudge {
 
 impl AlarmsJudge {
     pub fn of(setup: &FlightSetup) -> Self {
-        let onset_s = setup.plant.faults.iter().map(|fault| match fault.timing.onset {
-            Onset::At(time) => time.as_seconds(),
-            Onset::AtOnce => 0.0,
-        });
+        let onset_s = setup.plant.faults.iter().map(onset_s);
         Self {
             gains: setup.parameters.gains.activation,
             period_s: setup.plant.period.as_seconds(),

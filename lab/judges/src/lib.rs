@@ -7,8 +7,10 @@ use core::fmt;
 
 use flight_control::Estimator;
 use flight_control::estimator_status::EstimatorStatus;
+use icd::fault::Onset;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
+use plant_sim::ScheduledFault;
 
 pub mod alarms;
 pub mod altitude;
@@ -80,6 +82,14 @@ pub const KINDS: [JudgeKind; 7] = [
         make: |setup| Box::new(verdict::VerdictJudge::of(setup)),
     },
 ];
+
+/// When a fault of a setup begins, s.
+fn onset_s(fault: &ScheduledFault) -> f64 {
+    match fault.timing.onset {
+        Onset::At(time) => time.as_seconds(),
+        Onset::AtOnce => 0.0,
+    }
+}
 
 /// The estimator and its report, once a second from a time on, s; `None` between, and of flights on the samples of an attitude unit.
 fn every_second<'a>(tick: &Tick<'a>, from_s: f64) -> Option<(&'a Estimator, &'a EstimatorStatus)> {

@@ -1,12 +1,12 @@
 //! What a fault of a sensor does to the state that the laws read.
 
 use flight_control::estimator_status::SourceHealth;
-use icd::fault::{Onset, Target};
+use icd::fault::Target;
 use icd::sensors::SensorKind;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 
-use crate::Judge;
+use crate::{Judge, onset_s};
 
 /// Numbers of the judge: largest errors of the state from the onset of the first fault on, and those of the last ten seconds; the part of
 /// that time in which the compensator is active; what the estimator reports of the sensor while it fails, a [`SourceHealth`] as a number.
@@ -40,10 +40,7 @@ pub struct SensorFaultJudge {
 impl SensorFaultJudge {
     pub fn of(setup: &FlightSetup) -> Self {
         let fault = setup.plant.faults.first();
-        let onset_s = fault.map_or(0.0, |fault| match fault.timing.onset {
-            Onset::At(time) => time.as_seconds(),
-            Onset::AtOnce => 0.0,
-        });
+        let onset_s = fault.map_or(0.0, onset_s);
         let lasts_s = fault.and_then(|fault| fault.timing.duration_s).unwrap_or(f64::INFINITY);
         let sensor = fault.and_then(|fault| match fault.target {
             Target::Sensor(sensor) => Some(sensor),

@@ -3,11 +3,11 @@
 use autopilot::event::EventKind;
 use flight_control::isolation::Verdict;
 use icd::Effector;
-use icd::fault::{Onset, Target};
+use icd::fault::Target;
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 
-use crate::Judge;
+use crate::{Judge, onset_s};
 
 /// Numbers of the judge: names in the flight; after the onset of the first fault when the detector was awake, when an effector was named,
 /// when the right ones were; whether others ever were; at the end, of faults that were detected, whether the right ones are named, others,
@@ -42,17 +42,13 @@ pub struct VerdictJudge {
 impl VerdictJudge {
     pub fn of(setup: &FlightSetup) -> Self {
         let faults = &setup.plant.faults;
-        let onset_s = |onset| match onset {
-            Onset::At(time) => icd::SimTime::as_seconds(time),
-            Onset::AtOnce => 0.0,
-        };
         let broken = |effector: &Effector| {
             faults.iter().any(|fault| fault.target == Target::Effector(*effector))
         };
         let mut broken = setup.plant.airframe.effectors.all().filter(broken);
         Self {
             broken: [broken.next(), broken.next()],
-            onset_s: faults.iter().map(|fault| onset_s(fault.timing.onset)).reduce(f64::min),
+            onset_s: faults.iter().map(onset_s).reduce(f64::min),
             ..Self::default()
         }
     }

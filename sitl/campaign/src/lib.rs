@@ -27,7 +27,7 @@ use crate::limit::{Jams, Limits, Studied};
 use crate::plan::Plan;
 use crate::report::{REPORT, Sources};
 use crate::results::Results;
-use crate::spec::{SAMPLES_MAX, SpecFile};
+use crate::spec::{SAMPLES_MAX, SEED_MAX, SpecFile};
 use crate::store::{Store, write_new};
 use crate::summary::Group;
 use flight_analysis::{print_line, print_text};
@@ -81,7 +81,7 @@ pub struct SpecArgs {
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(1, SAMPLES_MAX))]
     samples: Option<u32>,
     /// Seed of all draws and flights, instead of that of the specification
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(0, 1_u64 << 53))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole(0, SEED_MAX))]
     seed: Option<u64>,
     /// Of a listed variable this value alone, such as sensors=tactical; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = Setting::parse)]

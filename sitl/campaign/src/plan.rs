@@ -22,8 +22,8 @@ use sha2::{Digest, Sha256};
 
 use crate::draw;
 use crate::spec::{
-    AirframeSpec, ENDS, LawSpec, Manoeuvres, Meaning, RUNS_MAX, Seeds, SpecFile, TableSpec,
-    Variable, settings_of,
+    AirframeSpec, ENDS, LawSpec, Manoeuvres, Meaning, RUNS_MAX, SEED_MAX, Seeds, SpecFile,
+    TableSpec, Variable, settings_of,
 };
 
 mod aircraft;
@@ -111,6 +111,10 @@ impl Plan {
     /// Reads everything that a specification leads to.
     pub fn new(file: SpecFile) -> Result<Self, Problem> {
         let spec = &file.spec;
+        let greatest = SEED_MAX - u64::from(spec.samples);
+        if spec.seeds == Seeds::Samples && spec.seed > greatest {
+            return Err(problem!("{}: seed = {}: expected 0 to {greatest}", file.name, spec.seed));
+        }
         let scenario = file.scenario()?;
         let shipped = [AirframeSpec::default()];
         let specs = if spec.airframe.is_empty() { &shipped[..] } else { &spec.airframe };

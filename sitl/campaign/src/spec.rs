@@ -74,6 +74,8 @@ pub(crate) fn help() -> String {
 
 /// Most flights of a campaign; numbers of runs stay exact in every table.
 pub const RUNS_MAX: u64 = 1 << 40;
+/// Largest seed of a flight: JSON carries whole numbers up to it exactly.
+pub(crate) const SEED_MAX: u64 = 1 << 53;
 /// Most samples of each cell: the Sobol sequence has so many points.
 pub const SAMPLES_MAX: u32 = 1 << 16;
 /// Longest flight, s.

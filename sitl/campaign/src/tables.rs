@@ -183,7 +183,8 @@ fn aggregate(column: &ColumnSpec, of: &str, runs: &[usize], results: &Results) -
         Aggregate::Sum => values.reduce(|sum, value| sum + value).unwrap_or(f64::NAN),
         Aggregate::P95 => quantile(values.collect(), 0.95),
         Aggregate::BoundPerHour => {
-            let hours = runs.iter().map(value("healthy_s")).sum::<f64>() / 3_600.0;
+            let healthy_s = runs.iter().map(value("healthy_s")).filter(|time| time.is_finite());
+            let hours = healthy_s.sum::<f64>() / 3_600.0;
             upper_95(values.sum()) / hours
         }
         Aggregate::Mean => mean(values),

@@ -223,6 +223,11 @@ fn a_specification_that_cannot_be_flown_names_what_is_wrong() {
         ("duration_s = 8.0", "duration_s = nan", "duration_s = NaN: expected more than 0"),
         ("duration_s = 8.0", "durations = 8.0", "unknown field `durations`"),
         ("seed = 7", "seed = -7", "seed"),
+        (
+            "seed = 7",
+            "seed = 9007199254740990\nseeds = \"samples\"",
+            "expected 0 to 9007199254740984",
+        ),
         ("FTC_MODE = 0", "FTC_MODES = 0", "nearest is FTC_MODE"),
         ("FTC_MODE = 0", "FTC_MODE = 77", "FTC_MODE"),
         ("FTC_MODE = 0", "FTC_MODE = nan", "FTC_MODE = nan: expected a finite number"),
