@@ -254,7 +254,7 @@ impl Plant {
     }
 
     /// Continues from another state, for a linearisation: time and all other values stay.
-    pub fn go_on_from(&mut self, state: &State) {
+    pub fn resume_from(&mut self, state: &State) {
         self.state = *state;
         self.observe();
     }

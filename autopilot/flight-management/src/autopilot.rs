@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use flight_control::{
     AircraftModel, Authority, Estimator, FlightControl, Gains, NavigationSource, NavigationState,
-    StepLog,
+    StepLog, Visitor,
 };
 use icd::fault::{FaultReply, FaultRequest, FaultState, PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
@@ -318,6 +318,14 @@ impl Autopilot {
     /// The law that the program brought, as it is in this flight.
     pub fn own_law(&self) -> Option<&dyn FlightLaw> {
         self.own_law.as_ref().map(Brought::law)
+    }
+
+    /// Shows every continuous state of the laws, for a linearisation.
+    pub fn law_states(&mut self, visit: &mut Visitor<'_>) {
+        self.flight.states(visit);
+        if let Some(own) = &mut self.own_law {
+            own.law_mut().states(visit);
+        }
     }
 
     /// Creates the law again.

@@ -1,16 +1,15 @@
-//! Entries to messages of a log, and which control steps get rows: 50 each second, and all of them around events.
+//! Entries to messages of a log, and which control steps get rows: 20 each second, and all of them around events.
 //!
 //! ```text
-//! entries ──> [ the last half second, in order ] ──> rows of every n-th step, and of all steps that are near an event
+//! entries ──> [ the last tenth of a second, in order ] ──> rows of every n-th step, and of all steps that are near an event
 //! ```
 //!
-//! An entry is written half a second of simulation time after it came, so that an event can still select the steps before it.
+//! An entry is written a tenth of a second of simulation time after it came, so that an event can still select the steps before it.
 //! Entries of all kinds are written in the order in which they came; only rows of control steps are ever left out.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::time::Duration;
 
 use icd::fault::{FaultReply, NO_ANSWER, PlantAction, Target, TargetClass};
 use icd::{EffectorList, SimTime};
@@ -21,7 +20,7 @@ use super::entry::{fault_kinds, is_stream};
 use super::topics::{self, Place};
 use super::{Begin, End, Entry, Moment, Recorded, RunHash, Step, command_text, parameter_hash};
 use flight_management::command::{Command, Configuration, Outcome, ScriptCommand};
-use flight_management::event::{Axis, Event, EventKind};
+use flight_management::event::{Event, EventKind};
 use flight_management::event_text::{self, Severity};
 use flight_management::fault_list::FaultList;
 use flight_management::parameters::{Kind, Parameters, table};
@@ -165,8 +164,8 @@ impl<W: Write> Encoder<W> {
         })
     }
 
-    /// Adds an entry other than the beginning or the end of a flight. It is written half a second of simulation
-    /// time later, unless every step has its rows.
+    /// Adds an entry other than the beginning or the end of a flight. It is written a tenth of a second of
+    /// simulation time later, unless every step has its rows.
     pub fn add(&mut self, entry: Entry) -> io::Result<()> {
         self.selection.push(entry);
         self.write_selected()
@@ -433,28 +432,28 @@ fn wire_value(kind: Kind, value: f64) -> Value<'static> {
 /// Selection of the control steps that get rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum LogRate {
-    /// 50 each second, and all of them from half a second before to two seconds after each event
+    /// 20 each second, and all of them from 0.1 s before to 0.4 s after an event
     #[default]
     Events,
     /// All of them
     Full,
 }
 
-/// Before an event all steps of this time get rows, us of simulation time: half a second, and some steps in which the plant
+/// Before an event all steps of this time get rows, us of simulation time: a tenth of a second, and some steps in which the plant
 /// has a fault and has not reported it yet.
-pub const BEFORE_US: u64 = 510_000;
-/// After an event all steps of this time get rows.
-pub const AFTER: Duration = Duration::from_secs(2);
+const BEFORE_US: u64 = 110_000;
+/// After an event all steps of this time get rows, us.
+const AFTER_US: u64 = 400_000;
 /// Away from events, the longest time between two rows, us.
-const EVERY_US: u32 = 20_000;
-/// Entries that wait: the steps of half a second at the shortest period, and as many entries of other kinds. If there are
+const EVERY_US: u32 = 50_000;
+/// Rows that events can add to those of quiet flight at once: one event at the shortest usual period of 2 ms, and a part of another.
+/// With [`CREDIT_EVERY_US`] a log keeps to 4 MB a minute whatever happens (an intermittent fault, a compensator that comes and goes).
+const CREDIT_MAX: u32 = 350;
+/// Such a row comes back after this time, us.
+const CREDIT_EVERY_US: u64 = 250_000;
+/// Entries that wait: the steps of [`BEFORE_US`] at the shortest period, and as many entries of other kinds. If there are
 /// more, the oldest are written early, with their rows.
-const WAITING_MAX: usize = 1_024;
-/// Events of one kind within [`RECURRING`] around which all steps get rows; so an event that recurs without end
-/// (an intermittent fault) does not fill the disk.
-const RECURRING_MAX: usize = 5;
-/// Simulation time over which [`RECURRING_MAX`] counts.
-const RECURRING: Duration = Duration::from_secs(60);
+const WAITING_MAX: usize = 256;
 /// Changes of a reference in one step that count as an event: altitude, m; roll, rad; airspeed, m/s.
 const REFERENCE_STEPS: [f64; 3] = [1.0, 0.017_453_292_519_943_295, 0.5];
 
@@ -468,101 +467,8 @@ impl LogRate {
     }
 }
 
-/// Kinds of events that are counted separately.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Cause {
-    /// A fault of this target begins, pauses or ends.
-    Fault(Target),
-    /// The compensator wakes or sleeps.
-    Compensator,
-    /// An axis has no authority left, or has regained some.
-    Authority(Axis),
-    /// A change of mode.
-    Mode,
-    /// A reference jumps.
-    Reference,
-    /// A command of an operator or a script.
-    Input,
-    /// The flight is terminated, the aircraft touches the ground, a link is lost or restored.
-    Flight,
-}
-
-impl Cause {
-    const COUNT: usize = Target::MAX + 8;
-
-    const fn index(self) -> usize {
-        const NEXT: usize = Target::MAX;
-        match self {
-            Self::Fault(target) => target.slot(),
-            Self::Compensator => NEXT,
-            Self::Authority(Axis::Roll) => NEXT + 1,
-            Self::Authority(Axis::Pitch) => NEXT + 2,
-            Self::Authority(Axis::Yaw) => NEXT + 3,
-            Self::Mode => NEXT + 4,
-            Self::Reference => NEXT + 5,
-            Self::Input => NEXT + 6,
-            Self::Flight => NEXT + 7,
-        }
-    }
-
-    const fn of_event(kind: &EventKind) -> Option<Self> {
-        match kind {
-            EventKind::AuthorityExhausted { axis, .. } | EventKind::AuthorityRestored(axis) => {
-                Some(Self::Authority(*axis))
-            }
-            EventKind::CompensatorActive { .. } => Some(Self::Compensator),
-            EventKind::GroundContact
-            | EventKind::PlantLost
-            | EventKind::PlantBack
-            | EventKind::Vehicle(VehicleEvent::Terminated)
-            | EventKind::Vehicle(VehicleEvent::LinkLost(_))
-            | EventKind::Vehicle(VehicleEvent::LinkBack(_)) => Some(Self::Flight),
-            _ => None,
-        }
-    }
-
-    /// Streams are not events, and neither are commands without an effect on the flight.
-    fn of_input(what: &Recorded) -> Option<Self> {
-        match what {
-            Recorded::Intent(intent) => match &intent.command {
-                Command::Plant(PlantAction::ListFaults)
-                | Command::Plant(PlantAction::Pace(_))
-                | Command::Configuration(Configuration::FaultInjection(_)) => None,
-                command => (!is_stream(command)).then_some(Self::Input),
-            },
-            Recorded::PlantLost | Recorded::PlantBack => Some(Self::Flight),
-            Recorded::Request(_) => None,
-        }
-    }
-}
-
 /// State of a step that reveals a change in the next one: compensator active, mode, terminated, references.
 type Seen = (bool, Mode, bool, [f64; 3]);
-
-/// The latest events of one cause.
-#[derive(Debug, Clone, Copy, Default)]
-struct Recent {
-    /// Their times, the latest one at `next - 1`.
-    at: [Option<SimTime>; RECURRING_MAX],
-    next: usize,
-}
-
-impl Recent {
-    /// Whether an event at this time gets all its rows; one within the rows of the last one needs none of its own.
-    fn admits(&mut self, time: SimTime) -> bool {
-        let since =
-            |at: SimTime| Duration::from_micros(time.as_micros().saturating_sub(at.as_micros()));
-        let last = self.at[(self.next + RECURRING_MAX - 1) % RECURRING_MAX];
-        if last.is_some_and(|last| since(last) < AFTER)
-            || self.at[self.next].is_some_and(|oldest| since(oldest) < RECURRING)
-        {
-            return false;
-        }
-        self.at[self.next] = Some(time);
-        self.next = (self.next + 1) % RECURRING_MAX;
-        true
-    }
-}
 
 /// Waiting entries, and the state that decides about their rows.
 #[derive(Debug)]
@@ -573,18 +479,21 @@ pub struct Selection {
     /// Time of the latest control step.
     newest: SimTime,
     /// Steps up to here get their rows.
-    full_until: SimTime,
+    full_until: Option<SimTime>,
+    /// Rows that events can still add.
+    credit: u32,
+    /// Time of the step at which the credit last grew.
+    credited: SimTime,
     /// Control steps that have been passed on.
     left: u64,
     seen: Option<Seen>,
     faults: FaultList,
-    recent: [Recent; Cause::COUNT],
     /// Everything that waits is passed on with its rows.
     settles: bool,
 }
 
 impl Selection {
-    /// For a flight that begins at this time; its first two seconds get all rows.
+    /// For a flight that begins at this time.
     pub fn new(rate: LogRate, period_us: u32, begin: SimTime) -> Self {
         let room = if rate == LogRate::Full { 1 } else { WAITING_MAX };
         Self {
@@ -592,11 +501,12 @@ impl Selection {
             every: rate.row_every(period_us).into(),
             waiting: VecDeque::with_capacity(room),
             newest: begin,
-            full_until: after(begin),
+            full_until: None,
+            credit: CREDIT_MAX,
+            credited: begin,
             left: 0,
             seen: None,
             faults: FaultList::default(),
-            recent: [Recent::default(); Cause::COUNT],
             settles: false,
         }
     }
@@ -604,8 +514,11 @@ impl Selection {
     /// Adds the next entry.
     pub fn push(&mut self, entry: Entry) {
         self.settles = false;
-        if self.rate == LogRate::Events {
-            self.look_at(&entry);
+        if self.rate == LogRate::Events
+            && let Some(time) = self.event_time(&entry)
+        {
+            let until = SimTime::from_micros(time.as_micros().saturating_add(AFTER_US));
+            self.full_until = self.full_until.max(Some(until));
         }
         self.waiting.push_back(entry);
     }
@@ -614,15 +527,16 @@ impl Selection {
     pub fn pop(&mut self) -> Option<(Entry, bool)> {
         let is_early = self.settles || self.waiting.len() >= WAITING_MAX;
         let mut has_rows = true;
-        if let Entry::Step(step) = self.waiting.front()? {
-            let age_us = self.newest.as_micros().saturating_sub(step.time.as_micros());
-            let is_full = step.time <= self.full_until;
-            // A step whose rows are written whatever happens next does not wait: so a process that is killed in its first second
-            // leaves a log.
+        if let Entry::Step(Step { time, .. }) = *self.waiting.front()? {
+            let age_us = self.newest.as_micros().saturating_sub(time.as_micros());
+            let is_full = Some(time) <= self.full_until;
+            // A step whose rows an event has selected already does not wait.
             if self.rate == LogRate::Events && age_us < BEFORE_US && !is_early && !is_full {
                 return None;
             }
-            has_rows = is_early || is_full || self.left.is_multiple_of(self.every);
+            has_rows = self.left.is_multiple_of(self.every)
+                || is_early
+                || (is_full && self.takes_credit(time));
             self.left += 1;
         }
         Some((self.waiting.pop_front()?, has_rows))
@@ -634,58 +548,69 @@ impl Selection {
         self.settles = true;
     }
 
-    fn look_at(&mut self, entry: &Entry) {
+    /// One more row around an event at this time, if there is room for it.
+    fn takes_credit(&mut self, time: SimTime) -> bool {
+        let since_us = time.as_micros().saturating_sub(self.credited.as_micros());
+        let (more, rest_us) = (since_us / CREDIT_EVERY_US, since_us % CREDIT_EVERY_US);
+        let more = u32::try_from(more).unwrap_or(u32::MAX);
+        self.credit = self.credit.saturating_add(more).min(CREDIT_MAX);
+        self.credited = SimTime::from_micros(time.as_micros().saturating_sub(rest_us));
+        let takes = self.credit > 0;
+        self.credit -= u32::from(takes);
+        takes
+    }
+
+    /// The time of an event that this entry is or reveals.
+    fn event_time(&mut self, entry: &Entry) -> Option<SimTime> {
         match entry {
             Entry::Step(step) => {
                 self.newest = step.time;
                 let Step { mode, terminated, references, .. } = *step;
-                let active = step.log.compensator_active;
-                let seen = self.seen.replace((active, mode, terminated, references));
-                let Some((was_active, mode_before, was_terminated, before)) = seen else { return };
+                let now = (step.log.compensator_active, mode, terminated);
+                let (active, mode, terminated, before) =
+                    self.seen.replace((now.0, now.1, now.2, references))?;
                 let steps = before.iter().zip(&references).zip(REFERENCE_STEPS);
                 let jumps = steps.into_iter().any(|((before, now), by)| (now - before).abs() >= by);
-                for (cause, has_changed) in [
-                    (Cause::Compensator, was_active != active),
-                    (Cause::Mode, mode_before != mode),
-                    (Cause::Flight, was_terminated != terminated),
-                    (Cause::Reference, jumps),
-                ] {
-                    if has_changed {
-                        self.happens(cause, step.time);
-                    }
-                }
+                (jumps || (active, mode, terminated) != now).then_some(step.time)
             }
+            // Repeated reports of the plant's list are not events.
             Entry::Fault { time, entry } => {
-                // Repeated reports of the plant's list are not events.
-                if self.faults.handle_event(&EventKind::Fault(*entry)) {
-                    self.happens(Cause::Fault(entry.target), *time);
-                }
+                self.faults.handle_event(&EventKind::Fault(*entry)).then_some(*time)
             }
-            other => {
-                let cause = match other {
-                    Entry::Event(event) => Cause::of_event(&event.kind).zip(Some(event.time)),
-                    Entry::Recorded { time, what, .. } => Cause::of_input(what).zip(Some(*time)),
-                    Entry::Ground { time, .. } => Some((Cause::Flight, *time)),
-                    _ => None,
-                };
-                if let Some((cause, time)) = cause {
-                    self.happens(cause, time);
-                }
-            }
-        }
-    }
-
-    fn happens(&mut self, cause: Cause, time: SimTime) {
-        if self.recent[cause.index()].admits(time) {
-            self.full_until = self.full_until.max(after(time));
+            Entry::Event(event) => is_event(&event.kind).then_some(event.time),
+            Entry::Recorded { time, what, .. } => is_input(what).then_some(*time),
+            Entry::Ground { time, .. } => Some(*time),
+            _ => None,
         }
     }
 }
 
-/// The end of an event's rows.
-fn after(time: SimTime) -> SimTime {
-    let after = u64::try_from(AFTER.as_micros()).unwrap_or(u64::MAX);
-    SimTime::from_micros(time.as_micros().saturating_add(after))
+fn is_event(kind: &EventKind) -> bool {
+    matches!(
+        kind,
+        EventKind::AuthorityExhausted { .. }
+            | EventKind::AuthorityRestored(_)
+            | EventKind::CompensatorActive { .. }
+            | EventKind::GroundContact
+            | EventKind::PlantLost
+            | EventKind::PlantBack
+            | EventKind::Vehicle(
+                VehicleEvent::Terminated | VehicleEvent::LinkLost(_) | VehicleEvent::LinkBack(_)
+            )
+    )
+}
+
+/// Streams are not events, and neither are commands without an effect on the flight.
+fn is_input(what: &Recorded) -> bool {
+    match what {
+        Recorded::Intent(intent) => match &intent.command {
+            Command::Plant(PlantAction::ListFaults | PlantAction::Pace(_))
+            | Command::Configuration(Configuration::FaultInjection(_)) => false,
+            command => !is_stream(command),
+        },
+        Recorded::PlantLost | Recorded::PlantBack => true,
+        Recorded::Request(_) => false,
+    }
 }
 
 #[cfg(test)]

@@ -90,10 +90,15 @@ impl LawArgs {
         self.own = Some(own.clone());
     }
 
-    /// Sets the values that the options give, and no others.
-    pub fn apply(&self, parameters: &mut Parameters) -> Result<(), Problem> {
-        if let Some(path) = &self.gains {
-            parameters::set_from_text(parameters, &config::read(path)?)
+    /// The text of the file with gains.
+    pub fn gains_text(&self) -> Result<Option<String>, Problem> {
+        self.gains.as_deref().map(config::read).transpose()
+    }
+
+    /// Sets the values that the options give, and no others; `gains` is the text of the file.
+    pub fn apply(&self, parameters: &mut Parameters, gains: Option<&str>) -> Result<(), Problem> {
+        if let (Some(path), Some(text)) = (&self.gains, gains) {
+            parameters::set_from_text(parameters, text)
                 .at(format!("--gains {}", path.display()))?;
         }
         parameters.brings_law = self.own.is_some();
@@ -290,7 +295,7 @@ impl AutopilotArgs {
             parameters.check_law().at("--param")?;
             return Ok((setup, parameters));
         }
-        self.laws.apply(&mut parameters)?;
+        self.laws.apply(&mut parameters, self.laws.gains_text()?.as_deref())?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
         let set = parameters.set_all(ftc.into_iter().chain(settings));

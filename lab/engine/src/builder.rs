@@ -65,6 +65,8 @@ pub struct SetupBuilder {
     /// The controller's model, with the defaults of its parameters.
     pub model: Model,
     options: SetupOptions,
+    /// Text of the file with gains.
+    gains: Option<String>,
     /// Name of the law, for messages.
     law: Option<String>,
     /// Duration of a scenario without one, s.
@@ -107,14 +109,15 @@ impl SetupOptions {
         ];
         self.aircraft.check_beside(given.into_iter().flatten())?;
         let (airframe, model) = (self.aircraft.airframe()?, self.aircraft.model()?);
-        Ok(SetupBuilder::of(airframe, model, self.clone()))
+        SetupBuilder::of(airframe, model, self.clone())
     }
 }
 
 impl SetupBuilder {
     /// Of an aircraft and a model that were read with these options.
-    pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Self {
-        Self { airframe, model, options, law: None, duration_s: DURATION_S }
+    pub fn of(airframe: Airframe, model: Model, options: SetupOptions) -> Result<Self, Problem> {
+        let gains = options.laws.gains_text()?;
+        Ok(Self { airframe, model, options, gains, law: None, duration_s: DURATION_S })
     }
 
     /// With the name of the law, which messages about its parameters have.
@@ -172,8 +175,7 @@ impl SetupBuilder {
         mut parameters: Parameters,
         settings: &[Setting],
     ) -> Result<Parameters, Problem> {
-        let laws = self.options.laws.apply(&mut parameters);
-        laws.map_err(|error| Problem::new(error.to_string()))?;
+        self.options.laws.apply(&mut parameters, self.gains.as_deref())?;
         if let Some(ftc) = self.options.ftc {
             parameters.set("FTC_MODE", ftc.value()).at("--ftc")?;
         }

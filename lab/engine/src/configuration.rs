@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use autopilot::config::{self, MODELS, Model};
 use autopilot::parameters::Parameters;
@@ -56,6 +57,8 @@ pub struct Named {
     pub name: String,
     /// Its text.
     pub text: Cow<'static, str>,
+    /// The text as a table, read once: every run of a campaign changes a copy of it.
+    table: OnceLock<Table>,
 }
 
 /// A scenario, both parts of it.
@@ -72,7 +75,19 @@ pub struct Flight {
 impl Named {
     /// A text that comes with the program.
     pub fn shipped(name: &str, text: &'static str) -> Self {
-        Self { name: name.to_owned(), text: Cow::Borrowed(text) }
+        Self::new(name.to_owned(), Cow::Borrowed(text))
+    }
+
+    fn new(name: String, text: Cow<'static, str>) -> Self {
+        Self { name, text, table: OnceLock::new() }
+    }
+
+    fn table(&self) -> Result<Table, Problem> {
+        if self.table.get().is_none() {
+            let table = toml::from_str(&self.text).at(&self.name)?;
+            let _ = self.table.set(table);
+        }
+        Ok(self.table.get().cloned().unwrap_or_default())
     }
 
     /// A scenario by name, or from a file.
@@ -81,7 +96,7 @@ impl Named {
             return Ok(Self::shipped(name, text));
         }
         match file::read_text(Path::new(name), TEXT_MAX) {
-            Ok(text) => Ok(Self { name: name.to_owned(), text: Cow::Owned(text) }),
+            Ok(text) => Ok(Self::new(name.to_owned(), Cow::Owned(text))),
             Err(problem) if problem.is_not_found() => Err(problem!(
                 "{name}: there is no such scenario and no such file; the scenarios are {}",
                 SCENARIOS.map(|(name, _)| name).join(", ")
@@ -93,13 +108,14 @@ impl Named {
     /// A file of the user.
     pub fn read(path: &Path) -> Result<Self, Problem> {
         let name = path.display().to_string();
-        Ok(Self { text: Cow::Owned(file::read_text(path, TEXT_MAX).at(&name)?), name })
+        let text = file::read_text(path, TEXT_MAX).at(&name)?;
+        Ok(Self::new(name, Cow::Owned(text)))
     }
 
     /// One of the files that come with the program by name, or a file of the user.
     pub fn shipped_or_read(name: &Path, shipped: &[(&str, &'static str)]) -> Result<Self, Problem> {
         let (name, text) = file::shipped_or_read(name, shipped).at(name.display())?;
-        Ok(Self { name, text })
+        Ok(Self::new(name, text))
     }
 }
 
@@ -192,7 +208,7 @@ impl AircraftArgs {
         };
         match self.changed(file, target, root)? {
             Some((_, table)) => Ok(table),
-            None => toml::from_str(&file.text).at(&file.name),
+            None => file.table(),
         }
     }
 
@@ -228,7 +244,7 @@ impl AircraftArgs {
         if settings.is_empty() {
             return Ok(None);
         }
-        let mut table: Table = toml::from_str(&file.text).at(&file.name)?;
+        let mut table = file.table()?;
         // A setting has the unit of the reader and replaces what the file has in any unit.
         match target {
             Target::Scenario => scenario::convert_units(&file.name, &mut table)?,

@@ -19,11 +19,11 @@ use autopilot::parameters::Parameters;
 use autopilot::recorder::{Moment, Recorded};
 use autopilot::script::{Action, Line, Script};
 use autopilot::vehicle::schedule::ReferenceSchedule;
-use flight_control::{AircraftModel, Estimator, StepLog};
+use flight_control::{AircraftModel, Estimator, StepLog, Visitor};
 use host_io::problem::problem;
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::wire::REPORTS_MAX;
-use icd::{Actuators, ControlPeriod, FaultRequest, Sensors, SimTime};
+use icd::{Actuators, ControlPeriod, FaultRequest, PerEffector, Sensors, SimTime};
 use plant_sim::{Plant, PlantSetup, ScheduledFault, SetupError, Truth};
 use serde::{Deserialize, Serialize};
 
@@ -245,10 +245,16 @@ impl Flight {
         let _ = self.autopilot.step(exchange.time, sensors);
         self.end_exchange();
         let snapshot = self.autopilot.snapshot()?;
-        self.reallocated = self.fault_known.as_mut().and_then(|known| {
-            known.step(self.plant.fault_effects(), &self.plant.truth().positions, &snapshot.log)
-        });
-        let log = self.reallocated.as_ref().unwrap_or(&snapshot.log);
+        // Without the reference nothing as large as a step is copied.
+        let log = match &mut self.fault_known {
+            None => &snapshot.log,
+            Some(known) => {
+                let (effects, positions) =
+                    (self.plant.fault_effects(), self.plant.truth().positions);
+                self.reallocated = known.step(effects, &positions, &snapshot.log);
+                self.reallocated.as_ref().unwrap_or(&snapshot.log)
+            }
+        };
         self.actuators = Some(log.actuators());
         self.step += 1;
         self.is_shown = true;
@@ -297,6 +303,26 @@ impl Flight {
     /// The plant, for its truth.
     pub fn plant(&self) -> &Plant {
         &self.plant
+    }
+
+    /// The plant, to continue from another state, for a linearisation.
+    pub fn plant_mut(&mut self) -> &mut Plant {
+        &mut self.plant
+    }
+
+    /// Shows every continuous state of the laws, which may be changed.
+    pub fn law_states(&mut self, visit: &mut Visitor<'_>) {
+        self.autopilot.law_states(visit);
+    }
+
+    /// Commands that the plant obeys with the next step.
+    pub fn commands(&self) -> Option<&PerEffector<f64>> {
+        self.actuators.as_ref().map(|actuators| &actuators.commands)
+    }
+
+    /// Replaces them.
+    pub fn replace_commands(&mut self, commands: PerEffector<f64>) {
+        self.actuators = self.actuators.map(|_| Actuators { commands });
     }
 
     /// Where and when the flight is, or ended.

@@ -222,7 +222,7 @@ impl Bench {
         let mut commands = plant.trim().positions();
         let mut positions = Vec::new();
         while plant.time().as_seconds() < seconds {
-            plant.go_on_from(&State { rigid, ..*plant.state() });
+            plant.resume_from(&State { rigid, ..*plant.state() });
             commands[self.effector] = command(plant.time().as_seconds());
             plant.advance(&Actuators { commands });
             positions.push(plant.truth().positions[self.effector].to_degrees());

@@ -15,8 +15,8 @@ use flight_control::gains::name_of;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
 use icd::{ControlPeriod, EffectorKind, PerEffector};
 use nalgebra::Complex;
+use plant_sim::Airframe;
 use plant_sim::servos::Servo;
-use plant_sim::{Airframe, EarthModel};
 
 use crate::builder::SetupOptions;
 use crate::configuration::AircraftArgs;
@@ -181,7 +181,6 @@ impl MarginsArgs {
             ..SetupOptions::default()
         };
         let mut setup = options.setup("nominal")?;
-        setup.plant.earth = EarthModel::Flat;
         let list = setup.plant.airframe.effectors;
         let selection = &mut setup.parameters.gains.selection;
         (selection.main, selection.compensator) = (laws.main, CompensatorMode::Off);
@@ -190,12 +189,8 @@ impl MarginsArgs {
             selection.compensator = CompensatorMode::AlwaysOn;
         }
         setup.parameters.check_law()?;
-        let settled = ClosedLoop::settled(&setup)?;
-        if !settled.flies() {
-            return Err(
-                format!("{}: the aircraft is lost before it is settled", laws.name()).into()
-            );
-        }
+        let settled =
+            ClosedLoop::settled(&setup).map_err(|error| format!("{}: {error}", laws.name()))?;
         let linear = settled.linearise(self.amplitude);
         let period_s = self.period_ms.as_seconds();
         let mut kinds: Vec<EffectorKind> = Vec::new();
@@ -208,7 +203,7 @@ impl MarginsArgs {
         for kind in kinds {
             let of_kind = |i: &usize| list.kind(settled.effectors()[*i]) == Some(kind);
             let group: Vec<usize> = (0..settled.effectors().len()).filter(of_kind).collect();
-            if group.iter().all(|i| linear.c.row(*i).amax() == 0.0) {
+            if !linear.commands_any(&group) {
                 // No law commands it.
                 continue;
             }
@@ -286,15 +281,15 @@ impl Loops<'_> {
         let periods = duration_s.clamp(FLIGHT_S[0], FLIGHT_S[1]) / self.period_s;
         // Some 10^5.
         let (periods, window) = (periods as usize, (periods / 10.0) as usize);
-        let mut disturbed = self.settled.clone();
+        let mut disturbed = self.settled.copy();
         disturbed.disturb(self.amplitude);
         let mut disturbed = Changed::new(self.group, gain, delay, disturbed);
-        let mut twin = Changed::new(self.group, gain, delay, self.settled.clone());
+        let mut twin = Changed::new(self.group, gain, delay, self.settled.copy());
         let [mut first, mut middle, mut last] =
             [Swing::default(), Swing::default(), Swing::default()];
         for period in 0..periods {
-            let difference = disturbed.period() - twin.period();
-            if !disturbed.flies.flies() || !difference.is_finite() {
+            let difference = disturbed.period()? - twin.period()?;
+            if !difference.is_finite() {
                 return None;
             }
             if period < window {
@@ -320,14 +315,14 @@ struct Changed<'a> {
 
 impl<'a> Changed<'a> {
     fn new(group: &'a [usize], gain: f64, delay: usize, flies: ClosedLoop) -> Self {
-        let steady = flies.clone().command();
+        let steady = flies.commands();
         let under_way = std::iter::repeat_n(steady, delay).collect();
         Self { group, gain, flies, steady, under_way }
     }
 
-    /// One period; the command to the first of the group.
-    fn period(&mut self) -> f64 {
-        let commanded = self.flies.command();
+    /// One period; the command to the first of the group. `None` if the aircraft is lost.
+    fn period(&mut self) -> Option<f64> {
+        let commanded = self.flies.commands();
         self.under_way.push_back(commanded);
         let late = self.under_way.pop_front().unwrap_or(commanded);
         let mut commands = commanded;
@@ -336,8 +331,9 @@ impl<'a> Changed<'a> {
             let steady = self.steady[effector];
             commands[effector] = steady + self.gain * (late[effector] - steady);
         }
-        self.flies.go_on(&commands);
-        self.group.first().map_or(0.0, |i| commanded[self.flies.effectors()[*i]])
+        self.flies.step(&commands)?;
+        let first = self.group.first();
+        Some(first.map_or(0.0, |i| commanded[self.flies.effectors()[*i]]))
     }
 }
 

@@ -149,10 +149,10 @@ impl Plan {
                     period_ms,
                     step_us: Some(step_us),
                 };
-                SetupBuilder::of(aircraft.airframe.clone(), aircraft.model, options)
-                    .of_law(&law.name)
+                let builder = SetupBuilder::of(aircraft.airframe.clone(), aircraft.model, options)?;
+                Ok(builder.of_law(&law.name))
             })
-            .collect();
+            .collect::<Result<_, Problem>>()?;
         let plan = Self {
             aircraft,
             fingerprint,

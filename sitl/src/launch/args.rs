@@ -176,7 +176,8 @@ impl LaunchArgs {
         // The autopilot knows what it is fitted with, in whatever program, unless an option or the file of gains says otherwise.
         let fitted = fitted(saved, &setup.sensors);
         let mut with_gains = fitted;
-        autopilot.laws.apply(&mut with_gains)?;
+        let laws = &autopilot.laws;
+        laws.apply(&mut with_gains, laws.gains_text()?.as_deref())?;
         let preset = parameters.gains.selection.estimator;
         let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
         let expected = with_gains.gains.selection.estimator;

@@ -18,10 +18,10 @@ pub const AIRSPEED_M_S: (f64, f64) = (5.0, 500.0);
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ReferenceEntry {
-    at_s: f64,
-    altitude_m: Option<f64>,
-    roll_deg: Option<f64>,
-    airspeed_m_s: Option<f64>,
+    pub at_s: f64,
+    pub altitude_m: Option<f64>,
+    pub roll_deg: Option<f64>,
+    pub airspeed_m_s: Option<f64>,
 }
 
 /// New references at a time; those not named stay.

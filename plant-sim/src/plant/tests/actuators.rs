@@ -23,7 +23,7 @@ fn held(plant: &mut Plant, speed: f64, seconds: f64, command: impl Fn(f64) -> f6
     rigid.velocity.0 *= speed;
     let mut positions = Vec::with_capacity(ticks);
     for _ in 0..ticks {
-        plant.go_on_from(&State { rigid, ..*plant.state() });
+        plant.resume_from(&State { rigid, ..*plant.state() });
         let mut commands = plant.trim().positions();
         commands[tvc_jet::RUDDER] = command(plant.time().as_seconds()).to_radians();
         plant.advance(&Actuators { commands });

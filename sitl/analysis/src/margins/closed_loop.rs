@@ -2,14 +2,12 @@
 
 use std::error::Error;
 
-use autopilot::own_law::Brought;
-use flight_control::{Demand, FlightControl, Navigator, Visitor};
+use autopilot::vehicle::schedule::{ReferenceEntry, ReferenceSchedule};
 use icd::frames::Attitude;
-use icd::{Actuators, Effector, EulerAngles, PerEffector};
-use lab_engine::flight::{CannotCopy, FlightSetup};
-use lab_engine::law::LawFailure;
+use icd::{Effector, EulerAngles, PerEffector, SimTime};
+use lab_engine::flight::{CannotCopy, Flight, FlightSetup};
 use nalgebra::{DMatrix, DVector};
-use plant_sim::{Airframe, EarthModel, Plant, PlantSetup};
+use plant_sim::EarthModel;
 
 /// Flown before the linearisation, until plant and laws agree about the trim, s.
 const SETTLING_S: f64 = 300.0;
@@ -18,12 +16,9 @@ const SETTLING_S: f64 = 300.0;
 const BODY_STATES: usize = 9;
 
 /// The aircraft in steady flight under its laws.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub struct ClosedLoop {
-    plant: Plant,
-    control: FlightControl,
-    own: Option<Brought>,
-    demand: Demand,
+    flight: Flight,
     effectors: Vec<Effector>,
 }
 
@@ -38,43 +33,44 @@ pub struct Linear {
 }
 
 impl ClosedLoop {
-    /// Steady flight at the start of `setup`, over a flat Earth in still air, settled, without deadband and hysteresis.
-    ///
-    /// # Errors
-    /// If there is no steady flight there; or the law that the program brings fails or cannot be copied.
+    /// Steady level flight at the start of `setup`, over a flat Earth, settled, without deadband and hysteresis; an error if the
+    /// aircraft does not get there.
     pub fn settled(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
-        let FlightSetup { model, parameters, own_law, .. } = setup;
-        let mut setup = PlantSetup { earth: EarthModel::Flat, ..setup.plant.clone() };
-        let Airframe { effectors, servos, .. } = &mut setup.airframe;
-        for effector in effectors.all() {
+        let mut setup = setup.clone();
+        setup.plant.earth = EarthModel::Flat;
+        setup.duration = SimTime::from_seconds(1.0e6).unwrap_or(setup.duration);
+        let start = setup.plant.start;
+        setup.references = ReferenceSchedule::new(vec![ReferenceEntry {
+            at_s: 0.0,
+            altitude_m: Some(start.altitude_m),
+            roll_deg: Some(0.0),
+            airspeed_m_s: Some(start.airspeed_m_s),
+        }])?;
+        let airframe = &mut setup.plant.airframe;
+        for effector in airframe.effectors.all() {
             // They have no slope: in the small nothing moves.
-            let imperfections = &mut servos[effector].imperfections;
+            let imperfections = &mut airframe.servos[effector].imperfections;
             (imperfections.deadband, imperfections.hysteresis) = (0.0, 0.0);
         }
-        let plant = Plant::new(&setup)?;
-        let mut control = FlightControl::new(setup.period, model, &parameters.gains);
-        control.start_at(&plant.trim().positions());
-        let effectors = setup.airframe.effectors.all().collect();
-        let demand = Demand {
-            altitude_m: setup.start.altitude_m,
-            roll_rad: 0.0,
-            airspeed_m_s: setup.start.airspeed_m_s,
-        };
-        let own = own_law.clone().map(Brought::new);
-        if own.as_ref().is_some_and(|own| own.law().copy().is_none()) {
-            return Err(CannotCopy.into());
-        }
-        let mut settled = Self { plant, control, own, demand, effectors };
-        let periods = SETTLING_S / setup.period.as_seconds();
+        let effectors = airframe.effectors.all().collect();
+        let mut flight = Flight::new(&setup)?;
+        flight.copy()?;
+        flight.skip_unread_verdict();
         // Some 10^5.
-        for _ in 0..periods as u64 {
-            let commands = settled.command();
-            settled.go_on(&commands);
+        let periods = SETTLING_S / setup.plant.period.as_seconds();
+        let lost = (0..periods as u64).any(|_| flight.step([]).is_none());
+        match flight.failure() {
+            Some(failure) => Err(failure.into()),
+            None if lost => Err("the aircraft is lost before it is settled".into()),
+            None => Ok(Self { flight, effectors }),
         }
-        match settled.own.as_ref().and_then(|own| own.law().failure()) {
-            Some(failure) => Err(LawFailure(failure).into()),
-            None => Ok(settled),
-        }
+    }
+
+    /// The same flight once more.
+    pub fn copy(&self) -> Self {
+        let copied: Result<_, CannotCopy> = self.flight.copy();
+        let flight = copied.expect("its law was copied at the start");
+        Self { flight, effectors: self.effectors.clone() }
     }
 
     /// The effectors, in the order of the inputs.
@@ -82,47 +78,46 @@ impl ClosedLoop {
         &self.effectors
     }
 
-    /// Commands of the laws now. Their states move on.
-    pub fn command(&mut self) -> PerEffector<f64> {
-        // Every sample is good, so the navigator remembers nothing.
-        let state = Navigator::default().step(self.plant.time(), &self.plant.sense());
-        let own = self.own.as_mut().map(Brought::law_mut);
-        self.control.step_with(&state, &self.demand, own).actuators().commands
+    /// Commands of the laws that the plant obeys in the next period.
+    pub fn commands(&self) -> PerEffector<f64> {
+        self.flight.commands().copied().unwrap_or_default()
     }
 
-    /// The plant moves on with these commands.
-    pub fn go_on(&mut self, commands: &PerEffector<f64>) {
-        self.plant.advance(&Actuators { commands: *commands });
-    }
-
-    /// Whether the aircraft still flies.
-    pub fn flies(&self) -> bool {
-        !self.plant.on_ground()
+    /// One period in which the plant obeys these commands; `None` if the aircraft is lost.
+    pub fn step(&mut self, commands: &PerEffector<f64>) -> Option<()> {
+        self.flight.replace_commands(*commands);
+        self.flight.step([]).map(drop)
     }
 
     /// Turns the aircraft: adds to the body rates, rad/s.
     pub fn disturb(&mut self, rate_rad_s: f64) {
-        let mut state = *self.plant.state();
+        let plant = self.flight.plant_mut();
+        let mut state = *plant.state();
         state.rigid.rates.0.add_scalar_mut(rate_rad_s);
-        self.plant.go_on_from(&state);
+        plant.resume_from(&state);
     }
 
-    /// Every state that acts on something.
+    /// Every state that acts on something, and the commands of the laws at the end.
     fn states(&mut self) -> DVector<f64> {
-        let state = self.plant.state();
+        let plant = self.flight.plant_mut();
+        let state = *plant.state();
         let EulerAngles { phi, theta, .. } =
             Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler();
         let mut x = vec![phi, theta];
         x.extend(state.rigid.velocity.0.iter().chain(state.rigid.rates.0.iter()));
         x.push(-state.rigid.position.z);
         x.extend(self.effectors.iter().map(|effector| state.positions[*effector]));
-        x.extend(self.plant.actuator_states().map(|state| *state));
-        self.law_states(&mut |state| x.push(*state));
+        x.extend(plant.actuator_states().map(|state| *state));
+        self.flight.law_states(&mut |state| x.push(*state));
+        let commands = self.commands();
+        x.extend(self.effectors.iter().map(|effector| commands[*effector]));
         DVector::from_vec(x)
     }
 
+    /// Sets them; the commands stay.
     fn set_states(&mut self, x: &DVector<f64>) {
-        let mut state = *self.plant.state();
+        let plant = self.flight.plant_mut();
+        let mut state = *plant.state();
         let psi = Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler().psi;
         let attitude = Attitude::from_euler(EulerAngles { phi: x[0], theta: x[1], psi });
         state.rigid.q_e_from_body = attitude.wxyz();
@@ -133,57 +128,40 @@ impl ClosedLoop {
         for (effector, x) in self.effectors.iter().zip(&mut rest) {
             state.positions[*effector] = *x;
         }
-        self.plant.go_on_from(&state);
-        self.plant.set_actuator_states(rest.by_ref().copied());
-        self.law_states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
+        plant.resume_from(&state);
+        plant.set_actuator_states(rest.by_ref().copied());
+        self.flight.law_states(&mut |state| *state = rest.next().copied().unwrap_or(*state));
     }
 
-    /// The continuous states of the laws.
-    fn law_states(&mut self, visit: &mut Visitor<'_>) {
-        self.control.states(visit);
-        if let Some(own) = &mut self.own {
-            own.law_mut().states(visit);
-        }
-    }
-
-    /// One period from `x` with `commands`: the states after it, and the commands of the laws.
-    fn period(
-        &self,
-        x: &DVector<f64>,
-        commands: &PerEffector<f64>,
-    ) -> (DVector<f64>, DVector<f64>) {
-        let mut other = self.clone();
+    /// The states one period after `x` with `commands`.
+    fn period(&self, x: &DVector<f64>, commands: &PerEffector<f64>) -> DVector<f64> {
+        let mut other = self.copy();
         other.set_states(x);
-        let commanded = other.command();
-        other.go_on(commands);
-        (other.states(), self.inputs(&commanded))
-    }
-
-    fn inputs(&self, commands: &PerEffector<f64>) -> DVector<f64> {
-        DVector::from_iterator(
-            self.effectors.len(),
-            self.effectors.iter().map(|effector| commands[*effector]),
-        )
+        // On the ground nothing moves any more, and the differences say so.
+        let _ = other.step(commands);
+        other.states()
     }
 
     /// Central differences of one period. `amplitude` is their half width in rad, rad/s, m/s, m and the units of the
     /// laws' states; for thrust it is this fraction of the engine's range.
     pub fn linearise(&self, amplitude: f64) -> Linear {
-        let mut here = self.clone();
-        let x = here.states();
-        let steady = here.command();
-        let list = &self.plant.dynamics().airframe().effectors;
+        let mut here = self.copy();
+        let (x, steady) = (here.states(), self.commands());
+        let airframe = self.flight.plant().dynamics().airframe();
         let width = |effector: Effector| {
-            let servo = &self.plant.dynamics().airframe().servos[effector];
-            if list.is_angle(effector) { amplitude } else { amplitude * (servo.max - servo.min) }
+            let servo = &airframe.servos[effector];
+            let is_angle = airframe.effectors.is_angle(effector);
+            if is_angle { amplitude } else { amplitude * (servo.max - servo.min) }
         };
         let (states, inputs) = (x.len(), self.effectors.len());
+        let first_command = states - inputs;
         let mut linear = Linear {
             a: DMatrix::zeros(states, states),
             b: DMatrix::zeros(states, inputs),
             c: DMatrix::zeros(inputs, states),
         };
-        for i in 0..states {
+        // What the plant obeys is an input here, so the commands among the states act on nothing.
+        for i in 0..first_command {
             let servo = usize::checked_sub(i, BODY_STATES).and_then(|i| self.effectors.get(i));
             let half = servo.map_or(amplitude, |effector| width(*effector));
             let at = |d: f64| {
@@ -191,18 +169,17 @@ impl ClosedLoop {
                 x[i] += d;
                 self.period(&x, &steady)
             };
-            let (above, below) = (at(half), at(-half));
-            linear.a.set_column(i, &((above.0 - below.0) / (2.0 * half)));
-            linear.c.set_column(i, &((above.1 - below.1) / (2.0 * half)));
+            linear.a.set_column(i, &((at(half) - at(-half)) / (2.0 * half)));
         }
         for (i, effector) in self.effectors.iter().enumerate() {
             let half = width(*effector);
             let at = |d: f64| {
                 let mut commands = steady;
                 commands[*effector] += d;
-                self.period(&x, &commands).0
+                self.period(&x, &commands)
             };
             linear.b.set_column(i, &((at(half) - at(-half)) / (2.0 * half)));
+            linear.c[(i, first_command + i)] = 1.0;
         }
         linear
     }

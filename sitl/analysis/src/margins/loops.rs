@@ -48,6 +48,13 @@ impl Linear {
         &self.a + &self.b * c
     }
 
+    /// Whether a command of the group depends on anything.
+    pub fn commands_any(&self, group: &[usize]) -> bool {
+        let commanded = &self.c * &self.a;
+        let through = &self.c * &self.b;
+        group.iter().any(|i| commanded.row(*i).amax() > 0.0 || through.row(*i).amax() > 0.0)
+    }
+
     /// Eigenvalues of the closed loop, 1/s, slowest first: s = ln(z)/h, without those of a value that is
     /// only remembered for one period. `None` if the QR algorithm does not converge.
     pub fn eigenvalues(&self, period_s: f64) -> Option<Vec<Complex<f64>>> {

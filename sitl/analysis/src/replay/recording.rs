@@ -20,8 +20,8 @@ use crate::problem::{At as _, Problem, problem};
 /// Topics with a row for each control step.
 const COMPARED: [&str; 4] = ["sensors", "commands", "control", "truth"];
 
-/// No log leaves out more rows than this between two of them: it has 50 each second.
-const ROW_EVERY_MAX: u32 = 20;
+/// A log has 20 rows a second at least, so it leaves out no more than this at the shortest period.
+const ROW_EVERY_MAX: u32 = 50;
 
 /// An input, and where in the flight it came.
 #[derive(Debug, Clone, PartialEq)]

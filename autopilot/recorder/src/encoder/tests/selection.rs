@@ -4,7 +4,7 @@ use flight_control::{Demand, FlightControl, Gains, NavigationState};
 use flight_management::command::Intent;
 use flight_management::command::VehicleCommand;
 use flight_management::configuration::{self, DEFAULT_MODEL};
-use flight_management::event::Event;
+use flight_management::event::{Axis, Event};
 use flight_management::vehicle::Reference;
 use icd::fault::PlantAction;
 use icd::fault::{FaultEntry, FaultKind, FaultState, Timing};
@@ -80,31 +80,38 @@ fn fly(
     with_rows
 }
 
-/// Steps that have rows in a flight without events: the first two seconds, one of ten, the last half second.
+/// Steps that have rows in a flight without events: one of 25, and the last tenth of a second.
 fn quiet(steps: u64) -> Vec<u64> {
-    (0..steps).filter(|n| *n <= 1_000 || n % 10 == 0 || *n + 255 >= steps).collect()
+    (0..steps).filter(|n| n % 25 == 0 || *n + 55 >= steps).collect()
 }
 
 #[test]
-fn a_quiet_flight_has_fifty_rows_a_second() {
+fn a_quiet_flight_has_twenty_rows_a_second() {
     assert_eq!(fly(LogRate::Events, 10_000, |_, _| Vec::new()), quiet(10_000));
     let full = fly(LogRate::Full, 3_000, |_, _| Vec::new());
     assert_eq!(full, Vec::from_iter(0..3_000));
     assert_eq!(
         [1_000, 2_000, 3_000, 4_000].map(|us| LogRate::Events.row_every(us)),
-        [20, 10, 6, 5]
+        [50, 25, 16, 12]
     );
 }
 
 #[test]
-fn a_step_that_has_rows_whatever_happens_next_does_not_wait() {
+fn a_step_waits_for_a_tenth_of_a_second_and_none_does_after_an_event() {
     let mut selection = Selection::new(LogRate::Events, PERIOD_US as u32, SimTime::ZERO);
     let step = level();
-    for number in 0..1_200 {
+    for number in 0..600 {
+        if number == 300 {
+            selection.push(fault(number, 1));
+        }
         selection.push(Entry::Step(Step { time: at(number), ..step }));
         while selection.pop().is_some() {}
-        let waiting = usize::try_from(number.saturating_sub(1_000)).unwrap();
-        assert_eq!(selection.waiting.len(), waiting, "step {number}");
+        let waiting = match number {
+            0..300 => (number + 1).min(55),
+            300..=500 => 0,
+            _ => (number - 500).min(55),
+        };
+        assert_eq!(selection.waiting.len() as u64, waiting, "step {number}");
     }
 }
 
@@ -124,7 +131,7 @@ fn all_steps_around_an_event_have_rows() {
     ];
     let expected: Vec<u64> = {
         let quiet = quiet(10_000);
-        (0..10_000).filter(|n| quiet.contains(n) || (4_745..=6_000).contains(n)).collect()
+        (0..10_000).filter(|n| quiet.contains(n) || (4_945..=5_200).contains(n)).collect()
     };
     for happening in events {
         let name = format!("{happening:?}");
@@ -132,7 +139,7 @@ fn all_steps_around_an_event_have_rows() {
         let rows = fly(LogRate::Events, 10_000, |number, _| {
             if number == 5_000 { happening.take().unwrap_or_default() } else { Vec::new() }
         });
-        // The event comes before its own step, so the half second before it counts from the step before.
+        // The event comes before its own step, so the tenth of a second before it counts from the step before.
         let missing: Vec<_> = expected.iter().filter(|n| !rows.contains(n)).collect();
         assert!(missing.is_empty() && rows.len() <= expected.len() + 1, "{name}: {missing:?}");
     }
@@ -173,20 +180,30 @@ fn streams_pauses_and_slow_changes_are_no_events() {
 }
 
 #[test]
-fn an_event_that_recurs_without_end_does_not_fill_the_disk() {
+fn a_log_keeps_to_its_size_whatever_recurs_in_the_flight() {
     let mut id = 0;
-    let rows = fly(LogRate::Events, 60_000, |number, _| {
-        if number % 100 == 0 {
+    let minutes = 3;
+    let steps = minutes * 30_000;
+    let rows = fly(LogRate::Events, steps, |number, _| {
+        // A change each 0.2 s, but for a quiet second minute.
+        if number % 100 == 0 && !(30_000..60_000).contains(&number) {
             id += 1;
             vec![fault(number, id)]
         } else {
             Vec::new()
         }
     });
-    // Two minutes with a change each 0.2 s: at most five times two and a half seconds of each minute.
-    let full = 2 * RECURRING_MAX * 1_256;
-    assert!(rows.len() <= full + quiet(60_000).len(), "{}", rows.len());
-    assert!(rows.len() > 2 * RECURRING_MAX * 900, "{}", rows.len());
+    for minute in 0..minutes {
+        let of_minute = minute * 30_000..(minute + 1) * 30_000;
+        let count = rows.iter().filter(|row| of_minute.contains(row)).count() as u64;
+        let quiet = quiet(steps).iter().filter(|row| of_minute.contains(row)).count() as u64;
+        // All that is saved up, and what comes back within the minute.
+        let most = quiet + u64::from(CREDIT_MAX) + 60_000_000 / CREDIT_EVERY_US;
+        match minute {
+            1 => assert!(count <= quiet + 200, "{count} rows in a quiet minute"),
+            _ => assert!((most - 30..=most).contains(&count), "{count} rows, {most} at most"),
+        }
+    }
 }
 
 #[test]
