@@ -220,7 +220,7 @@ fn a_log_holds_the_whole_flight_bit_for_bit() {
 
 /// Content of a log without `--log-rate full`.
 #[test]
-fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
+fn by_default_a_log_has_twenty_rows_a_second_and_all_of_them_around_a_fault() {
     let folder = tempfile::tempdir().expect("a folder for the test");
     let script = folder.path().join("script.txt");
     fs::write(&script, "at 8.001 s: fail left elevator stuck\n").expect("the folder is there");
@@ -240,11 +240,11 @@ fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
     for topic in ["sensors", "commands", "control", "truth", "vehicle"] {
         let times = log.times_us(topic).expect("a topic");
         let gaps = times.windows(2).map(|pair| pair[1] - pair[0]);
-        assert!(times.is_sorted() && gaps.max() == Some(20_000), "{topic}");
+        assert!(times.is_sorted() && gaps.max() == Some(50_000), "{topic}");
         // The fault begins between two ticks; the compensator wakes after it.
-        let near = |us: &u64| (7_502_000..=10_000_000).contains(us);
-        assert_eq!(times.iter().filter(|us| near(us)).count(), 1_250, "{topic}");
-        assert!(times.len() < 12_000 && times.last() == Some(&60_000_000), "{}", times.len());
+        let near = |us: &u64| (7_902_000..=8_400_000).contains(us);
+        assert_eq!(times.iter().filter(|us| near(us)).count(), 250, "{topic}");
+        assert!(times.len() < 1_800 && times.last() == Some(&60_000_000), "{}", times.len());
     }
     // The rows are those of the full log, bit for bit, and so is the flight.
     let (some, all) = (topic(&log, "control"), topic(&full, "control"));
@@ -266,7 +266,7 @@ fn by_default_a_log_has_fifty_rows_a_second_and_all_of_them_around_a_fault() {
         let cause = log.texts().iter().position(|text| text.text.starts_with("Injected"));
         assert!(cause.is_some() && log.texts().is_sorted_by_key(|text| text.timestamp_us));
     }
-    assert!(log.size() * 3 < full.size(), "{} bytes of {}", log.size(), full.size());
+    assert!(log.size() * 10 < full.size(), "{} bytes of {}", log.size(), full.size());
 }
 
 #[test]
