@@ -29,7 +29,7 @@ fn root() -> PathBuf {
 
 /// Airframe and model file of an aircraft.
 fn files(name: &str) -> [String; 2] {
-    ["plant-sim/airframes", "autopilot/models"]
+    ["aircraft", "aircraft"]
         .map(|folder| root().join(folder).join(name).with_extension("toml").display().to_string())
 }
 
@@ -140,7 +140,7 @@ fn a_flight_condition_that_cannot_be_trimmed_is_refused_with_what_is_at_its_limi
 #[test]
 fn without_a_place_only_the_model_of_the_default_aircraft_is_written() {
     let folder = tempfile::tempdir().expect("a folder");
-    let model = folder.path().join("autopilot/models/tvc_jet.toml");
+    let model = folder.path().join("aircraft/tvc_jet/model.toml");
     fs::create_dir_all(model.parent().expect("two folders")).expect("a free path");
     let [_, shipped] = files("tvc_jet");
     fs::copy(&shipped, &model).expect("a free path");

@@ -84,8 +84,8 @@ fn the_model_is_current() {
     let text = sitl::linearize::to_toml(&model, "").expect("finite numbers");
     assert_eq!(
         text,
-        autopilot::config::DEFAULT_MODEL,
-        "autopilot/models/tvc_jet.toml is out of date: run `cargo run --release -- aircraft linearize`"
+        aircraft::DEFAULT_MODEL,
+        "aircraft/tvc_jet/model.toml is out of date: run `cargo run --release -- aircraft linearize`"
     );
 }
 

@@ -7,7 +7,7 @@ use core::ops::ControlFlow;
 use flights::{case_1, setup};
 use icd::fault::{FaultEntry, FaultState};
 use icd::{ControlPeriod, SimTime};
-use plant_sim::{EarthModel, scenario};
+use plant_sim::EarthModel;
 use sitl::closed_loop::{FlightSetup, watch};
 
 /// The events of a flight, and the longest time without authority in roll.
@@ -37,7 +37,7 @@ fn healthy_banks_and_their_reversals_are_no_end_of_the_authority() {
         };
         let text = format!(
             "{}{}{}{}",
-            scenario::NOMINAL,
+            scenarios::NOMINAL,
             reference(1, bank_deg),
             reference(11, -bank_deg),
             reference(21, bank_deg)

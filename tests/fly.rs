@@ -80,7 +80,7 @@ fn a_kept_aircraft_is_exit_status_0_and_a_lost_one_1_each_with_one_line() {
 fn a_scenario_without_a_start_begins_at_the_design_point_of_the_airframe() {
     let folder = folder();
     let airframe = folder.path().join("high.toml");
-    let shipped = plant_sim::airframe::DEFAULT_AIRFRAME;
+    let shipped = aircraft::DEFAULT_AIRFRAME;
     let at = "[design_point]\naltitude_m = 5000.0 ";
     assert!(shipped.contains(at), "the file has another design point");
     let high = shipped.replacen(at, "[design_point]\naltitude_m = 6500.0 ", 1);
@@ -96,8 +96,8 @@ fn a_scenario_without_a_start_begins_at_the_design_point_of_the_airframe() {
 fn an_aircraft_of_eleven_kilograms_flies_by_its_files_and_survives_a_jammed_aileron_without_a_nozzle()
  {
     const AIRFRAME: &str =
-        concat!(env!("CARGO_MANIFEST_DIR"), "/../plant-sim/airframes/aerosonde.toml");
-    const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../autopilot/models/aerosonde.toml");
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../aircraft/aerosonde/airframe.toml");
+    const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../aircraft/aerosonde/model.toml");
     let folder = folder();
     let linearized = folder.path().join("model.toml");
     // Its parameters stay.
@@ -228,7 +228,7 @@ fn the_table_is_that_of_the_paper_and_every_measure_has_its_unit() {
 #[test]
 fn the_flight_log_is_flown_again_to_the_same_hash() {
     let folder = folder();
-    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
+    let scenario = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenarios/chain.toml");
     let words = [scenario, "--set", "plant.wind.turbulence_m_s=2", "--out", text(folder.path())];
     assert!(fly(&[&words[..], &["--ulog", "--figures"]].concat()).status.success());
     let log = folder.path().join("flight.ulg");
@@ -510,7 +510,7 @@ fn the_preset_of_the_estimator_follows_the_sensors_and_one_that_the_user_sets_st
 fn a_live_flight_ends_at_the_duration_of_its_scenario() {
     let folder = folder();
     let scenario = folder.path().join("short.toml");
-    let text = plant_sim::scenario::NOMINAL.replacen("[plant]\n", "[plant]\nduration_s = 1.5\n", 1);
+    let text = scenarios::NOMINAL.replacen("[plant]\n", "[plant]\nduration_s = 1.5\n", 1);
     fs::write(&scenario, text).expect("a free path");
     let scenario = scenario.to_str().expect("a readable path");
     let words =

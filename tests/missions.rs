@@ -206,8 +206,8 @@ fn the_same_commands_at_the_same_ticks_fly_the_same_bits() {
 fn an_aircraft_of_eleven_kilograms_flies_the_same_with_circles_of_100_m() {
     let file = |path: &str| Some(Path::new(env!("CARGO_MANIFEST_DIR")).join(path));
     let aircraft = AircraftArgs {
-        airframe: file("../plant-sim/airframes/aerosonde.toml"),
-        model: file("../autopilot/models/aerosonde.toml"),
+        airframe: file("../aircraft/aerosonde/airframe.toml"),
+        model: file("../aircraft/aerosonde/model.toml"),
         ..AircraftArgs::default()
     };
     let setup = setup_of(EarthModel::Wgs84, 3.0, 0.0, aircraft);

@@ -223,8 +223,8 @@ fn either_process_may_start_first() {
 fn a_wrong_configuration_stops_the_start_and_names_file_key_value_and_range() {
     let folder = tempfile::tempdir().expect("a folder for a file");
     let path = folder.path().join("mine.toml");
-    let text = plant_sim::airframe::DEFAULT_AIRFRAME.replace("mass_kg = 9295", "mass_kg = -9295");
-    assert_ne!(text, plant_sim::airframe::DEFAULT_AIRFRAME);
+    let text = aircraft::DEFAULT_AIRFRAME.replace("mass_kg = 9295", "mass_kg = -9295");
+    assert_ne!(text, aircraft::DEFAULT_AIRFRAME);
     std::fs::write(&path, text).expect("a writable folder");
     let mut plant =
         Program::start("plant-sim", &["--airframe", path.to_str().expect("plain path")]);
@@ -319,8 +319,7 @@ fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
 /// Airframe and model of a shipped aircraft.
 fn files(aircraft: &str) -> [String; 2] {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    ["plant-sim/airframes", "autopilot/models"]
-        .map(|folder| format!("{root}/{folder}/{aircraft}.toml"))
+    ["aircraft", "aircraft"].map(|folder| format!("{root}/{folder}/{aircraft}.toml"))
 }
 
 #[test]

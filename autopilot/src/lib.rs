@@ -17,7 +17,7 @@
 //! [`recorder`] (the content of a flight log).
 //!
 //! ```
-//! let model = autopilot::configuration::model("tvc_jet.toml", autopilot::configuration::DEFAULT_MODEL)?;
+//! let model = autopilot::configuration::model("tvc_jet.toml", aircraft::DEFAULT_MODEL)?;
 //! let ground = autopilot::mavlink::Ground::new(&model.defaults, &model.aircraft, &[]);
 //! assert!(!ground.needs_snapshot());
 //! # Ok::<(), flight_management::TextError>(())

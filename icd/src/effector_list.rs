@@ -481,9 +481,30 @@ impl EffectorList {
         self.of_kind(kind).next()
     }
 
-    /// The effector with this key or name.
+    /// The effector with this key or name; without one, the effector of this role: `left_elevator`, `rudder`, `engine`, so that
+    /// scenarios and studies of one aircraft fly another whose effectors have other names.
     pub fn by_key(&self, key: &str) -> Option<Effector> {
-        self.all().find(|effector| self.key(*effector) == key || self.name(*effector) == key)
+        let named = |effector: &Effector| self.key(*effector) == key || self.name(*effector) == key;
+        self.all().find(named).or_else(|| self.by_role(key))
+    }
+
+    /// The only effector of a kind on a side.
+    fn by_role(&self, key: &str) -> Option<Effector> {
+        use LateralSide::{Centre, Left, Right};
+        let sides = [("left", Left), ("right", Right)];
+        let sided = sides.into_iter().find_map(|(word, side)| {
+            let rest = key.strip_prefix(word)?;
+            Some((side, rest.strip_prefix(['_', ' '])?))
+        });
+        let (side, kind) = sided.unwrap_or((Centre, key));
+        let of_role = |effector: &Effector| {
+            let Some(EffectorEntry { kind: has, side: on, .. }) = self.entry(*effector) else {
+                return false;
+            };
+            *on == side && has.key().split('_').eq(kind.split(['_', ' ']))
+        };
+        let mut all = self.all().filter(of_role);
+        all.next().filter(|_| all.next().is_none())
     }
 
     /// The servos (angles) or motors (engines) in the order of their MAVLink numbers.

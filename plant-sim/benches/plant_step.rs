@@ -2,21 +2,21 @@
 
 use std::hint::black_box;
 
+use aircraft::F16_AIRFRAME;
 use criterion::{Criterion, criterion_group, criterion_main};
 use icd::{Actuators, Body, ControlPeriod, PerEffector};
 use plant_sim::aerodynamics::{AirState, Surfaces, coefficients};
-use plant_sim::airframe::F16_AIRFRAME;
 use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::dynamics::StepInputs;
 use plant_sim::earth::Slopes;
 use plant_sim::faults::Effects;
 use plant_sim::tables::aerodynamics::TableAero;
 use plant_sim::tables::thrust::{EngineAir, Propulsion};
-use plant_sim::{Airframe, EarthModel, Plant, Scenario, scenario};
+use plant_sim::{Airframe, EarthModel, Plant, Scenario};
 
 /// The nominal flight with one step for each period of 2 ms.
 fn plant(airframe: Airframe, earth: EarthModel) -> Plant {
-    let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &airframe.effectors)
+    let nominal = Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &airframe.effectors)
         .expect("file of the crate");
     let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 2_000);
     setup.earth = earth;

@@ -27,29 +27,9 @@ use crate::tables::aerodynamics::TableAero;
 use crate::tables::stored;
 use crate::tables::thrust::{Propeller, Propulsion, ThrustTables};
 
-/// Text of the airframe file that comes with the crate.
-pub const DEFAULT_AIRFRAME: &str = include_str!("../airframes/tvc_jet.toml");
-
-/// Text of the variant with Mach effects, which the controller's model lacks: for studies of false alarms.
-pub const MACH_AIRFRAME: &str = include_str!("../airframes/tvc_jet_mach.toml");
-
-/// Text of the airframe file of the F-16, which has tables.
-pub const F16_AIRFRAME: &str = include_str!("../airframes/f16.toml");
-
-/// Name of the aircraft that flies unless another one is named.
-pub const DEFAULT_NAME: &str = "tvc_jet";
-
-/// The airframe files that come with the crate, by name.
-pub const AIRFRAMES: [(&str, &str); 4] = [
-    (DEFAULT_NAME, DEFAULT_AIRFRAME),
-    ("tvc_jet_mach", MACH_AIRFRAME),
-    ("f16", F16_AIRFRAME),
-    ("aerosonde", include_str!("../airframes/aerosonde.toml")),
-];
-
-/// Whether an aircraft of this name comes with the crate. Its model comes with the autopilot under the same name.
+/// Whether an aircraft of this name comes with the program; its model does so under the same name.
 pub fn is_shipped(name: &Path) -> bool {
-    AIRFRAMES.iter().any(|(known, _)| Path::new(known) == name)
+    aircraft::AIRFRAMES.iter().any(|(known, _)| Path::new(known) == name)
 }
 
 /// Shortest lag of a servo, s: RK4 with the longest step (4 ms) is stable down to 1.5 ms.
@@ -155,7 +135,7 @@ impl Airframe {
 
     /// The aircraft of the paper's cases: [`DEFAULT_AIRFRAME`].
     pub fn paper() -> Self {
-        Self::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME)
+        Self::from_toml("tvc_jet.toml", aircraft::DEFAULT_AIRFRAME)
             .expect("a test reads the airframe file that is compiled in")
     }
 

@@ -259,8 +259,8 @@ mod tests {
 mod mach_tests {
     use super::*;
     use crate::Airframe;
-    use crate::airframe::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
     use crate::atmosphere::Atmosphere;
+    use aircraft::{DEFAULT_AIRFRAME, MACH_AIRFRAME};
     use icd::tvc_jet;
 
     fn table_of(airframe: &Airframe) -> MachTable {

@@ -16,7 +16,7 @@
 //! |---|---|
 //! | where does a fault act? | [`faults`], and nowhere else |
 //! | when is the aircraft lost? | [`limits`], with the numbers of the airframe file |
-//! | what are the numbers of the aircraft? | `airframes/tvc_jet.toml`, read by [`airframe`] |
+//! | what are the numbers of the aircraft? | `aircraft/tvc_jet/airframe.toml`, read by [`airframe`] |
 //! | what is flown, and which faults occur when? | `scenarios/*.toml`, read by [`scenario`] |
 //! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
 //! | what is the motion? | [`rigid_body`], assembled in [`dynamics`] |
@@ -28,7 +28,7 @@
 //! use plant_sim::{Airframe, Plant, Scenario, scenario};
 //!
 //! let airframe = Airframe::paper();
-//! let case1 = Scenario::from_toml("case1.toml", scenario::CASE1, &airframe.effectors)?.plant;
+//! let case1 = Scenario::from_toml("case1.toml", scenarios::CASE1, &airframe.effectors)?.plant;
 //! let setup = case1.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
 //!
 //! // The commands of the trim for four seconds; the left elevator jams after three.

@@ -34,16 +34,6 @@ pub mod case;
 
 use case::{CaseTable, ControlStepTable, InitialTable};
 
-/// Level flight without commands and without faults.
-pub const NOMINAL: &str = include_str!("../scenarios/nominal.toml");
-/// The paper's first case: climb with a left elevator that jams at +30 degrees.
-pub const CASE1: &str = include_str!("../scenarios/case1.toml");
-/// The paper's second case: turn with a rudder that jams at +7 degrees.
-pub const CASE2: &str = include_str!("../scenarios/case2.toml");
-
-/// The scenarios that come with the program, by name.
-pub const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
-
 /// The plant's part of one scenario.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {

@@ -116,14 +116,15 @@ fn difference(at: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Plant, Scenario, SetupError, scenario};
+    use crate::{Plant, Scenario, SetupError};
     use icd::tvc_jet;
     use icd::{Actuators, ControlPeriod};
 
     /// Flies a tenth of a second with fixed effectors; whether the state stayed finite, or why it did not start.
     fn fly(change: impl Fn(&mut Airframe), step_us: u32) -> Result<bool, SetupError> {
-        let plant =
-            Scenario::from_toml("nominal", scenario::NOMINAL, &tvc_jet::effectors()).unwrap().plant;
+        let plant = Scenario::from_toml("nominal", scenarios::NOMINAL, &tvc_jet::effectors())
+            .unwrap()
+            .plant;
         let mut airframe = Airframe::paper();
         change(&mut airframe);
         let mut setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, step_us);

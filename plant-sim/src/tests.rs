@@ -3,7 +3,7 @@
 use serde::de::DeserializeOwned;
 
 /// The F-16's airframe file.
-pub use crate::airframe::F16_AIRFRAME as F16;
+pub use aircraft::F16_AIRFRAME as F16;
 
 /// One table of an airframe file.
 pub fn part<T: DeserializeOwned>(text: &str, name: &str) -> T {

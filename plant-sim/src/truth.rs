@@ -201,16 +201,17 @@ impl From<&Truth> for Attained {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Airframe, Plant, Scenario, scenario};
+    use crate::{Airframe, Plant, Scenario};
     use icd::fault::{FaultKind, FaultRequest, Timing};
     use icd::record::truth_fields;
     use icd::tvc_jet;
     use icd::{Actuators, ControlPeriod};
 
     fn flown() -> Truth {
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors())
-            .unwrap()
-            .plant;
+        let nominal =
+            Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors())
+                .unwrap()
+                .plant;
         let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
         let mut plant = Plant::new(&setup).unwrap();
         let (effector, kind) = (tvc_jet::NOZZLE_PITCH, FaultKind::PartialLoss { remaining: 0.5 });

@@ -46,8 +46,8 @@ uniform = [1.0, 5.0]
 
 [[airframe]]
 name = "F-16"
-file = "{root}/plant-sim/airframes/f16.toml"
-model = "{root}/autopilot/models/f16.toml"
+file = "{root}/aircraft/f16/airframe.toml"
+model = "{root}/aircraft/f16/model.toml"
 
 [[law]]
 name = "paper"

@@ -12,9 +12,9 @@ use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
 use serde_json::json;
 
-use flight_analysis::configuration::AircraftArgs;
-use flight_analysis::print_line;
-use flight_analysis::settings;
+use lab_studies::configuration::AircraftArgs;
+use lab_studies::print_line;
+use lab_studies::settings;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn another_aircraft_gets_its_own_buttons() {
-        let file = include_str!("../../plant-sim/airframes/aerosonde.toml");
+        let file = aircraft::AEROSONDE_AIRFRAME;
         let airframe = Airframe::from_toml("aerosonde.toml", file).unwrap();
         let buttons = args(&[]).buttons(&airframe).unwrap();
         let labels: Vec<&str> = buttons.iter().map(|button| button.label.as_str()).collect();

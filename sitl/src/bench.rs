@@ -7,15 +7,15 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::{Command as Process, Stdio};
 
-use flight_analysis::builder::SetupOptions;
-use flight_analysis::closed_loop::{FlightSetup, fly, watch};
-use flight_analysis::configuration::{AircraftArgs, Named};
-use flight_analysis::metrics::quantile;
+use aircraft::F16_AIRFRAME;
 use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
 use host_io::problem::{Problem, problem};
 use host_io::{clock, console};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use plant_sim::airframe::F16_AIRFRAME;
+use lab_studies::builder::SetupOptions;
+use lab_studies::closed_loop::{FlightSetup, fly, watch};
+use lab_studies::configuration::{AircraftArgs, Named};
+use lab_studies::metrics::quantile;
 use plant_sim::io::whole;
 use plant_sim::{Airframe, GradeName, Plant, PlantSetup, SensorSettings};
 

@@ -16,23 +16,23 @@ use crate::bench::{self, BenchArgs};
 use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
-use flight_analysis::actuators::{self, ActuatorsArgs};
-use flight_analysis::checkcase::report::{self, CompareArgs};
-use flight_analysis::checkcase::{self, CheckcaseArgs};
-use flight_analysis::design::{self, DesignArgs};
-use flight_analysis::fly::{self, FlyArgs};
-use flight_analysis::linearize::{self, LinearizeArgs};
-use flight_analysis::margins::{self, MarginsArgs};
-use flight_analysis::mission::{self, MissionOptions};
-use flight_analysis::paper::{self, Link};
-use flight_analysis::plot::{self, PlotArgs};
-use flight_analysis::replay::{self, ReplayArgs};
-use flight_analysis::sensor_errors::{self, SensorErrorsArgs};
-use flight_analysis::trimmable::{self, TrimmableArgs};
-use flight_analysis::turbulence::{self, TurbulenceArgs};
-use flight_analysis::{print_line, print_text};
-use flight_campaign::RunArgs;
-use flight_campaign::spec::SHIPPED;
+use lab_campaign::RunArgs;
+use lab_studies::actuators::{self, ActuatorsArgs};
+use lab_studies::checkcase::report::{self, CompareArgs};
+use lab_studies::checkcase::{self, CheckcaseArgs};
+use lab_studies::design::{self, DesignArgs};
+use lab_studies::fly::{self, FlyArgs};
+use lab_studies::linearize::{self, LinearizeArgs};
+use lab_studies::margins::{self, MarginsArgs};
+use lab_studies::mission::{self, MissionOptions};
+use lab_studies::paper::{self, Link};
+use lab_studies::plot::{self, PlotArgs};
+use lab_studies::replay::{self, ReplayArgs};
+use lab_studies::sensor_errors::{self, SensorErrorsArgs};
+use lab_studies::trimmable::{self, TrimmableArgs};
+use lab_studies::turbulence::{self, TurbulenceArgs};
+use lab_studies::{print_line, print_text};
+use studies::STUDIES;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
 ///
@@ -122,7 +122,7 @@ enum Command {
     Study(StudyCommand),
     /// Fly many flights drawn from a specification with several laws, and compare what they survive
     #[command(subcommand)]
-    Campaign(flight_campaign::Command),
+    Campaign(lab_campaign::Command),
     /// What follows from an aircraft's files: models, gains, margins, parameters
     #[command(subcommand)]
     Aircraft(AircraftCommand),
@@ -229,7 +229,7 @@ fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
     // One of them has the name of a group.
     let is_command = name.as_ref().is_some_and(|name| command.find_subcommand(name).is_some());
     let is_specified =
-        !is_command && SHIPPED.iter().any(|(known, _)| Some(*known) == name.as_deref());
+        !is_command && STUDIES.iter().any(|(known, _)| Some(*known) == name.as_deref());
     let group = GROUPS.iter().find(has).or(is_specified.then_some(&"study"));
     if let Some(group) = group {
         words.insert(at, (*group).into());
@@ -253,7 +253,7 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
         Some(Command::Live(args)) => launch::run(args, &program)?,
         Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
         Some(Command::Study(study)) => return run_study(study, &program, own),
-        Some(Command::Campaign(command)) => flight_campaign::run(command, own)?,
+        Some(Command::Campaign(command)) => lab_campaign::run(command, own)?,
         Some(Command::Aircraft(command)) => run_aircraft(command)?,
         Some(Command::Log(LogCommand::Plot(args))) => plot::run(args)?,
         Some(Command::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
@@ -279,7 +279,7 @@ fn run_study(
         StudyCommand::Checkcase(args) => checkcase::run(args)?,
         StudyCommand::CompareCheckcases(args) => report::run(args)?,
         StudyCommand::Bench(args) => bench::run(args, program)?,
-        StudyCommand::Specified(words) => flight_campaign::run(&specified(words), own)?,
+        StudyCommand::Specified(words) => lab_campaign::run(&specified(words), own)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -290,17 +290,17 @@ fn specifications() -> String {
         let about = text.lines().find_map(|line| line.strip_prefix("about = "));
         format!("  {name:18}  {}\n", about.unwrap_or_default().trim_matches('"'))
     };
-    let lines: String = SHIPPED.iter().map(line).collect();
+    let lines: String = STUDIES.iter().map(line).collect();
     format!("Specifications, with the options of `sitl campaign run`; a file is one too:\n{lines}")
 }
 
 /// The campaign of a specification, read with the options of `sitl campaign run`.
-fn specified(words: &[OsString]) -> flight_campaign::Command {
+fn specified(words: &[OsString]) -> lab_campaign::Command {
     let command = RunArgs::augment_args(clap::Command::new("sitl study"));
     let words = std::iter::once("sitl study".into()).chain(words.iter().cloned());
     let parsed = command.try_get_matches_from(words).and_then(|m| RunArgs::from_arg_matches(&m));
     let args = parsed.unwrap_or_else(|error| refuse(&error));
-    flight_campaign::Command::Run(args)
+    lab_campaign::Command::Run(args)
 }
 
 fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {

@@ -1,6 +1,6 @@
 //! Starts plant and autopilot as two processes, watches them, and is the command line of the project.
 //!
-//! Everything that flies in one process, measures, draws and reports is the crate [`flight_analysis`], whose modules are
+//! Everything that flies in one process, measures, draws and reports is the crate [`lab_studies`], whose modules are
 //! here under their own names. [`cli::main`] is the program; [`udp_flight::fly_udp`] flies a setup through both processes,
 //! to the same bits as [`closed_loop::fly`]:
 //!
@@ -27,7 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub use flight_analysis::{
+pub use lab_studies::{
     builder, chart, checkcase, closed_loop, configuration, design, fly, law, linearize, margins,
     metrics, mission, paper, plot, replay, runner, settings, table, trimmable,
 };

@@ -9,7 +9,7 @@ use autopilot::config;
 use flight_control::{CompensatorMode, Demand, FlightControl, Gains, MainLaw, Navigator};
 use icd::ControlPeriod;
 use icd::wire::VERSION;
-use plant_sim::{Airframe, Plant, Scenario, scenario};
+use plant_sim::{Airframe, Plant, Scenario};
 
 #[path = "../examples/own_law.rs"]
 #[allow(dead_code, reason = "its main is started by cargo run")]
@@ -21,7 +21,7 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
         Scenario::from_toml(name, text, &Airframe::paper().effectors).expect("a shipped scenario");
     let setup = scenario.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
     let model =
-        config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL).expect("the shipped model");
+        config::aircraft_model("tvc_jet.toml", aircraft::DEFAULT_MODEL).expect("the shipped model");
     let mut gains = Gains::REFERENCE;
     gains.selection.main = MainLaw::Own;
     gains.selection.compensator = compensator;
@@ -43,11 +43,11 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
 
 #[test]
 fn the_law_of_the_example_climbs_and_with_the_compensator_survives_a_jammed_elevator() {
-    let (altitude_m, roll_rad) = fly("nominal.toml", scenario::NOMINAL, CompensatorMode::Armed);
+    let (altitude_m, roll_rad) = fly("nominal.toml", scenarios::NOMINAL, CompensatorMode::Armed);
     assert!(altitude_m.abs() < 5.0 && roll_rad.abs() < 0.01, "{altitude_m} m, {roll_rad} rad");
-    let (altitude_m, roll_rad) = fly("case1.toml", scenario::CASE1, CompensatorMode::Armed);
+    let (altitude_m, roll_rad) = fly("case1.toml", scenarios::CASE1, CompensatorMode::Armed);
     assert!(altitude_m.abs() < 50.0 && roll_rad.abs() < 0.2, "{altitude_m} m, {roll_rad} rad");
-    let (altitude_m, _) = fly("case1.toml", scenario::CASE1, CompensatorMode::Off);
+    let (altitude_m, _) = fly("case1.toml", scenarios::CASE1, CompensatorMode::Off);
     assert!(altitude_m < -500.0, "without the compensator it is lost: {altitude_m} m");
 }
 

@@ -81,8 +81,7 @@ fn faults_of(record: &Record, seen: &mut Vec<Vec<u8>>) {
 
 #[test]
 fn the_shipped_script_gives_the_same_bytes_over_udp() {
-    let chain =
-        concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../plant-sim/scenarios/chain.toml");
+    let chain = concat!("--scenario=", env!("CARGO_MANIFEST_DIR"), "/../scenarios/chain.toml");
     let setup = setup(&["plant-sim", chain], &["autopilot", chain], 30);
     assert!(setup.script.is_some());
     let mut seen = Vec::new();

@@ -96,7 +96,7 @@ fn host_io_knows_no_aircraft() {
         "autopilot",
         "plant-sim",
         "lab-engine",
-        "flight-analysis",
+        "lab-studies",
         "sitl",
         "mavlink",
         "tokio",
@@ -111,21 +111,19 @@ fn the_log_format_knows_no_aircraft() {
 
 #[test]
 fn autopilot_does_not_know_the_plant() {
-    let forbidden = ["plant-sim", "lab-engine", "flight-analysis", "sitl"];
+    let forbidden = ["plant-sim", "lab-engine", "lab-studies", "sitl"];
     assert_without("autopilot", &closure("autopilot"), &forbidden);
 }
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden =
-        ["autopilot", "flight-control", "mavlink", "lab-engine", "flight-analysis", "sitl"];
+    let forbidden = ["autopilot", "flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
 }
 
 #[test]
 fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
-    let judges =
-        ["flight-analysis", "flight-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
+    let judges = ["lab-studies", "lab-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
     assert_without("lab-engine", &closure("lab-engine"), &judges);
     assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
     // A tick has the plant and the events of the autopilot.
@@ -138,17 +136,16 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
 #[test]
 fn analysis_knows_neither_the_launcher_nor_the_system() {
     // The autopilot that it flies depends on tokio and sockets; it must not use them itself.
-    assert_without("flight-analysis", &closure("flight-analysis"), &["sitl", "crossterm"]);
+    assert_without("lab-studies", &closure("lab-studies"), &["sitl", "crossterm"]);
     let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
-    assert_without("flight-analysis", &direct("flight-analysis"), &forbidden);
+    assert_without("lab-studies", &direct("lab-studies"), &forbidden);
 }
 
 #[test]
 fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
     assert!(direct("mavlink-services").contains("mavlink"), "the rule looks for the wrong name");
     let others = ["icd", "host-io", "flight-control", "flight-management", "recorder", "autopilot"];
-    for package in others.into_iter().chain(["plant-sim", "lab-engine", "flight-analysis", "sitl"])
-    {
+    for package in others.into_iter().chain(["plant-sim", "lab-engine", "lab-studies", "sitl"]) {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 14] = [
+pub const CRATES: [(&str, &str); 17] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -14,10 +14,13 @@ pub const CRATES: [(&str, &str); 14] = [
     ("recorder", "autopilot/recorder/src"),
     ("autopilot", "autopilot/src"),
     ("plant_sim", "plant-sim/src"),
+    ("aircraft", "aircraft"),
+    ("scenarios", "scenarios"),
+    ("studies", "studies"),
     ("lab_engine", "lab/engine/src"),
     ("lab_judges", "lab/judges/src"),
-    ("flight_analysis", "sitl/analysis/src"),
-    ("flight_campaign", "sitl/campaign/src"),
+    ("lab_studies", "lab/studies/src"),
+    ("lab_campaign", "lab/campaign/src"),
     ("sitl", "sitl/src"),
 ];
 

@@ -4,7 +4,7 @@
 use autopilot::config;
 use autopilot::parameters::Parameters;
 use icd::{ControlPeriod, SimTime};
-use plant_sim::{Airframe, EarthModel, Scenario, scenario};
+use plant_sim::{Airframe, EarthModel, Scenario};
 use sitl::builder::SetupOptions;
 use sitl::closed_loop::{self, FlightSetup, Record};
 
@@ -16,7 +16,7 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
     plant.earth = earth;
     FlightSetup {
         plant,
-        model: config::aircraft_model("tvc_jet.toml", config::DEFAULT_MODEL)
+        model: config::aircraft_model("tvc_jet.toml", aircraft::DEFAULT_MODEL)
             .expect("the shipped model"),
         parameters: Parameters::default(),
         references: config::references(name, text).expect("a shipped scenario"),
@@ -30,17 +30,17 @@ pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {
 
 /// Case 1 with its fault, compensator armed.
 pub fn case_1(earth: EarthModel) -> FlightSetup {
-    setup("case1.toml", scenario::CASE1, earth)
+    setup("case1.toml", scenarios::CASE1, earth)
 }
 
 /// Case 2 with its fault, compensator armed.
 pub fn case_2(earth: EarthModel) -> FlightSetup {
-    setup("case2.toml", scenario::CASE2, earth)
+    setup("case2.toml", scenarios::CASE2, earth)
 }
 
 /// Level flight without a fault, 20 s.
 pub fn healthy(earth: EarthModel) -> FlightSetup {
-    let mut setup = setup("nominal.toml", scenario::NOMINAL, earth);
+    let mut setup = setup("nominal.toml", scenarios::NOMINAL, earth);
     setup.duration = SimTime::from_micros(20_000_000);
     setup
 }

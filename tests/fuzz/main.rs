@@ -13,7 +13,7 @@ mod packets;
 mod texts;
 
 /// Logs as the recorder writes them, by the same code as in `sitl`'s own tests.
-#[path = "../../sitl/analysis/src/replay/tests/testing.rs"]
+#[path = "../../lab/studies/src/replay/tests/testing.rs"]
 mod testing;
 
 /// Path at which `testing` expects it.

@@ -3,9 +3,10 @@
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use aircraft::DEFAULT_MODEL;
 use autopilot::autopilot::{Autopilot, Settings};
 use autopilot::clock::WallTime;
-use autopilot::config::{self, DEFAULT_MODEL};
+use autopilot::config;
 use autopilot::mavlink::Ground;
 use autopilot::mavlink::peers::{Address, Connection};
 use autopilot::parameters::Parameters;

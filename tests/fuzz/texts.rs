@@ -56,12 +56,8 @@ const WORDS: [&str; 40] = [
     "3 s",
 ];
 
-const SCENARIOS: [&str; 4] = [
-    include_str!("../../plant-sim/scenarios/nominal.toml"),
-    include_str!("../../plant-sim/scenarios/case1.toml"),
-    include_str!("../../plant-sim/scenarios/case2.toml"),
-    include_str!("../../plant-sim/scenarios/chain.toml"),
-];
+const SCENARIOS: [&str; 4] =
+    [scenarios::NOMINAL, scenarios::CASE1, scenarios::CASE2, scenarios::CHAIN];
 const SCRIPT: &str = "# a flight\nat 1.6 s: fail rudder 50 % left\nat 2 s: altitude 3200 m\n\
     when roll passes 10 deg: fail left elevator stuck at 30 deg\n";
 const CONFIG: &str = "[ground_stations]\nclients = [\"127.0.0.1:14550\"]\nudp_server = \"none\"\n";
@@ -160,7 +156,7 @@ fn toml_airframes() {
     let nominal = Scenario::from_toml("nominal", SCENARIOS[0], &tvc_jet::effectors()).unwrap();
     bolero::check!().for_each(|input: &[u8]| {
         let mut choices = Choices::new(input);
-        let text = damaged(plant_sim::airframe::DEFAULT_AIRFRAME, &mut choices);
+        let text = damaged(aircraft::DEFAULT_AIRFRAME, &mut choices);
         if let Ok(airframe) = Airframe::from_toml("airframe", &text) {
             fly(&nominal, airframe);
         }
@@ -186,9 +182,10 @@ fn toml_of_the_autopilot() {
         let mut choices = Choices::new(input);
         // Any invalid text gives an error.
         match choices.below(3) {
-            0 => {
-                drop(config::aircraft_model("model", &damaged(config::DEFAULT_MODEL, &mut choices)))
-            }
+            0 => drop(config::aircraft_model(
+                "model",
+                &damaged(aircraft::DEFAULT_MODEL, &mut choices),
+            )),
             1 => drop(ConfigFile::from_toml("settings", &damaged(CONFIG, &mut choices))),
             _ => {
                 let read = from_text(

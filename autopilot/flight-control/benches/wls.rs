@@ -65,7 +65,7 @@ fn allocation(c: &mut Criterion) {
 /// at the attainable set in fifty steps included.
 fn control_step(c: &mut Criterion) {
     let aircraft: AircraftModel =
-        toml::from_str(include_str!("../../models/tvc_jet.toml")).expect("file of the crate");
+        toml::from_str(aircraft::DEFAULT_MODEL).expect("file of the crate");
     let mut gains = Gains::REFERENCE;
     gains.selection.compensator = CompensatorMode::AlwaysOn;
     let demand = Demand { altitude_m: 6_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };

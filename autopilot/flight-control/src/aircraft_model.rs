@@ -342,7 +342,7 @@ mod tests {
 
     #[test]
     fn a_list_that_cannot_be_is_refused_when_the_file_is_read() {
-        let text = include_str!("../../models/tvc_jet.toml");
+        let text = aircraft::DEFAULT_MODEL;
         let text = text.replace("partner = \"right aileron\"", "partner = \"right wing\"");
         let error = toml::from_str::<AircraftModel>(&text).unwrap_err().to_string();
         assert!(error.contains("`right wing` is no effector of this file"), "{error}");

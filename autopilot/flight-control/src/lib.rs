@@ -49,8 +49,7 @@
 //! use icd::{ControlPeriod, tvc_jet};
 //!
 //! // The controller's model of the aircraft. The autopilot's process reads the file, the laws only get numbers.
-//! let file = include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../models/tvc_jet.toml"));
-//! let model = toml::from_str(file)?;
+//! let model = toml::from_str(aircraft::DEFAULT_MODEL)?;
 //! let mut laws = FlightControl::new(ControlPeriod::DEFAULT, &model, &Gains::REFERENCE);
 //!
 //! let state = NavigationState {

@@ -8,12 +8,12 @@ use crate::navigation::{NavigationState, Navigator};
 
 /// The shipped model.
 pub fn aircraft_model() -> AircraftModel {
-    toml::from_str(include_str!("../../models/tvc_jet.toml")).unwrap()
+    toml::from_str(aircraft::DEFAULT_MODEL).unwrap()
 }
 
 /// The model of an aircraft without nozzle; its file has parameters too.
 pub fn aerosonde() -> AircraftModel {
-    let mut file: toml::Table = include_str!("../../models/aerosonde.toml").parse().unwrap();
+    let mut file: toml::Table = aircraft::AEROSONDE_MODEL.parse().unwrap();
     file.remove("parameters");
     file.try_into().unwrap()
 }

@@ -10,18 +10,6 @@ use crate::parameters::{ParameterError, Parameters, SavedProblem, nearest, set_f
 use crate::script::Script;
 use crate::vehicle::schedule::{ReferenceEntry, ReferenceSchedule};
 
-/// The shipped model; written by `sitl aircraft linearize`.
-pub const DEFAULT_MODEL: &str = include_str!("../../models/tvc_jet.toml");
-
-/// The model files that come with the program, by the names of their aircraft. The variant of the jet with Mach effects has the
-/// jet's model, which lacks them.
-pub const MODELS: [(&str, &str); 4] = [
-    ("tvc_jet", DEFAULT_MODEL),
-    ("tvc_jet_mach", DEFAULT_MODEL),
-    ("f16", include_str!("../../models/f16.toml")),
-    ("aerosonde", include_str!("../../models/aerosonde.toml")),
-];
-
 /// A model file: the aircraft, and the table [`PARAMETERS`] where it has one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Model {
@@ -142,6 +130,7 @@ fn of_table<T: DeserializeOwned>(file: &str, table: toml::Table) -> Result<T, Te
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aircraft::DEFAULT_MODEL;
     use flight_control::AllocationMode;
     use icd::tvc_jet;
 

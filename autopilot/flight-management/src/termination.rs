@@ -31,7 +31,8 @@ pub fn commands(model: &AircraftModel) -> PerEffector<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::configuration::{self, DEFAULT_MODEL};
+    use crate::configuration;
+    use aircraft::DEFAULT_MODEL;
     use icd::{Effector, tvc_jet};
 
     #[test]

@@ -11,7 +11,7 @@
 //! use icd::SimTime;
 //! use recorder::{Begin, ControlHeader, Encoder, End, LogRate, RunHash};
 //!
-//! let model = configuration::model("tvc_jet.toml", configuration::DEFAULT_MODEL)?;
+//! let model = configuration::model("tvc_jet.toml", aircraft::DEFAULT_MODEL)?;
 //! let Parameters { gains, limits, navigation, .. } = model.defaults;
 //! let settings = Settings {
 //!     model: model.aircraft,

@@ -407,10 +407,11 @@ pub fn recorded_row(row: &mut Row, place: Place, part: u16, parts: u16, piece: &
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aircraft::DEFAULT_MODEL;
     use flight_control::isolation::evidence::Behaviour;
     use flight_control::isolation::{IsolationLog, Verdict};
     use flight_control::{AltitudeLimit, Demand, FlightControl, Gains, NavigationState};
-    use flight_management::configuration::{self, DEFAULT_MODEL};
+    use flight_management::configuration;
     use icd::fault::{FaultKind, FaultState, Onset, Repeat, Timing};
     use icd::tvc_jet;
     use icd::{ControlPeriod, Effector};

@@ -564,7 +564,7 @@ mod tests {
 
     #[test]
     fn a_finished_log_keeps_its_lock_until_the_process_has_ended() {
-        let model = configuration::model("tvc_jet.toml", configuration::DEFAULT_MODEL).unwrap();
+        let model = configuration::model("tvc_jet.toml", aircraft::DEFAULT_MODEL).unwrap();
         let Parameters { gains, limits, navigation, .. } = model.defaults;
         let begin = |session: &str| {
             let settings = Settings {

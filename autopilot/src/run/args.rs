@@ -15,10 +15,11 @@ use icd::EffectorList;
 use serde::Deserialize;
 use tracing::warn;
 
-use crate::config::{self, MODELS, Model};
+use crate::config::{self, Model};
 use crate::io::gcs_link::Links;
 use crate::io::store::{KeptKey, KeptParameters, KeptPlan, PathOption};
 use ::recorder::LogRate;
+use aircraft::MODELS;
 use flight_management::autopilot::Settings;
 use flight_management::own_law::OwnLaw;
 use flight_management::parameters::{self, Parameters};
@@ -31,13 +32,6 @@ const SIGNING_KEY: &str = "signing.key";
 const LOG_FOLDER: &str = "logs";
 /// Largest size of all flight logs, MB.
 const LOG_LIMIT_MAX_MB: u64 = 1_000_000;
-/// The scenarios that both programs know by name. Only the autopilot's part is read here.
-const SCENARIOS: [(&str, &str); 3] = [
-    ("nominal", include_str!("../../../plant-sim/scenarios/nominal.toml")),
-    ("case1", include_str!("../../../plant-sim/scenarios/case1.toml")),
-    ("case2", include_str!("../../../plant-sim/scenarios/case2.toml")),
-];
-
 /// Whether the compensator acts: parameter `FTC_MODE` by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Ftc {
@@ -304,7 +298,7 @@ impl AutopilotArgs {
         }
         parameters.check_law().at("--param")?;
         let model = *model;
-        let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
+        let known = scenarios::SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
             Some((name, text)) => (*name, Cow::Borrowed(*text)),
             None => (self.scenario.as_str(), Cow::Owned(read_scenario(&self.scenario)?)),
@@ -330,7 +324,7 @@ impl AutopilotArgs {
 fn read_scenario(name: &str) -> Result<String, Problem> {
     match file::read_text(Path::new(name), file::TEXT_MAX) {
         Err(problem) if problem.is_not_found() => {
-            let known = SCENARIOS.map(|(name, _)| name).join(", ");
+            let known = scenarios::SCENARIOS.map(|(name, _)| name).join(", ");
             let why = "there is no such scenario and no such file; the scenarios are";
             Err(problem!("--scenario {name}: {why} {known}"))
         }

@@ -107,3 +107,32 @@ fn another_name_order_kind_or_number_is_another_identity() {
     assert_ne!(of(|all| all[4].kind = EffectorKind::Flap), ours);
     assert_ne!(of(|all| all[4].name = Name::from("fin").unwrap()), ours);
 }
+
+#[test]
+fn an_effector_is_found_by_its_role_where_it_is_the_only_one_of_it() {
+    let mut entries = entries();
+    for (entry, name) in entries.iter_mut().zip(["port flaperon", "starboard flaperon"]) {
+        entry.name = Name::from(name).unwrap();
+    }
+    let (port, starboard) = (entries[0].name, entries[1].name);
+    (entries[0].partner, entries[1].partner) = (Some(starboard), Some(port));
+    entries[4].name = Name::from("fin flap").unwrap();
+    let list = EffectorList::new(entries.clone()).unwrap();
+    for (key, effector) in [
+        ("left_aileron", Some(tvc_jet::LEFT_AILERON)),
+        ("right aileron", Some(tvc_jet::RIGHT_AILERON)),
+        ("starboard_flaperon", Some(tvc_jet::RIGHT_AILERON)),
+        ("rudder", Some(tvc_jet::RUDDER)),
+        ("nozzle yaw", Some(tvc_jet::NOZZLE_YAW)),
+        ("aileron", None),
+        ("left_rudder", None),
+        ("leftaileron", None),
+    ] {
+        assert_eq!(list.by_key(key), effector, "{key}");
+    }
+    // Two of a role: which one is not said.
+    entries[0].partner = None;
+    (entries[1].partner, entries[1].side) = (None, LateralSide::Left);
+    let list = EffectorList::new(entries).unwrap();
+    assert_eq!(list.by_key("left_aileron"), None);
+}

@@ -4,15 +4,18 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use autopilot::config::{self, MODELS, Model};
+use aircraft::MODELS;
+use aircraft::{AIRFRAMES, DEFAULT_NAME};
+use autopilot::config::{self, Model};
 use autopilot::parameters::Parameters;
 use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use host_io::file::{self, TEXT_MAX};
 use icd::EffectorList;
-use plant_sim::airframe::{self, AIRFRAMES, DEFAULT_NAME};
-use plant_sim::scenario::{self, SCENARIOS};
+use plant_sim::airframe;
+use plant_sim::scenario;
 use plant_sim::{Airframe, PlantPart, Scenario};
+use scenarios::SCENARIOS;
 use toml::Table;
 
 use crate::problem::{At as _, Problem, problem};

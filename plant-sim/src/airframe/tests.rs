@@ -2,14 +2,14 @@ use super::*;
 use icd::tvc_jet;
 
 fn refusal(from: &str, to: &str) -> String {
-    assert!(DEFAULT_AIRFRAME.contains(from), "the file has no {from}");
-    let text = DEFAULT_AIRFRAME.replacen(from, to, 1);
+    assert!(aircraft::DEFAULT_AIRFRAME.contains(from), "the file has no {from}");
+    let text = aircraft::DEFAULT_AIRFRAME.replacen(from, to, 1);
     Airframe::from_toml("jet.toml", &text).unwrap_err().to_string()
 }
 
 #[test]
 fn the_airframe_file_of_the_crate_is_good() {
-    let airframe = Airframe::from_toml("tvc_jet.toml", DEFAULT_AIRFRAME).unwrap();
+    let airframe = Airframe::from_toml("tvc_jet.toml", aircraft::DEFAULT_AIRFRAME).unwrap();
     assert_eq!(airframe.mass.mass_kg, 9_295.0);
     assert_eq!(airframe.inertia()[(0, 2)], -1_331.0);
     assert_eq!(airframe.servos[tvc_jet::ENGINE].max, 60_000.0);
@@ -93,7 +93,7 @@ fn a_key_of_an_actuator_that_has_no_meaning_is_refused() {
         "jet.toml: effector.5.natural_frequency_m: the unit m does not fit, expected one of \
          natural_frequency_deg_s, natural_frequency_rad_s, natural_frequency_hz"
     );
-    let without = DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "", 1);
+    let without = aircraft::DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "", 1);
     assert_eq!(
         Airframe::from_toml("jet.toml", &without).unwrap_err().to_string(),
         "jet.toml: effector `left aileron`: lag_s or natural_frequency_rad_s is missing"
@@ -102,7 +102,7 @@ fn a_key_of_an_actuator_that_has_no_meaning_is_refused() {
 
 #[test]
 fn a_second_order_takes_the_place_of_the_lag_with_the_same_delay_of_slow_commands() {
-    let text = DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "natural_frequency_hz = 5", 1);
+    let text = aircraft::DEFAULT_AIRFRAME.replacen("lag_s = 0.05", "natural_frequency_hz = 5", 1);
     let servo = Airframe::from_toml("jet.toml", &text).unwrap().servos[tvc_jet::LEFT_AILERON];
     let order = servo.second_order.unwrap();
     assert!((order.natural_frequency_rad_s - 31.415_926_535_9).abs() < 1.0e-9);
@@ -147,7 +147,7 @@ fn a_list_that_cannot_be_is_refused_with_the_effector() {
         refusal("partner = \"left aileron\"", "partner = \"left wing\""),
         "jet.toml: effector `left aileron`: partner = `right aileron` does not name this one as its partner"
     );
-    let (name, _) = DEFAULT_AIRFRAME.split_once("[[effector]]").unwrap();
+    let (name, _) = aircraft::DEFAULT_AIRFRAME.split_once("[[effector]]").unwrap();
     let sixteen_and_one: String = (1..=17)
         .map(|n| {
             format!(
@@ -156,7 +156,7 @@ fn a_list_that_cannot_be_is_refused_with_the_effector() {
             )
         })
         .collect();
-    let (_, behind) = DEFAULT_AIRFRAME.split_once("[air_data]").unwrap();
+    let (_, behind) = aircraft::DEFAULT_AIRFRAME.split_once("[air_data]").unwrap();
     let text = format!("{name}{sixteen_and_one}[air_data]{behind}");
     assert_eq!(
         Airframe::from_toml("jet.toml", &text).unwrap_err().to_string(),
@@ -177,13 +177,15 @@ fn a_key_that_the_kind_lacks_or_does_not_have_is_named() {
 }
 
 fn f16_refusal(from: &str, to: &str) -> String {
-    assert!(F16_AIRFRAME.contains(from), "the file has no {from}");
-    Airframe::from_toml("f16.toml", &F16_AIRFRAME.replacen(from, to, 1)).unwrap_err().to_string()
+    assert!(aircraft::F16_AIRFRAME.contains(from), "the file has no {from}");
+    Airframe::from_toml("f16.toml", &aircraft::F16_AIRFRAME.replacen(from, to, 1))
+        .unwrap_err()
+        .to_string()
 }
 
 #[test]
 fn an_airframe_with_tables_comes_through_json_and_binary_files_to_the_bit() {
-    for text in [DEFAULT_AIRFRAME, F16_AIRFRAME] {
+    for text in [aircraft::DEFAULT_AIRFRAME, aircraft::F16_AIRFRAME] {
         let airframe = Airframe::from_toml("airframe.toml", text).unwrap();
         let binary = postcard::to_stdvec(&airframe).unwrap();
         assert_eq!(postcard::from_bytes::<Airframe>(&binary).unwrap(), airframe);

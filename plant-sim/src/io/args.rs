@@ -12,11 +12,13 @@ use host_io::{Instance, Wait};
 use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
-use crate::airframe::{AIRFRAMES, Airframe, DEFAULT_NAME};
+use crate::airframe::Airframe;
 use crate::earth::EarthModel;
 use crate::plant::Plant;
-use crate::scenario::{PlantPart, SCENARIOS, Scenario};
+use crate::scenario::{PlantPart, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
+use aircraft::{AIRFRAMES, DEFAULT_NAME};
+use scenarios::SCENARIOS;
 
 /// Run number of a live flight; campaigns count from 0.
 const RUN: u64 = 0;
@@ -225,9 +227,9 @@ impl Display for Speed {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::airframe::DEFAULT_AIRFRAME;
-    use crate::scenario::NOMINAL;
+    use aircraft::DEFAULT_AIRFRAME;
     use clap::{Args, Command, FromArgMatches};
+    use scenarios::NOMINAL;
     use std::fs;
 
     fn parse(options: &[&str]) -> Result<PlantArgs, clap::Error> {

@@ -112,8 +112,9 @@ impl Envelopes {
 mod tests {
     use super::*;
     use crate::Airframe;
-    use crate::scenario::{CASE1, Scenario};
+    use crate::scenario::Scenario;
     use icd::{ControlPeriod, Sensors};
+    use scenarios::CASE1;
 
     fn setup() -> PlantSetup {
         let plant =

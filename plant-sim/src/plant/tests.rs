@@ -1,5 +1,5 @@
 use super::*;
-use crate::{Airframe, EarthModel, Scenario, ScheduledFault, scenario};
+use crate::{Airframe, EarthModel, Scenario, ScheduledFault};
 use icd::fault::{FaultKind, FaultState, Timing, Travel};
 use icd::tvc_jet;
 use icd::{Body, ControlPeriod, Effector, FlowAngles, PerEffector, Sample, Stamp};
@@ -15,7 +15,7 @@ mod sensor_faults;
 
 fn setup(earth: EarthModel) -> PlantSetup {
     let nominal =
-        Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors()).unwrap();
+        Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors()).unwrap();
     PlantSetup { earth, ..nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000) }
 }
 

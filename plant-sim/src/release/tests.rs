@@ -202,7 +202,7 @@ fn shear_carries_a_sphere_with_the_wind_of_its_altitude_and_the_step_does_not_ma
 #[test]
 fn val_trim_of_the_f16_is_that_of_the_nesc_check_cases() {
     // NASA/TM-2015-218675, case 11: 10 013 ft, 400 ft/s north and east; pitch 2.63894 deg, elevator -3.23276 deg, lever 13.87 %.
-    let f16 = crate::airframe::F16_AIRFRAME;
+    let f16 = aircraft::F16_AIRFRAME;
     let speed = 400.0 * 0.304_8;
     let state = InitialState {
         velocity: InitialVelocity::Ned(Ned::new(speed, speed, 0.0)),
@@ -238,7 +238,7 @@ fn val_trim_of_the_f16_is_that_of_the_nesc_check_cases() {
 
 #[test]
 fn controls_move_at_once_and_stay() {
-    let f16 = crate::airframe::F16_AIRFRAME;
+    let f16 = aircraft::F16_AIRFRAME;
     let state = InitialState {
         velocity: InitialVelocity::Ned(Ned::new(180.0, 0.0, 0.0)),
         rates: InitialRates::Ned(Body::zero()),
@@ -288,7 +288,7 @@ fn a_state_that_cannot_be_is_refused_with_key_value_and_range() {
 fn a_body_without_effectors_is_refused_where_a_controller_would_fly_it() {
     let nominal = crate::Scenario::from_toml(
         "nominal.toml",
-        crate::scenario::NOMINAL,
+        scenarios::NOMINAL,
         &icd::EffectorList::default(),
     );
     let setup =

@@ -4,6 +4,7 @@ use super::*;
 use crate::wind::TurbulenceLevel;
 use icd::fault::{FaultKind, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;
+use scenarios::{CASE1, CASE2, NOMINAL};
 
 fn refusal(scenario: &str, from: &str, to: &str) -> String {
     assert!(scenario.contains(from), "the file has no {from}");

@@ -92,7 +92,7 @@ fn a_flight_that_is_too_slow_is_refused_with_the_reason() {
 
 /// The F-16 over the flat Earth at this altitude and airspeed.
 fn f16(altitude_m: f64, airspeed_m_s: f64) -> Result<Trim, Problem> {
-    let airframe = Airframe::from_toml("f16.toml", crate::airframe::F16_AIRFRAME).unwrap();
+    let airframe = Airframe::from_toml("f16.toml", aircraft::F16_AIRFRAME).unwrap();
     let start = Start { altitude_m, airspeed_m_s, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
     solve(&Dynamics::new(airframe, earth).unwrap(), &start, &Ned::zero())
@@ -132,7 +132,7 @@ fn a_flight_that_is_not_possible_is_refused_with_the_quantity_that_is_at_its_lim
 
 #[test]
 fn the_nearest_flight_names_the_limits_and_the_residual() {
-    let airframe = Airframe::from_toml("f16.toml", crate::airframe::F16_AIRFRAME).unwrap();
+    let airframe = Airframe::from_toml("f16.toml", aircraft::F16_AIRFRAME).unwrap();
     let start = Start { altitude_m: 1_500.0, airspeed_m_s: 60.0, ..START };
     let earth = Earth::new(EarthModel::Flat, start.geodetic());
     let dynamics = Dynamics::new(airframe, earth).unwrap().with_any_thrust();

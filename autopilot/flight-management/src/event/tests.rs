@@ -5,7 +5,8 @@ use flight_control::{
 };
 
 use super::*;
-use crate::configuration::{self, DEFAULT_MODEL};
+use crate::configuration;
+use aircraft::DEFAULT_MODEL;
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
 const FULL: Authority = Authority {

@@ -1,6 +1,7 @@
 use super::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::configuration::{self, DEFAULT_MODEL};
+use aircraft::DEFAULT_MODEL;
+use flight_management::configuration;
 use flight_management::parameters::Parameters;
 use icd::fault::{FaultKind, Side, Timing, Travel};
 use icd::tvc_jet;

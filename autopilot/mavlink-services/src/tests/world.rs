@@ -16,9 +16,10 @@ use crate::Ground;
 use crate::codec::{self, Identity, Skipped};
 use crate::peers::Address;
 use crate::wall_time::WallTime;
+use aircraft::DEFAULT_MODEL;
 use flight_management::autopilot::{Autopilot, Settings};
 use flight_management::command::{Command, Intent};
-use flight_management::configuration::{self, DEFAULT_MODEL};
+use flight_management::configuration;
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::schedule::ReferenceSchedule;
 

@@ -1,9 +1,10 @@
 use super::*;
 use crate::ControlHeader;
+use aircraft::DEFAULT_MODEL;
 use flight_management::autopilot::Settings;
 use flight_management::command::Intent;
 use flight_management::command::VehicleCommand;
-use flight_management::configuration::{self, DEFAULT_MODEL};
+use flight_management::configuration;
 use flight_management::vehicle::{Reference, VehicleRefusal};
 use flight_management::vehicle::{VehicleEvent, schedule::ReferenceSchedule};
 use icd::fault::PlantAction;

@@ -7,8 +7,9 @@ use std::thread::{self, JoinHandle};
 
 use super::sockets::TcpServer;
 use super::*;
-use crate::config::{self, DEFAULT_MODEL};
+use crate::config;
 use crate::io::plant_link::{ControlChannels, channels};
+use aircraft::DEFAULT_MODEL;
 use mavlink_services::peers::CONNECTIONS_MAX;
 use tokio::runtime::{Builder, Runtime};
 

@@ -25,13 +25,12 @@ fn every_key_of_the_shipped_files_is_known() {
         }
     }
     let mut found = Vec::new();
-    for (root, text) in [
-        ("airframe", plant_sim::airframe::DEFAULT_AIRFRAME),
-        ("model", autopilot::config::DEFAULT_MODEL),
-    ] {
+    for (root, text) in
+        [("airframe", aircraft::DEFAULT_AIRFRAME), ("model", aircraft::DEFAULT_MODEL)]
+    {
         leaves(root, &Value::Table(toml::from_str(text).unwrap()), &mut found);
     }
-    for (_, text) in plant_sim::scenario::SCENARIOS {
+    for (_, text) in scenarios::SCENARIOS {
         let table: Table = toml::from_str(text).unwrap();
         table.iter().for_each(|(key, value)| leaves(key, value, &mut found));
     }

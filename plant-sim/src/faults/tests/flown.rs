@@ -1,7 +1,7 @@
 //! Effects of the kinds of fault on moving effectors: flights over the flat Earth.
 
 use super::*;
-use crate::{EarthModel, Plant, PlantSetup, Scenario, Truth, scenario};
+use crate::{EarthModel, Plant, PlantSetup, Scenario, Truth};
 use icd::tvc_jet;
 use icd::{Actuators, ControlPeriod};
 use proptest::prelude::*;
@@ -20,9 +20,10 @@ impl Flight {
     }
 
     fn with(faults: Vec<ScheduledFault>) -> Self {
-        let nominal = Scenario::from_toml("nominal.toml", scenario::NOMINAL, &tvc_jet::effectors())
-            .unwrap()
-            .plant;
+        let nominal =
+            Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors())
+                .unwrap()
+                .plant;
         let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
         let plant = Plant::new(&PlantSetup { earth: EarthModel::Flat, faults, ..setup }).unwrap();
         let commands = plant.trim().positions();

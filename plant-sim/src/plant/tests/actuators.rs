@@ -1,5 +1,5 @@
 use super::*;
-use crate::airframe::DEFAULT_AIRFRAME;
+use aircraft::DEFAULT_AIRFRAME;
 use icd::fault::Side;
 
 const PERIOD_S: f64 = 0.002;

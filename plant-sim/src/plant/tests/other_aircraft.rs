@@ -4,9 +4,10 @@
 use icd::fault::{FaultKind, FaultReply, FaultRequest, Refusal, Timing};
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind, LateralSide, PerEffector};
 
-use crate::airframe::DEFAULT_AIRFRAME;
-use crate::scenario::{NOMINAL, Scenario};
+use crate::scenario::Scenario;
 use crate::{Airframe, EarthModel, Plant, PlantSetup};
+use aircraft::DEFAULT_AIRFRAME;
+use scenarios::NOMINAL;
 
 /// The text before the first effector, that of each effector, and that after the last one.
 fn parts() -> (String, Vec<String>, String) {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::Scenario;
-use crate::airframe::F16_AIRFRAME;
+use aircraft::F16_AIRFRAME;
 use proptest::prelude::*;
 
 const SPHERE_CASE: &str = include_str!("../../../checkcases/07_sphere_in_wind.toml");
@@ -263,7 +263,7 @@ fn a_flight_with_a_controller_refuses_what_only_a_case_has() {
         refused(SPHERE_CASE),
         "my.toml: [checkcase] has no meaning beside an autopilot: `sitl study checkcase` flies it"
     );
-    let nominal = crate::scenario::NOMINAL;
+    let nominal = scenarios::NOMINAL;
     assert!(refused(&nominal.replace("seed = 1", "")).contains("missing field `seed`"));
 }
 

@@ -508,7 +508,7 @@ mod text_tests {
     #[test]
     fn what_is_advised_can_be_broken_on_every_aircraft() {
         let of = |name: &str| {
-            let shipped = plant_sim::airframe::AIRFRAMES;
+            let shipped = aircraft::AIRFRAMES;
             let (_, text) = shipped.iter().find(|(known, _)| *known == name).unwrap();
             Advice::of(&Airframe::from_toml(name, text).unwrap()).unwrap().part("")
         };
@@ -523,7 +523,7 @@ mod text_tests {
         assert_eq!(lines("f16")[0], "python3 gcs-scripts/break_elevator.py --angle 25");
         assert!(of("aerosonde").heading.contains("elevator"));
         // A flying wing has no elevator.
-        let text = include_str!("../../../../plant-sim/airframes/aerosonde.toml");
+        let text = aircraft::AEROSONDE_AIRFRAME;
         let text = text.replace("kind = \"elevator\"", "kind = \"rudder\"");
         let wing = Advice::of(&Airframe::from_toml("wing.toml", &text).unwrap()).unwrap().part("");
         assert!(wing.heading.starts_with("Break the left aileron"), "{}", wing.heading);

@@ -1,6 +1,7 @@
 use super::super::*;
 use ::mavlink::dialects::common::MavResult;
-use flight_management::configuration::{self, DEFAULT_MODEL};
+use aircraft::DEFAULT_MODEL;
+use flight_management::configuration;
 use icd::SimTime;
 use icd::fault::{CATALOGUE, Onset, Repeat, Side, Travel};
 use icd::tvc_jet;

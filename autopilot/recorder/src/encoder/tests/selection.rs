@@ -1,9 +1,10 @@
 use crate::Moment;
 use crate::encoder::*;
+use aircraft::DEFAULT_MODEL;
 use flight_control::{Demand, FlightControl, Gains, NavigationState};
 use flight_management::command::Intent;
 use flight_management::command::VehicleCommand;
-use flight_management::configuration::{self, DEFAULT_MODEL};
+use flight_management::configuration;
 use flight_management::event::{Axis, Event};
 use flight_management::vehicle::Reference;
 use icd::fault::PlantAction;

@@ -1,0 +1,315 @@
+//! An aircraft of a campaign: its files, and what the values of the variables are for it.
+
+use std::path::{Path, PathBuf};
+
+use autopilot::config::Model;
+use icd::{Effector, EffectorKind};
+use lab_studies::configuration::{AircraftArgs, Named};
+use lab_studies::fly::measures::Measures;
+use lab_studies::problem::{Problem, problem};
+use lab_studies::settings::{Setting, number};
+use plant_sim::{Airframe, airframe};
+
+use super::{Plan, Value};
+use crate::spec::{
+    AirframeSpec, Case, Each, JointMeaning, Meaning, RUNS_MAX, SpecFile, Variable, settings_of,
+    text_of,
+};
+
+/// Keys of a fault whose numbers can be parts of a travel.
+const TRAVELS: [&str; 3] = [".angle_deg", ".bias_deg", ".amplitude_deg"];
+
+/// An aircraft of the campaign, read and checked.
+#[derive(Debug)]
+pub struct Aircraft {
+    pub name: String,
+    /// Its files, and what every flight of it has.
+    pub args: AircraftArgs,
+    /// The aircraft, without what is varied.
+    pub airframe: Airframe,
+    /// Names and units of the measures of its flights.
+    pub measures: Vec<(String, &'static str)>,
+    pub(super) model: Model,
+    pub(super) airframe_file: toml::Table,
+    pub(super) model_file: toml::Table,
+    /// The values of every listed variable, `None` of a drawn one.
+    pub(super) lists: Vec<Option<Vec<Value>>>,
+    /// For every variable its cases by name, as settings of this aircraft.
+    pub(super) cases: Vec<Vec<(String, Vec<Setting>)>>,
+    /// Combinations of the listed values.
+    pub(super) combinations: u64,
+    /// Number of its first flight.
+    pub(crate) first: u64,
+}
+
+impl Aircraft {
+    /// Reads its files and lists the values of the listed variables.
+    pub(super) fn read(
+        spec: &AirframeSpec,
+        file: &SpecFile,
+        scenario: &Named,
+        first: u64,
+    ) -> Result<Self, Problem> {
+        // The name of an aircraft that comes with the program, or a file beside the specification.
+        let named = |name: &Option<PathBuf>| {
+            name.as_deref().map(|name: &Path| match airframe::is_shipped(name) {
+                true => name.to_path_buf(),
+                false => file.beside(name),
+            })
+        };
+        let mut settings = settings_of(&file.spec.set, &file.name)?;
+        settings.extend(settings_of(&spec.set, &file.name)?);
+        let args =
+            AircraftArgs { airframe: named(&spec.file), model: named(&spec.model), settings };
+        let (airframe, model) = (args.airframe()?, args.model()?);
+        let lists: Vec<_> =
+            file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
+        let mut combinations = 1_u64;
+        for (list, variable) in lists.iter().zip(&file.spec.vary) {
+            let Some(list) = list else { continue };
+            if list.is_empty() {
+                let (file, key, airframe) = (&file.name, &variable.key, &airframe.name);
+                return Err(problem!("{file}: {key}: {airframe} has no such effector"));
+            }
+            combinations = combinations
+                .checked_mul(list.len() as u64)
+                .ok_or_else(|| problem!("{}: more than {RUNS_MAX} runs", file.name))?;
+        }
+        let period_s = file.spec.period().unwrap_or_default().as_seconds();
+        let observer = model.defaults.gains.selection.observer;
+        let measures = Measures::new(&airframe, &model.aircraft, observer, period_s).metrics(None);
+        let measures = measures.into_iter().map(|metric| (metric.name, metric.unit));
+        let judged = file.spec.judges.iter().flat_map(|kind| kind.columns);
+        let judged = judged.map(|(name, unit)| ((*name).to_owned(), *unit));
+        let measures = measures.chain(judged).collect();
+        let name = if spec.name.is_empty() { airframe.name.to_string() } else { spec.name.clone() };
+        let (airframe_file, model_file) = (args.airframe_table()?, args.model_table()?);
+        let mut aircraft = Self {
+            name,
+            args,
+            airframe,
+            measures,
+            model,
+            airframe_file,
+            model_file,
+            lists,
+            cases: Vec::new(),
+            combinations,
+            first,
+        };
+        let case = |variable: &Variable, case: &Case| -> Result<_, Problem> {
+            let mut set = settings_of(&case.set, &file.name)?;
+            let is_factor = variable.case_meaning == JointMeaning::Factor;
+            for setting in set.iter_mut().filter(|_| is_factor) {
+                let Some(factor) = number(&setting.value) else { continue };
+                setting.value = (factor * aircraft.base(file, scenario, &setting.key)?).into();
+            }
+            Ok((case.name.clone(), set))
+        };
+        let of = |variable: &Variable| match variable.is_two {
+            true => Ok(two_angles(&aircraft.airframe)),
+            false => variable.cases.iter().map(|one| case(variable, one)).collect(),
+        };
+        aircraft.cases = file.spec.vary.iter().map(of).collect::<Result<_, Problem>>()?;
+        Ok(aircraft)
+    }
+
+    /// What a value of a variable sets besides its key, where it is the name of a case.
+    fn case(&self, place: usize, value: &Value) -> &[Setting] {
+        let Value::Text(name) = value else { return &[] };
+        let found = self.cases[place].iter().find(|(known, _)| known == name);
+        found.map_or(&[], |(_, set)| set)
+    }
+
+    /// The same with angles for parts of a travel.
+    pub(super) fn settings_of_case(
+        &self,
+        plan: &Plan,
+        place: usize,
+        values: &[Value],
+    ) -> Result<Vec<Setting>, Problem> {
+        let mut set = self.case(place, &values[place]).to_vec();
+        let is_travel = plan.variables()[place].case_meaning == JointMeaning::Travel;
+        for setting in set.iter_mut().filter(|_| is_travel) {
+            if let Some(part) = number(&setting.value)
+                && TRAVELS.iter().any(|key| setting.key.ends_with(key))
+            {
+                setting.value = self.travel_deg(plan, &setting.key, values, part)?.into();
+            }
+        }
+        Ok(set)
+    }
+
+    /// Turns factors and parts of a travel into values of their keys.
+    pub(super) fn translate(&self, plan: &Plan, values: &[Value]) -> Result<Vec<Value>, Problem> {
+        let of = |(variable, value): (&Variable, &Value)| {
+            let Value::Number(number) = value else { return Ok(value.clone()) };
+            match variable.meaning {
+                Meaning::Value | Meaning::Level => Ok(value.clone()),
+                Meaning::Factor => {
+                    let factor = match &variable.level {
+                        None => *number,
+                        Some(level) => 1.0 + number * level_of(plan, level, values),
+                    };
+                    let base = self.base(&plan.file, &plan.scenario, &variable.key)?;
+                    Ok(Value::Number(factor * base))
+                }
+                Meaning::Travel => {
+                    let deg = self.travel_deg(plan, &variable.key, values, *number)?;
+                    Ok(Value::Number(deg))
+                }
+            }
+        };
+        plan.variables().iter().zip(values).map(of).collect()
+    }
+
+    /// The number that the file of a key has; of altitudes and airspeeds that the scenario leaves open, that of the design point.
+    fn base(&self, file: &SpecFile, scenario: &Named, key: &str) -> Result<f64, Problem> {
+        let design = &self.airframe.design_point;
+        let of_design = || match key.rsplit('.').next() {
+            Some("altitude_m") => Some(design.altitude_m),
+            Some("airspeed_m_s") => Some(design.airspeed_m_s),
+            _ => None,
+        };
+        let of = |table: &toml::Table, path: &str| number_at(table, path);
+        let found = match key.split_once('.') {
+            Some(("airframe", path)) => of(&self.airframe_file, path),
+            Some(("model", path)) => of(&self.model_file, path),
+            Some(_) => {
+                let table: Option<toml::Table> = toml::from_str(&scenario.text).ok();
+                table.and_then(|table| of(&table, key)).or_else(of_design)
+            }
+            None => autopilot::parameters::table()
+                .iter()
+                .find(|row| row.name == key)
+                .map(|row| row.value(&self.model.defaults)),
+        };
+        found.ok_or_else(|| {
+            let file = &file.name;
+            problem!("{file}: {key}: as = \"factor\" needs a number in the file, and there is none")
+        })
+    }
+
+    /// Angle at a part of the travel of the effector of the same fault, deg.
+    fn travel_deg(
+        &self,
+        plan: &Plan,
+        key: &str,
+        values: &[Value],
+        part: f64,
+    ) -> Result<f64, Problem> {
+        let fail = |why: String| Err(problem!("{}: {key}: {why}", plan.file.name));
+        if !(-1.0..=1.0).contains(&part) {
+            return fail(format!("{part} of the travel: expected -1 to 1"));
+        }
+        let Some(fault) = TRAVELS.iter().find_map(|travel| key.strip_suffix(travel)) else {
+            let known = TRAVELS.map(|travel| &travel[1..]).join(", ");
+            return fail(format!("as = \"travel\" is for these keys of a fault: {known}"));
+        };
+        let wanted = format!("{fault}.effector");
+        let mut varied = plan.variables().iter().zip(values);
+        let varied =
+            varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
+        let of_cases = values.iter().enumerate().flat_map(|(at, value)| self.case(at, value));
+        let mut set = self.args.settings.iter().rev().chain(of_cases);
+        let set = set.find(|setting| setting.key == wanted);
+        let set = set.and_then(|setting| setting.value.as_str()).map(str::to_owned);
+        let Some(name) = varied.or(set) else {
+            return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
+        };
+        let list = &self.airframe.effectors;
+        let Some(effector) = list.all().find(|effector| list.key(*effector) == name) else {
+            return fail(format!("{} has no effector {name}", self.airframe.name));
+        };
+        if !list.is_angle(effector) {
+            return fail(format!("{name} has no angle"));
+        }
+        let servo = &self.airframe.servos[effector];
+        let middle = 0.0_f64.clamp(servo.min, servo.max);
+        let end = if part < 0.0 { servo.min } else { servo.max };
+        let angle_deg = (middle + part.abs() * (end - middle)).to_degrees();
+        // Degrees of a file stand there as people write them: without the noise of two conversions.
+        Ok((angle_deg * 1.0e9).round() / 1.0e9)
+    }
+}
+
+/// Every two effectors with an angle, by name, as those of two faults.
+fn two_angles(airframe: &Airframe) -> Vec<(String, Vec<Setting>)> {
+    let list = &airframe.effectors;
+    let angles: Vec<&str> = list.all().filter(|e| list.is_angle(*e)).map(|e| list.key(e)).collect();
+    let pairs = angles.iter().enumerate().flat_map(|(place, one)| {
+        angles[place + 1..].iter().map(move |other| {
+            let faults = [("plant.fault.1.effector", *one), ("plant.fault.2.effector", *other)];
+            let set = faults.map(|(key, effector)| Setting::new(key, effector));
+            (format!("{one} and {other}"), set.into())
+        })
+    });
+    pairs.collect()
+}
+
+/// The value of a joint level.
+fn level_of(plan: &Plan, name: &str, values: &[Value]) -> f64 {
+    let mut varied = plan.variables().iter().zip(values);
+    let found = varied.find(|(variable, _)| variable.key == name);
+    found.and_then(|(_, value)| value.number()).unwrap_or(f64::NAN)
+}
+
+/// The number at a path of a file; entries of lists are counted from 1.
+fn number_at(table: &toml::Table, path: &str) -> Option<f64> {
+    let mut words = path.split('.');
+    let mut value = table.get(words.next()?)?;
+    for word in words {
+        value = match value {
+            toml::Value::Array(list) => list.get(word.parse::<usize>().ok()?.checked_sub(1)?)?,
+            other => other.get(word)?,
+        };
+    }
+    // Numbers of settings are floats.
+    value.as_float().or_else(|| value.as_integer().map(|number| number as f64))
+}
+
+impl Variable {
+    /// The value of a drawn variable at a probability.
+    pub(crate) fn quantile(&self, probability: f64) -> f64 {
+        match (self.uniform, &self.normal) {
+            (Some([low, high]), _) => low + probability * (high - low),
+            (None, Some(normal)) => normal.quantile(probability),
+            (None, None) => f64::NAN,
+        }
+    }
+
+    /// The values of a listed variable for an aircraft; `None` of a drawn one.
+    fn list(&self, airframe: &Airframe) -> Option<Vec<Value>> {
+        if self.is_two {
+            let names = two_angles(airframe).into_iter().map(|(name, _)| Value::Text(name));
+            return Some(names.collect());
+        }
+        if let Some(values) = &self.values {
+            let of = |value: &toml::Value| match value {
+                toml::Value::Float(number) => Some(Value::Number(*number)),
+                // Numbers of settings are floats.
+                toml::Value::Integer(number) => Some(Value::Number(*number as f64)),
+                other => text_of(other).map(Value::Text),
+            };
+            return Some(values.iter().filter_map(of).collect());
+        }
+        if let Some(grid) = self.grid {
+            let last = f64::from(grid.count.max(2) - 1);
+            let at = |place: u32| {
+                let part = f64::from(place) / last;
+                // Both ends, and zero in the middle of a grid that is even about it, are exact.
+                Value::Number(grid.from * (1.0 - part) + grid.to * part)
+            };
+            return Some((0..grid.count).map(at).collect());
+        }
+        let each = self.each?;
+        let list = &airframe.effectors;
+        let is_meant = |effector: &Effector| match each {
+            Each::Surface => list.kind(*effector).is_some_and(EffectorKind::is_surface),
+            Each::Angle => list.is_angle(*effector),
+            Each::Effector => true,
+        };
+        let keys = list.all().filter(is_meant).map(|effector| list.key(effector).to_owned());
+        Some(keys.map(Value::Text).collect())
+    }
+}

@@ -1,0 +1,83 @@
+//! `sitl campaign suite`: FTC-1 to FTC-12 with every law, and the table of what each law lost.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::fly;
+use crate::plan::Plan;
+use crate::spec::SpecFile;
+use crate::store::{Store, write_new};
+use crate::summary::Group;
+use autopilot::own_law::OwnLaw;
+use lab_studies::configuration::AircraftArgs;
+use lab_studies::problem::Problem;
+use lab_studies::{print_line, print_text};
+use studies::SUITE;
+
+/// Name of the table.
+const TABLE: &str = "suite.md";
+/// First line of the table.
+const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
+
+/// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
+/// own, and writes the table.
+pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Result<(), Problem> {
+    let mut flown = Vec::new();
+    for (name, _) in SUITE {
+        let plan = Plan::new(SpecFile::read_with(name, own, aircraft)?)?;
+        print_line!("{}", plan.file.spec.name);
+        let store = Store::open(&plan, &folder.join(name))?;
+        let _ = fly::fly(&plan, &store, None)?;
+        let groups = crate::write(&plan, &store)?;
+        flown.push((plan, groups));
+    }
+    let text = table(&flown);
+    write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
+    print_text!("{text}");
+    print_line!("wrote {}", folder.join(TABLE).display());
+    Ok(())
+}
+
+/// Losses of every law in every campaign, and the medians of the first measure of each.
+fn table(flown: &[(Plan, Vec<Group>)]) -> String {
+    let mut text = format!("{MARK}\n\nFlights lost:\n\n");
+    let flights = |_: &Plan, groups: &[Group]| {
+        let flights = groups.first().map_or(0, |group| group.flown + group.failed);
+        format!("of {flights}")
+    };
+    push_table(&mut text, flown, flights, |group| {
+        group.map_or_else(String::new, |group| group.lost.to_string())
+    });
+    text.push_str("\nMedian of the first measure of each, over the flights that were kept:\n\n");
+    let measure = |plan: &Plan, _: &[Group]| {
+        let name = plan.file.spec.measures.first().map_or("", String::as_str);
+        format!("`{name}`, {}", plan.unit_of(name))
+    };
+    push_table(&mut text, flown, measure, |group| {
+        let median = group.and_then(|group| group.medians.first().copied().flatten());
+        median.map_or_else(|| "-".to_owned(), |median| format!("{median:.3}"))
+    });
+    text
+}
+
+/// A table with a column for each campaign and a row for each law.
+fn push_table(
+    text: &mut String,
+    flown: &[(Plan, Vec<Group>)],
+    about: impl Fn(&Plan, &[Group]) -> String,
+    cell: impl Fn(Option<&Group>) -> String,
+) {
+    text.push_str("| law |");
+    for (number, (plan, groups)) in flown.iter().enumerate() {
+        let _ = write!(text, " FTC-{} {} |", number + 1, about(plan, groups));
+    }
+    let _ = write!(text, "\n|---|{}\n", "---|".repeat(flown.len()));
+    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |(plan, _)| plan.laws());
+    for (law, name) in laws.iter().enumerate() {
+        let _ = write!(text, "| {name} |");
+        for (_, groups) in flown {
+            let _ = write!(text, " {} |", cell(groups.get(law)));
+        }
+        text.push('\n');
+    }
+}
