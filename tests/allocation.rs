@@ -1,6 +1,7 @@
 //! A control step allocates nothing.
 #![allow(unsafe_code, reason = "a counting allocator cannot be written without")]
 
+#[path = "system/flights.rs"]
 mod flights;
 
 use autopilot::command::VehicleCommand;

@@ -1,0 +1,4 @@
+//! Flights as values.
+
+mod flight;
+mod unread_verdict;

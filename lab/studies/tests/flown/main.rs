@@ -1,0 +1,10 @@
+//! Laws, allocation, isolation and damage, flown.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "what fails here fails the test")]
+
+mod beyond_the_paper;
+mod damage;
+mod fault_known;
+mod isolation;
+mod laws;
+mod script_flight;
+mod wls;
