@@ -1,6 +1,6 @@
 //! The rules of ARCHITECTURE.md, checked against the manifests and the sources.
 //!
-//! A rule that hurts is changed here and in ARCHITECTURE.md together, with a record in docs/decisions.md.
+//! A rule that hurts is changed here and in ARCHITECTURE.md together, with a record in docs/decisions/.
 
 #[path = "architecture/circles.rs"]
 mod circles;

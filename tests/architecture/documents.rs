@@ -5,16 +5,18 @@ use std::path::{Path, PathBuf};
 
 use crate::sources::{assert_none, contains_word, read, root, shipped};
 
-/// Documents whose paths and names are checked.
-const DOCUMENTS: [&str; 7] = [
+/// Documents whose paths and names are checked, beside the records of [`DECISIONS`].
+const DOCUMENTS: [&str; 6] = [
     "ARCHITECTURE.md",
     "docs/parameter-set.md",
     "docs/sources.md",
     "docs/equations.md",
     "docs/symbols.md",
-    "docs/decisions.md",
     "docs/claims.md",
 ];
+
+/// The folder of the decisions: a file for each, and a page with their table.
+const DECISIONS: &str = "docs/decisions";
 
 #[test]
 fn every_name_in_the_symbol_dictionary_exists_in_the_code() {
@@ -39,7 +41,9 @@ fn every_name_in_the_symbol_dictionary_exists_in_the_code() {
 #[test]
 fn every_file_that_a_document_names_exists() {
     let mut offences = Vec::new();
-    for document in DOCUMENTS {
+    let decisions = pages().into_iter().filter(|page| page.starts_with(DECISIONS));
+    for document in DOCUMENTS.map(PathBuf::from).into_iter().chain(decisions) {
+        let document = document.to_str().expect("names are UTF-8");
         for word in read(document).split('`').skip(1).step_by(2) {
             let path = word.split("::").next().unwrap_or_default();
             let ending = path.rsplit_once('.').map(|(_, ending)| ending);
@@ -66,28 +70,40 @@ fn every_room_of_the_workspace_is_in_the_images() {
 }
 
 #[test]
-fn every_decision_has_the_form_and_its_line_in_the_contents() {
-    const LABELS: [&str; 5] = ["Status", "Context", "Decision", "Consequence", "Rejected"];
-    let page = read("docs/decisions.md");
-    let (head, records) = page.split_once("\n## 1. ").expect("the page has a first record");
-    let mut offences = Vec::new();
-    for (number, record) in (1..).zip(format!("1. {records}").split("\n## ")) {
-        let title = record.lines().next().unwrap_or_default();
-        let labels: Vec<_> =
-            record.split("* **").skip(1).filter_map(|part| part.split_once(":**")).collect();
-        let places: Vec<_> =
-            labels.iter().map(|(label, _)| LABELS.iter().position(|l| l == label)).collect();
-        let in_order = places.iter().all(Option::is_some) && places.is_sorted_by(|a, b| a < b);
-        let whole = [1, 2].iter().all(|needed| places.contains(&Some(*needed)));
-        if !(title.starts_with(&format!("{number}. ")) && in_order && whole) {
-            offences.push(format!("form: {title}"));
+fn every_decision_has_the_form_and_its_row_in_the_table() {
+    const LABELS: [&str; 4] = ["Context", "Decision", "Rejected", "Consequences"];
+    const NEEDED: [&str; 3] = ["Context", "Decision", "Consequences"];
+    let table = read(&format!("{DECISIONS}/README.md"));
+    let (mut records, mut offences) = (0, Vec::new());
+    for page in pages().iter().filter(|page| page.starts_with(DECISIONS)) {
+        let name = page.file_name().and_then(|name| name.to_str()).expect("names are UTF-8");
+        if name == "README.md" {
+            continue;
         }
-        if !head.contains(&format!("* [{title}](#{number}-")) {
-            offences.push(format!("contents: {title}"));
+        records += 1;
+        let record = read(page.to_str().expect("names are UTF-8"));
+        let number: Option<u32> = name.get(..3).and_then(|digits| digits.parse().ok());
+        let title = number.map(|number| format!("# {number}. ")).unwrap_or_default();
+        let labels: Vec<&str> = record
+            .lines()
+            .filter_map(|line| line.strip_prefix("**")?.split_once(".** "))
+            .map(|(label, _)| label)
+            .collect();
+        let places: Vec<_> =
+            labels.iter().map(|label| LABELS.iter().position(|known| known == label)).collect();
+        let in_order = places.iter().all(Option::is_some) && places.is_sorted_by(|a, b| a < b);
+        let whole = NEEDED.iter().all(|needed| labels.contains(needed));
+        if !(number.is_some() && record.starts_with(&title) && in_order && whole) {
+            offences.push(format!("form: {name}"));
+        }
+        let row = format!("\n| [{}]({name}) | ", number.unwrap_or_default());
+        if !table.contains(&row) {
+            offences.push(format!("table: {name}"));
         }
     }
+    assert!(records > 30, "only {records} records found: the folder has another form");
     assert_none(
-        "docs/decisions.md: number, context, decision, consequence, rejected, and a line in the contents",
+        "docs/decisions: number, context, decision, rejected, consequences, and a row in the table",
         &offences,
     );
 }

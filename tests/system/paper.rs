@@ -1,4 +1,4 @@
-//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/decisions.md has their origin.
+//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/claims.md lists them.
 
 use std::path::PathBuf;
 use std::sync::LazyLock;

@@ -398,7 +398,7 @@ fn a_shard_that_does_not_exist_is_refused() {
 }
 
 /// SHA-256 of each scenario of the suite with its laws. They are frozen: results of different versions are compared. A scenario
-/// or law that changes is a new suite, with a record in docs/decisions.md.
+/// or law that changes is a new suite, with a record in docs/decisions/.
 const SUITE_SHA256: [&str; 12] = [
     "9e7ae81d863ae7a72e9211e8a8bb87f6a70ff7d99da7e8f3c0a6c73a5b490432",
     "08cb4d8b655426ac4a9d7730dedd1b6d6396e38196d9040c5a9cd14168f3ad34",
