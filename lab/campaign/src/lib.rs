@@ -5,7 +5,7 @@
 //! ```
 //!
 //! Every run is a function of the specification and its number: seeds and draws come from named streams
-//! ([`draw::stream`]), so a run is the same alone and among a million.
+//! ([`draw::stream`]), so a run is the same alone and among a million; with `design = "latin_hypercube"` among as many samples.
 
 use std::io::Write as _;
 use std::path::PathBuf;

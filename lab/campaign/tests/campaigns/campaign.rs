@@ -299,7 +299,7 @@ fn a_setting_without_an_effect_is_refused() {
         SpecFile::read("smoke").expect("it is shipped").with(&[set]).map(drop)
     };
     for (key, place) in [
-        ("FTC_MODE", "each [[law]]"),
+        ("FTC_MODE", "[[law]]"),
         ("plant.wind.turbulence_m_s", "[[vary]]"),
         ("plant.fault.1.onset_s", "[[vary]]"),
         ("plant.seed", "seed"),
@@ -310,6 +310,11 @@ fn a_setting_without_an_effect_is_refused() {
     for key in ["airframe.mass.mass_kg", "plant.wind.speed_m_s", "CTL_LAW", "plant.duration_s"] {
         assert!(with(key).is_ok(), "{key}");
     }
+    // Some of the aircraft of that campaign set it, and the others would fly alone with the option.
+    let some = Setting::new("plant.start.airspeed_m_s", 100.0);
+    let refused = SpecFile::read("jam-table").expect("it is shipped").with(&[some]);
+    let refused = refused.expect_err("set later").to_string();
+    assert!(refused.contains("[[airframe]] sets this one"), "{refused}");
     let forever = Setting::new("plant.duration_s", 1.0e9);
     let refused = SpecFile::read("smoke").expect("it is shipped").with(&[forever]);
     let refused = refused.expect_err("too long").to_string();
