@@ -61,7 +61,10 @@ fn icd_needs_nothing_but_numbers_and_bytes() {
 
 #[test]
 fn flight_control_needs_nothing_but_icd_and_numbers() {
-    assert_only("two-step-flight-control", &["two-step-icd", "nalgebra", "libm", "serde", "arrayvec"]);
+    assert_only(
+        "two-step-flight-control",
+        &["two-step-icd", "nalgebra", "libm", "serde", "arrayvec"],
+    );
     assert_without("two-step-flight-control", &closure("two-step-flight-control"), &IMPURE);
 }
 
@@ -117,7 +120,8 @@ fn autopilot_does_not_know_the_plant() {
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden = ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
+    let forbidden =
+        ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
 }
 
@@ -127,7 +131,14 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     assert_without("lab-engine", &closure("lab-engine"), &judges);
     assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
     // A tick has the plant and the events of the autopilot.
-    let of_a_tick = ["two-step-icd", "two-step-flight-control", "autopilot", "plant-sim", "lab-engine", "nalgebra"];
+    let of_a_tick = [
+        "two-step-icd",
+        "two-step-flight-control",
+        "autopilot",
+        "plant-sim",
+        "lab-engine",
+        "nalgebra",
+    ];
     assert_only("lab-judges", &of_a_tick);
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
@@ -144,7 +155,14 @@ fn analysis_knows_neither_the_launcher_nor_the_system() {
 #[test]
 fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
     assert!(direct("mavlink-services").contains("mavlink"), "the rule looks for the wrong name");
-    let others = ["two-step-icd", "host-io", "two-step-flight-control", "flight-management", "recorder", "autopilot"];
+    let others = [
+        "two-step-icd",
+        "host-io",
+        "two-step-flight-control",
+        "flight-management",
+        "recorder",
+        "autopilot",
+    ];
     for package in others.into_iter().chain(["plant-sim", "lab-engine", "lab-studies", "sitl"]) {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }

@@ -48,7 +48,7 @@ fn locate(path: &str) -> Option<(String, String)> {
     let package = segments.first()?;
     let folder = match CRATES.iter().find(|(name, _)| name == package) {
         Some((_, folder)) => (*folder).to_owned(),
-        None if *package == "system_tests" => "tests".to_owned(),
+        None if *package == "system_tests" => "tests/system".to_owned(),
         None => return None,
     };
     let is_type = |segment: &&str| segment.starts_with(char::is_uppercase);

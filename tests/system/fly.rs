@@ -179,7 +179,7 @@ fn the_page_of_a_flight_without_compensator_has_its_loss_and_nothing_that_wakes(
         "<th>Compensator</th><td>off (FTC_MODE), neso, allocation paper</td>",
         "a fault is seen, the compensator is off: something acts about the roll axis",
         "fault seen, compensator off",
-        "the aircraft is lost: roll angle 90.",
+        "the aircraft is lost: roll angle 9",
     ] {
         assert!(page.contains(word), "{word}");
     }
