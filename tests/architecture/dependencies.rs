@@ -127,12 +127,20 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     let judges =
         ["flight-analysis", "flight-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
     assert_without("lab-engine", &closure("lab-engine"), &judges);
-    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
+    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges", "lab-report"]);
     // A tick has the plant and the events of the autopilot.
     let of_a_tick = ["icd", "flight-control", "autopilot", "plant-sim", "lab-engine", "nalgebra"];
     assert_only("lab-judges", &of_a_tick);
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
+}
+
+#[test]
+fn the_report_knows_no_aircraft_and_it_alone_knows_parquet() {
+    assert_only("lab-report", &["host-io", "parquet", "toml"]);
+    for package in ["flight-analysis", "flight-campaign", "sitl"] {
+        assert_without(package, &direct(package), &["parquet"]);
+    }
 }
 
 #[test]

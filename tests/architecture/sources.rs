@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 14] = [
+pub const CRATES: [(&str, &str); 15] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -16,6 +16,7 @@ pub const CRATES: [(&str, &str); 14] = [
     ("plant_sim", "plant-sim/src"),
     ("lab_engine", "lab/engine/src"),
     ("lab_judges", "lab/judges/src"),
+    ("lab_report", "lab/report/src"),
     ("flight_analysis", "sitl/analysis/src"),
     ("flight_campaign", "sitl/campaign/src"),
     ("sitl", "sitl/src"),
