@@ -6,17 +6,16 @@ use std::path::Path;
 use crate::fly;
 use crate::plan::Plan;
 use crate::spec::{SUITE, SpecFile};
-use crate::store::{Store, write_new};
+use crate::store::Store;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::problem::Problem;
 use flight_analysis::{print_line, print_text};
+use host_io::folder::OutFolder;
 
 /// Name of the table.
 const TABLE: &str = "suite.md";
-/// First line of the table.
-const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
 /// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
@@ -31,7 +30,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
         flown.push((plan, groups));
     }
     let text = table(&flown);
-    write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
+    OutFolder::create(folder)?.write_markdown(TABLE, &text)?;
     print_text!("{text}");
     print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
@@ -39,7 +38,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
 
 /// Losses of every law in every campaign, and the medians of the first measure of each.
 fn table(flown: &[(Plan, Vec<Group>)]) -> String {
-    let mut text = format!("{MARK}\n\nFlights lost:\n\n");
+    let mut text = "Flights lost:\n\n".to_owned();
     let flights = |_: &Plan, groups: &[Group]| {
         let flights = groups.first().map_or(0, |group| group.flown + group.failed);
         format!("of {flights}")
