@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
-use flight_analysis::chart::{Figure, write_figure};
+use flight_analysis::chart::{Figure, write_figure, write_figure_as};
 use flight_analysis::configuration::AircraftArgs;
 use flight_analysis::fly::OneFlight;
 use flight_analysis::page;
@@ -274,15 +274,13 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         };
         if let Some(jams) = jams {
             let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &scores);
-            for (name, bytes) in figure.files()? {
-                let several = plan.aircraft.len() > 1;
-                // A name such as "f16, 150 m/s" names no folder.
-                let is_plain = |c: char| c.is_alphanumeric() || " _-.,".contains(c);
-                let plain = |c| if is_plain(c) { c } else { '-' };
-                let prefix: String = plan.aircraft[airframe].name.chars().map(plain).collect();
-                let name = if several { format!("{prefix}-{name}") } else { name };
-                folder.write(&name, &bytes)?;
-            }
+            // A name such as "f16, 150 m/s" names no folder.
+            let is_plain = |c: char| c.is_alphanumeric() || " _-.,".contains(c);
+            let plain = |c| if is_plain(c) { c } else { '-' };
+            let prefix: String = plan.aircraft[airframe].name.chars().map(plain).collect();
+            let several = plan.aircraft.len() > 1;
+            let name = if several { format!("{prefix}-map") } else { "map".to_owned() };
+            write_figure_as(&folder, &name, &figure)?;
         }
         studied.push(Studied { limits, scores });
     }

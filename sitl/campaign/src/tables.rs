@@ -11,6 +11,7 @@ use lab_report::{Cell, CellKind, Column, Table};
 use crate::plan::{Plan, Run};
 use crate::results::{Results, median};
 use crate::spec::{Aggregate, ColumnSpec, Fields, TableSpec};
+use crate::table::of_variable;
 
 /// Space left of the fields, for names, and height of a line of them.
 const LEFT: f64 = 190.0;
@@ -119,20 +120,29 @@ impl<'a> Cells<'a> {
                 false => Column::new(name, CellKind::Text),
             }
         };
-        let keys = rows.iter().chain(across).map(|key| Column::new(key, CellKind::Text));
+        let key = |key: &String| {
+            let variable = self.plan.variables().iter().find(|variable| variable.key == *key);
+            variable.map_or(Column::new(key, CellKind::Text), |of| of_variable(self.plan, of))
+        };
+        let keys = rows.iter().chain(across).map(key);
         let flights = Column::new("flights", CellKind::Integer);
         let all = keys.chain([flights]).chain(columns.iter().map(of_spec)).collect();
         let mut table = Table::new(name, all);
         for (names, runs) in self.rows.iter().zip(&self.runs) {
             for (name, runs) in self.across.iter().zip(runs) {
-                let names = names.iter().chain(across.as_ref().map(|_| name)).map(Cell::from);
+                let names = names.iter().chain(across.as_ref().map(|_| name));
+                let keys = names.zip(&table.columns).map(|(name, column)| match column.kind {
+                    CellKind::Number => name.parse::<f64>().ok().into(),
+                    _ => name.into(),
+                });
                 let values = columns.iter().map(|column| {
                     let value = self.value(column, runs, results);
                     let word = column.words.get(value as usize).filter(|_| value.is_finite());
                     if column.words.is_empty() { value.into() } else { word.into() }
                 });
                 let flights = Cell::from(runs.len() as u64);
-                table.rows.push(names.chain([flights]).chain(values).collect());
+                let row = keys.chain([flights]).chain(values).collect();
+                table.rows.push(row);
             }
         }
         table
