@@ -129,7 +129,7 @@ fn plant_does_not_know_the_flight_software() {
 fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     let judges = ["lab-studies", "lab-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
     assert_without("lab-engine", &closure("lab-engine"), &judges);
-    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
+    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges", "lab-report"]);
     // A tick has the plant and the events of the autopilot.
     let of_a_tick = [
         "two-step-icd",
@@ -142,6 +142,14 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     assert_only("lab-judges", &of_a_tick);
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
+}
+
+#[test]
+fn the_report_knows_no_aircraft_and_it_alone_knows_parquet() {
+    assert_only("lab-report", &["host-io", "parquet", "toml"]);
+    for package in ["lab-studies", "lab-campaign", "sitl"] {
+        assert_without(package, &direct(package), &["parquet"]);
+    }
 }
 
 #[test]

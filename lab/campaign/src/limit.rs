@@ -1,27 +1,22 @@
 //! The jams of a campaign against the physical limit: which of them leave a steady flight, and what share of these each law
 //! survives.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
-use host_io::file::{self, TEXT_MAX};
 use lab_studies::metrics::wilson_95;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::trimmable::sets::{self, Set};
 use lab_studies::trimmable::{Study, Sweep};
+use host_io::file::{self, TEXT_MAX};
+use lab_report::{Table, cells, table};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::plan::{Aircraft, Plan, Value};
 use crate::results::Results;
 use crate::store::{PROGRAM, RunEnd, write_new};
-use lab_studies::table::field;
 
-/// Name of the file of scores.
-pub const SCORES: &str = "scores.csv";
-/// How the file begins.
-pub const BEGINNING: &str = "airframe,law,set,margin,trimmable_flights,kept,kept_percent";
 /// Step of the search for the limits, deg.
 const STEP_DEG: f64 = 2.0;
 /// Angles of files are rounded: what is at a limit is within it.
@@ -238,29 +233,23 @@ pub fn scores(
     scores
 }
 
-/// The file of scores.
-pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
-    let mut text = format!("{BEGINNING},kept_percent_low,kept_percent_high\n");
-    for (score, sets) in studied.iter().flat_map(|Studied { limits, scores }| {
+pub fn table(plan: &Plan, studied: &[Studied]) -> Table {
+    let mut table = table!("scores",
+        airframe: Text, law: Text, set: Text, margin: Integer, trimmable_flights: Integer,
+        kept: Integer, kept_percent: Number, kept_low_percent: Number, kept_high_percent: Number);
+    for Studied { limits, scores } in studied {
         let sets = limits.as_ref().map_or(&[][..], |limits| &limits.sets);
-        scores.iter().map(move |score| (score, sets))
-    }) {
-        let Score { airframe, law, set, margin, flights, kept } = score;
-        let _ = write!(
-            text,
-            "{},{},{},{},{flights},{kept}",
-            field(&plan.aircraft[*airframe].name),
-            field(plan.laws()[*law]),
-            sets[*set].key,
-            u8::from(*margin),
-        );
-        let (low, high) = wilson_95(*kept, *flights);
-        let _ = match score.percent() {
-            Some(percent) => writeln!(text, ",{percent:.2},{:.2},{:.2}", 100.0 * low, 100.0 * high),
-            None => writeln!(text, ",,,"),
-        };
+        for score in scores {
+            let Score { airframe, law, set, margin, flights, kept } = score;
+            let (name, law) = (&plan.aircraft[*airframe].name, plan.laws()[*law]);
+            let mut row = cells![name, law, &sets[*set].key, *margin, *flights, *kept];
+            let (low, high) = wilson_95(*kept, *flights);
+            let percent = |part: f64| (*flights > 0).then_some(100.0 * part);
+            row.extend(cells![score.percent(), percent(low), percent(high)]);
+            table.rows.push(row);
+        }
     }
-    text
+    table
 }
 
 #[cfg(test)]
@@ -300,7 +289,7 @@ mod tests {
         let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
         let limits = Some(Limits { sets: set, found: Vec::new(), keys: Vec::new() });
         let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
-        let csv = csv(&plan, &[Studied { limits, scores: vec![none] }]);
+        let csv = table(&plan, &[Studied { limits, scores: vec![none] }]).csv();
         assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");
     }
 }

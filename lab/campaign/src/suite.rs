@@ -6,18 +6,17 @@ use std::path::Path;
 use crate::fly;
 use crate::plan::Plan;
 use crate::spec::SpecFile;
-use crate::store::{Store, write_new};
+use studies::SUITE;
+use crate::store::Store;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::problem::Problem;
 use lab_studies::{print_line, print_text};
-use studies::SUITE;
+use host_io::folder::OutFolder;
 
 /// Name of the table.
 const TABLE: &str = "suite.md";
-/// First line of the table.
-const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
 /// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
@@ -32,7 +31,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
         flown.push((plan, groups));
     }
     let text = table(&flown);
-    write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
+    OutFolder::create(folder)?.write_markdown(TABLE, &text)?;
     print_text!("{text}");
     print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
@@ -40,7 +39,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
 
 /// Losses of every law in every campaign, and the medians of the first measure of each.
 fn table(flown: &[(Plan, Vec<Group>)]) -> String {
-    let mut text = format!("{MARK}\n\nFlights lost:\n\n");
+    let mut text = "Flights lost:\n\n".to_owned();
     let flights = |_: &Plan, groups: &[Group]| {
         let flights = groups.first().map_or(0, |group| group.flown + group.failed);
         format!("of {flights}")

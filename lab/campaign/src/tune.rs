@@ -16,12 +16,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use autopilot::parameters;
-use host_io::file::{self, TEXT_MAX};
-use host_io::folder::OutFolder;
 use lab_studies::fly;
 use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{At as _, Problem, problem};
 use lab_studies::runner::Progress;
+use host_io::file::{self, TEXT_MAX};
+use host_io::folder::OutFolder;
+use lab_report::{Cell, table};
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
@@ -31,7 +32,6 @@ use crate::plan::Plan;
 use crate::spec::{SpecFile, file_name};
 use crate::store::{PROGRAM, write_new};
 use lab_studies::print_line;
-use lab_studies::table::field;
 
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;
@@ -51,12 +51,8 @@ const KEPT_MAX: f64 = 10.0;
 const REFUSED: f64 = 1.0e3;
 /// Digits of a tuned value.
 const DIGITS: usize = 4;
-/// Name of the table.
-const TABLE: &str = "tuning.csv";
 /// Numbers of a law in the table.
 const ROW: usize = 11;
-/// How the table begins.
-const BEGINNING: &str = "law,flights,evaluations,cost_before,cost_after,lost_before,lost_after,";
 /// How the file of gains of a law begins.
 const MARK: &str = "# Written by `sitl campaign tune`; do not edit.";
 
@@ -90,9 +86,11 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
     if laws.is_empty() {
         return Err(problem!("{}: no law has parameters to tune (tune = [\"…\"])", file.name));
     }
-    let mut table = format!(
-        "{BEGINNING}validation_flights,validation_cost_before,validation_cost_after,validation_lost_before,validation_lost_after,gains\n"
-    );
+    let mut table = table!("tuning",
+        law: Text, flights: Integer, evaluations: Integer, cost_before: Number, cost_after: Number,
+        lost_before: Integer, lost_after: Integer, validation_flights: Integer,
+        validation_cost_before: Number, validation_cost_after: Number,
+        validation_lost_before: Integer, validation_lost_after: Integer, gains: Text);
     for law in laws {
         let name = plan.laws()[law];
         let path = folder.join(format!("{}.toml", file_name(name)));
@@ -118,11 +116,17 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
         let row = row_of(rest, &plan.file.spec.law[law].tune).ok_or_else(|| {
             problem!("{}: damaged; remove it and it is made again", path.display())
         })?;
-        let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
         print_line!("{name}: {row}");
+        // Costs have a point, counts have none.
+        let cell = |text: &str| {
+            text.parse().map_or_else(|_| text.parse::<f64>().ok().into(), Cell::Integer)
+        };
+        let numbers = row.split(',').map(cell);
+        let gains = Cell::from(file_name(name));
+        table.rows.push([name.into()].into_iter().chain(numbers).chain([gains]).collect());
     }
-    write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
-    print_line!("wrote {}", folder.join(TABLE).display());
+    table.write(folder)?;
+    print_line!("wrote {}", folder.display());
     Ok(())
 }
 

@@ -4,11 +4,11 @@
 //! airframe, effector ─> one property at a time ─> plant, held in its trimmed flight ─> step, triangle, travel ─> table, picture
 //! ```
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
+use lab_report::{Table, cells, table};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
 use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
@@ -18,10 +18,7 @@ use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
 use crate::problem::{Problem, problem};
 use crate::settings::Target;
-use crate::table::field;
 
-/// Columns of `actuators.csv`.
-const COLUMNS: &str = "property,signal,time_s,command_deg,ideal_deg,position_deg";
 /// The step, s, and the length of its panel.
 const STEP_AT_S: f64 = 0.1;
 const STEP_S: f64 = 1.2;
@@ -44,7 +41,7 @@ pub struct ActuatorsArgs {
     /// The effector, as left_elevator [default: the rudder, else the first one that turns]
     #[arg(long, value_name = "NAME")]
     effector: Option<String>,
-    /// Folder for actuators.csv and the picture
+    /// Folder for the table and the picture
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -98,7 +95,7 @@ pub fn run(args: &ActuatorsArgs) -> Result<(), Problem> {
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;
-    folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
+    table(&responses).write(folder.path())?;
     write_figure(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
@@ -324,16 +321,16 @@ impl Bench {
     }
 }
 
-fn csv(responses: &[Response]) -> String {
-    let mut text = format!("{COLUMNS}\n");
+fn table(responses: &[Response]) -> Table {
+    let mut table = table!("actuators",
+        property: Text, signal: Text, time_s: Number, command_deg: Number, ideal_deg: Number,
+        position_deg: Number);
     for Response { property, signal, rows } in responses {
-        let (property, signal) = (field(property), signal.name);
         for [time_s, command, ideal, at] in rows {
-            let _ =
-                writeln!(text, "{property},{signal},{time_s:.3},{command:.6},{ideal:.6},{at:.6}");
+            table.rows.push(cells![property, signal.name, *time_s, *command, *ideal, *at]);
         }
     }
-    text
+    table
 }
 
 #[cfg(test)]
@@ -370,7 +367,7 @@ mod tests {
         assert!((travel[0].1 - 30.0).abs() < 1.0e-3 && travel[24].1 < 5.0, "{travel:?}");
         let svg = bench.figure(&responses, travel).svg;
         assert!(svg.contains("hysteresis of 3.60 deg") && svg.contains("kPa"));
-        assert!(csv(&responses).contains("delay of 100 ms,step,0.002,0.000000,"));
+        assert!(table(&responses).csv().contains("delay of 100 ms,step,0.002,0,"));
     }
 
     #[test]

@@ -38,7 +38,7 @@ pub mod outcome;
 pub mod seeds;
 
 use judge::{FlightLog, Keep};
-use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE, WholeSetup, write_json};
+use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.
@@ -66,7 +66,7 @@ pub struct FlyArgs {
     /// Fly on after the loss of the aircraft, to the end or to the ground
     #[arg(long)]
     no_stop_at_loss: bool,
-    /// Folder for outcome.json and flight.csv; of several seeds outcome.json and seeds.csv
+    /// Folder for outcome.json and flight.csv; of several seeds outcome.json and the table seeds
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The flight log too (flight.ulg)
@@ -265,11 +265,7 @@ impl FlyArgs {
             || Keep { judges: &self.judges, scenario: Some(&self.scenario), ..Keep::default() };
         let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, keep)?;
         if let Some(folder) = &folder {
-            folder.write_marked(
-                SEEDS,
-                seeds::HEADING.as_bytes(),
-                seeds::csv(&flights).as_bytes(),
-            )?;
+            seeds::table(&flights).write(folder.path())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
             let flown = Many { flights: &flights, lost };
             let aircraft = &self.options.aircraft;
