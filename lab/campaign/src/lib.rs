@@ -12,14 +12,14 @@ use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
+use host_io::console;
+use host_io::folder::OutFolder;
 use lab_studies::chart::{Figure, write_figure, write_figure_as};
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::fly::OneFlight;
 use lab_studies::page;
 use lab_studies::problem::Problem;
 use lab_studies::settings::Setting;
-use host_io::console;
-use host_io::folder::OutFolder;
 use plant_sim::io::whole;
 
 use crate::curves::Curves;

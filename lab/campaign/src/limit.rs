@@ -4,12 +4,12 @@
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
+use host_io::file::{self, TEXT_MAX};
+use lab_report::{Table, cells, table};
 use lab_studies::metrics::wilson_95;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::trimmable::sets::{self, Set};
 use lab_studies::trimmable::{Study, Sweep};
-use host_io::file::{self, TEXT_MAX};
-use lab_report::{Table, cells, table};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

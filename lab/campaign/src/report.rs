@@ -4,10 +4,10 @@ use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
 
-use lab_studies::chart::Figure;
-use lab_studies::page;
 use host_io::file;
 use lab_report::table::MAGIC;
+use lab_studies::chart::Figure;
+use lab_studies::page;
 use maud::{Markup, PreEscaped, html};
 
 use crate::curves::{self, Curves};

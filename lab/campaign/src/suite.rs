@@ -6,14 +6,14 @@ use std::path::Path;
 use crate::fly;
 use crate::plan::Plan;
 use crate::spec::SpecFile;
-use studies::SUITE;
 use crate::store::Store;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
+use host_io::folder::OutFolder;
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::problem::Problem;
 use lab_studies::{print_line, print_text};
-use host_io::folder::OutFolder;
+use studies::SUITE;
 
 /// Name of the table.
 const TABLE: &str = "suite.md";

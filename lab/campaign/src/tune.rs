@@ -16,13 +16,13 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use autopilot::parameters;
+use host_io::file::{self, TEXT_MAX};
+use host_io::folder::OutFolder;
+use lab_report::{Cell, table};
 use lab_studies::fly;
 use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{At as _, Problem, problem};
 use lab_studies::runner::Progress;
-use host_io::file::{self, TEXT_MAX};
-use host_io::folder::OutFolder;
-use lab_report::{Cell, table};
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;

@@ -5,11 +5,11 @@
 
 use std::path::Path;
 
+use host_io::folder::OutFolder;
+use lab_report::{Cell, Table, cells, columns};
 use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::runner;
-use host_io::folder::OutFolder;
-use lab_report::{Cell, Table, cells, columns};
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 
@@ -18,8 +18,8 @@ use crate::plan::{Plan, Run, Value};
 use crate::spec::Variable;
 use crate::store::write_new;
 use crate::table::of_variable;
-use lab_studies::{print_line, print_text};
 use host_io::console::is_shown;
+use lab_studies::{print_line, print_text};
 
 /// Steps from the mildest value to an end of the range.
 const STEPS: u32 = 16;
