@@ -82,12 +82,27 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
     let a = RunTable::open(one)?;
     reading(true);
     let b = RunTable::open(other)?;
-    if a.runs() != b.runs() {
+    reading(false);
+    let laws_of_a = a.laws()?;
+    reading(true);
+    let laws_of_b = b.laws()?;
+    let only = |mine: &Laws, others: &Laws| -> Vec<String> {
+        mine.keys().filter(|law| !others.contains_key(*law)).cloned().collect()
+    };
+    let only = [only(&laws_of_a, &laws_of_b), only(&laws_of_b, &laws_of_a)];
+    let [count_a, count_b] = [&laws_of_a, &laws_of_b].map(|laws| -> i64 {
+        laws.iter()
+            .filter(|(law, _)| !only.iter().flatten().any(|o| o == *law))
+            .map(|(_, n)| n)
+            .sum()
+    });
+    if only[0].len() == laws_of_a.len() && !laws_of_a.is_empty() {
+        return Err(problem!("{}: it has no law of the first folder", other.display()));
+    }
+    if count_a != count_b {
         return Err(problem!(
-            "{}: {} runs, and the first folder has {}",
-            other.display(),
-            b.runs(),
-            a.runs()
+            "{}: {count_b} runs, and the first folder has {count_a}",
+            other.display()
         ));
     }
     let mut laws: Vec<(String, Differences)> = Vec::new();
@@ -95,11 +110,11 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
     let mut rows_a = a.rows()?;
     reading(true);
     let mut rows_b = b.rows()?;
-    for _ in 0..a.runs() {
+    for _ in 0..count_a {
         reading(false);
-        let row_a = a.next(&mut rows_a)?;
+        let row_a = a.next(&mut rows_a, &only[0])?;
         reading(true);
-        let row_b = b.next(&mut rows_b)?;
+        let row_b = b.next(&mut rows_b, &only[1])?;
         let cells_a: Vec<(&String, &Field)> = row_a.get_column_iter().collect();
         let cells_b: BTreeMap<&String, &Field> = row_b.get_column_iter().collect();
         let cell = |name: &str| cells_a.iter().find(|(n, _)| *n == name).map(|(_, f)| *f);
@@ -114,7 +129,10 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
         differences.runs += 1;
         let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome");
         let outcome_at = outcome_at.ok_or_else(|| a.damaged("it has no column outcome"))?;
-        for (name, field) in &cells_a[..outcome_at] {
+        // With another number of laws the same flight has another number.
+        let is_number = |name: &str| name == "run" && only.iter().any(|laws| !laws.is_empty());
+        let flown = cells_a[..outcome_at].iter().filter(|(name, _)| !is_number(name));
+        for (name, field) in flown {
             let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), |f| show(f));
             if found != show(field) {
                 return Err(problem!(
@@ -125,11 +143,21 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
             }
         }
         let is_same = cells_a.len() == cells_b.len()
-            && cells_a.iter().all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
+            && cells_a
+                .iter()
+                .filter(|(name, _)| !is_number(name))
+                .all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
         differences.same += u64::from(is_same);
         differences.add(*run, &cells_a[outcome_at..], &cells_b);
     }
-    Ok(report(&a, &b, &laws))
+    Ok(report(&a, &b, &laws, &only))
+}
+
+/// Names of laws, each with its number of runs.
+type Laws = BTreeMap<String, i64>;
+
+fn law_of(row: &Row) -> Option<String> {
+    row.get_column_iter().find(|(name, _)| *name == "law").map(|(_, law)| show(law))
 }
 
 /// The table of a folder.
@@ -161,17 +189,30 @@ impl<'a> RunTable<'a> {
         Ok(Self { folder, reader })
     }
 
-    fn runs(&self) -> i64 {
-        self.reader.metadata().file_metadata().num_rows()
-    }
-
     fn rows(&self) -> Result<RowIter<'_>, Problem> {
         self.reader.get_row_iter(None).at(self.folder.join(RUNS).display())
     }
 
-    fn next(&self, rows: &mut RowIter<'_>) -> Result<Row, Problem> {
-        let row = rows.next().ok_or_else(|| self.damaged("it has fewer runs than it says"))?;
-        row.at(self.folder.join(RUNS).display())
+    /// The next row of a law that is not left out.
+    fn next(&self, rows: &mut RowIter<'_>, left_out: &[String]) -> Result<Row, Problem> {
+        loop {
+            let row = rows.next().ok_or_else(|| self.damaged("it has fewer runs than it says"))?;
+            let row = row.at(self.folder.join(RUNS).display())?;
+            if left_out.is_empty() || law_of(&row).is_none_or(|law| !left_out.contains(&law)) {
+                return Ok(row);
+            }
+        }
+    }
+
+    /// Its laws, and how many runs each has.
+    fn laws(&self) -> Result<Laws, Problem> {
+        let mut laws = Laws::new();
+        for row in self.rows()? {
+            let law = law_of(&row.at(self.folder.join(RUNS).display())?);
+            let law = law.ok_or_else(|| self.damaged("a run has no law"))?;
+            *laws.entry(law).or_default() += 1;
+        }
+        Ok(laws)
     }
 
     /// What the table says of the program and the specification of its runs; what another program wrote need not say it.
@@ -231,7 +272,12 @@ impl Differences {
     }
 }
 
-fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) -> String {
+fn report(
+    a: &RunTable<'_>,
+    b: &RunTable<'_>,
+    laws: &[(String, Differences)],
+    only: &[Vec<String>; 2],
+) -> String {
     let mut text = format!("A = {}, B = {}\n", a.folder.display(), b.folder.display());
     for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
         let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));
@@ -245,6 +291,9 @@ fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) ->
         if !only.is_empty() {
             let _ = writeln!(text, "columns in {folder} only: {}", only.join(", "));
         }
+    }
+    for (folder, laws) in ["A", "B"].into_iter().zip(only).filter(|(_, laws)| !laws.is_empty()) {
+        let _ = writeln!(text, "laws in {folder} only, left out: {}", laws.join(", "));
     }
     for (law, differences) in laws {
         let Differences { runs, same, lost, measures } = differences;
