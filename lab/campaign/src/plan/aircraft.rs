@@ -70,43 +70,16 @@ impl Aircraft {
         let mut args =
             AircraftArgs { airframe: named(&spec.file), model: named(&spec.model), settings };
         let (airframe, model) = (args.airframe()?, args.model()?);
-        let mut lacking = BTreeSet::new();
-        let mut lacks = |key: &str, value: &str| {
-            let lacks = is_lacking(&airframe.effectors, key, value);
-            if lacks {
-                lacking.insert(value.to_owned());
-            }
-            lacks
+        let mut lacking = Lacking { list: &airframe.effectors, names: BTreeSet::new() };
+        let Some(mut unset) = lacking.faults(&args.settings, &file.spec.vary) else {
+            let names: Vec<String> = lacking.names.into_iter().collect();
+            let (file, airframe, names) = (&file.name, &airframe.name, names.join(", "));
+            return Err(problem!("{file}: {airframe} has no effector {names}"));
         };
-        let mut unset: Vec<String> = Vec::new();
-        let varied = || file.spec.vary.iter().flat_map(Variable::keys);
-        for Setting { key, value } in &args.settings {
-            let name = value.as_str().unwrap_or_default();
-            let Some(fault) = key.strip_suffix(EFFECTOR).filter(|_| lacks(key, name)) else {
-                continue;
-            };
-            // A fault that is varied, or the only one, is what the campaign is about.
-            let others = args.settings.iter().map(|s| &s.key).chain(varied());
-            let is_about = file.spec.vary.iter().any(|variable| variable.key.starts_with(fault));
-            if is_about || !others.into_iter().any(|other| other != key && is_target(other)) {
-                let (file, airframe) = (&file.name, &airframe.name);
-                return Err(problem!("{file}: {airframe} has no effector {name}"));
-            }
-            unset.push(fault.to_owned());
-        }
         args.settings.retain(|setting| !unset.iter().any(|key| setting.key.starts_with(key)));
-        let mut list_of = |variable: &Variable| {
-            let mut list = variable.list(&airframe)?;
-            list.retain(|value| {
-                let Value::Text(name) = value else { return true };
-                let case = variable.cases.iter().find(|case| case.name == *name);
-                let mut set = case.iter().flat_map(|case| &case.set);
-                !lacks(&variable.key, name)
-                    && !set.any(|(key, value)| lacks(key, value.as_str().unwrap_or_default()))
-            });
-            Some(list)
-        };
-        let lists: Vec<_> = file.spec.vary.iter().map(&mut list_of).collect();
+        let lists = file.spec.vary.iter();
+        let lists: Vec<_> = lists.map(|v| Some(lacking.kept(v, v.list(&airframe)?))).collect();
+        let mut lacking = lacking.names;
         let mut combinations = 1_u64;
         for (list, variable) in lists.iter().zip(&file.spec.vary) {
             let Some(list) = list else { continue };
@@ -317,9 +290,53 @@ fn is_target(key: &str) -> bool {
     key.starts_with("plant.fault.") && key.ends_with(EFFECTOR)
 }
 
-/// Whether a key names an effector that an aircraft with these lacks.
-fn is_lacking(list: &EffectorList, key: &str, value: &str) -> bool {
-    is_target(key) && list.lacks(value)
+/// The effectors that a specification names and an aircraft with these lacks.
+struct Lacking<'a> {
+    list: &'a EffectorList,
+    names: BTreeSet<String>,
+}
+
+impl Lacking<'_> {
+    /// Whether a key names such an effector.
+    fn has(&mut self, key: &str, value: &str) -> bool {
+        let is_lacking = is_target(key) && self.list.lacks(value);
+        if is_lacking {
+            self.names.insert(value.to_owned());
+        }
+        is_lacking
+    }
+
+    /// Beginnings of the keys of the faults that every flight would have of such effectors; `None` if the campaign is about one of
+    /// them: it is varied, or the only one.
+    fn faults(&mut self, settings: &[Setting], vary: &[Variable]) -> Option<Vec<String>> {
+        let mut faults = Vec::new();
+        for Setting { key, value } in settings {
+            let name = value.as_str().unwrap_or_default();
+            let Some(fault) = key.strip_suffix(EFFECTOR).filter(|_| self.has(key, name)) else {
+                continue;
+            };
+            let keys = settings.iter().map(|setting| &setting.key);
+            let mut others = keys.chain(vary.iter().flat_map(Variable::keys));
+            let is_varied = vary.iter().any(|variable| variable.key.starts_with(fault));
+            if is_varied || !others.any(|other| other != key && is_target(other)) {
+                return None;
+            }
+            faults.push(fault.to_owned());
+        }
+        Some(faults)
+    }
+
+    /// The values of a listed variable that name no such effector, and whose cases do not.
+    fn kept(&mut self, variable: &Variable, mut values: Vec<Value>) -> Vec<Value> {
+        values.retain(|value| {
+            let Value::Text(name) = value else { return true };
+            let case = variable.cases.iter().find(|case| case.name == *name);
+            let mut set = case.iter().flat_map(|case| &case.set);
+            !self.has(&variable.key, name)
+                && !set.any(|(key, value)| self.has(key, value.as_str().unwrap_or_default()))
+        });
+        values
+    }
 }
 
 /// Every two effectors with an angle, by name, as those of two faults.
