@@ -208,7 +208,22 @@ fn command() -> clap::Command {
         false => arg.hide(true),
     };
     // Its first screen has some options; the help of `live` has the rest.
-    with_short_help(Cli::command().mut_args(hide).disable_help_flag(true))
+    with_short_help(without_models(Cli::command()).mut_args(hide).disable_help_flag(true))
+}
+
+/// Commands of an aircraft alone, which refuse `--model`.
+const WITHOUT_MODEL: [(&str, [&str; 2]); 2] =
+    [("study", ["sensors", "actuators"]), ("aircraft", ["trimmable", "actions"])];
+
+/// Without the option of a model in the help of the commands that read none.
+fn without_models(command: clap::Command) -> clap::Command {
+    let hide = |below: clap::Command| below.mut_arg("model", |arg| arg.hide(true));
+    WITHOUT_MODEL.into_iter().fold(command, |command, (group, names)| {
+        let in_group = |all: clap::Command| {
+            names.into_iter().fold(all, |all, name| all.mut_subcommand(name, hide))
+        };
+        command.mut_subcommand(group, in_group)
+    })
 }
 
 /// With help that fits a screen for the command and for each below it: a line an option.
@@ -418,6 +433,19 @@ mod tests {
             let words = ["sitl"].into_iter().chain(line.split_whitespace()).map(OsString::from);
             let parsed = Cli::read(words).map(drop).map_err(|error| error.to_string());
             assert_eq!(parsed, Ok(()), "{line}");
+        }
+    }
+
+    #[test]
+    fn no_help_offers_a_model_that_the_command_refuses() {
+        let mut command = without_models(Cli::command());
+        for (group, names) in WITHOUT_MODEL {
+            for name in names {
+                let of =
+                    command.find_subcommand_mut(group).and_then(|g| g.find_subcommand_mut(name));
+                let help = of.unwrap().render_long_help().to_string();
+                assert!(help.contains("--airframe") && !help.contains("--model"), "{name}: {help}");
+            }
         }
     }
 

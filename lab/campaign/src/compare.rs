@@ -77,12 +77,25 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
     let a = ParquetReader::open(&one.join(RUNS))?;
     reading(true);
     let b = ParquetReader::open(&other.join(RUNS))?;
-    if a.count() != b.count() {
+    reading(false);
+    let laws_of_a = laws(&a)?;
+    reading(true);
+    let laws_of_b = laws(&b)?;
+    let only = |mine: &Laws, others: &Laws| -> Vec<String> {
+        mine.keys().filter(|law| !others.contains_key(*law)).cloned().collect()
+    };
+    let only = [only(&laws_of_a, &laws_of_b), only(&laws_of_b, &laws_of_a)];
+    let [count_a, count_b] = [&laws_of_a, &laws_of_b].map(|laws| -> u64 {
+        let both = laws.iter().filter(|(law, _)| !only.iter().flatten().any(|one| one == *law));
+        both.map(|(_, count)| count).sum()
+    });
+    if only[0].len() == laws_of_a.len() && !laws_of_a.is_empty() {
+        return Err(problem!("{}: it has no law of the first folder", other.display()));
+    }
+    if count_a != count_b {
         return Err(problem!(
-            "{}: {} runs, and the first folder has {}",
-            other.display(),
-            b.count(),
-            a.count()
+            "{}: {count_b} runs, and the first folder has {count_a}",
+            other.display()
         ));
     }
     let mut laws: Vec<(String, Differences)> = Vec::new();
@@ -91,11 +104,11 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
     reading(true);
     let mut rows_b = b.rows()?;
     let fewer = "it has fewer runs than it says";
-    for _ in 0..a.count() {
+    for _ in 0..count_a {
         reading(false);
-        let cells_a = rows_a.next().ok_or_else(|| damaged(&a, fewer))??;
+        let cells_a = next_of(&mut rows_a, &only[0]).ok_or_else(|| damaged(&a, fewer))??;
         reading(true);
-        let cells_b = rows_b.next().ok_or_else(|| damaged(&b, fewer))??;
+        let cells_b = next_of(&mut rows_b, &only[1]).ok_or_else(|| damaged(&b, fewer))??;
         let cells_b: BTreeMap<String, Cell> = cells_b.into_iter().collect();
         let cell = |name| cells_a.iter().find(|(known, _)| known == name).map(|(_, cell)| cell);
         let (Some(run), Some(law)) = (cell("run").and_then(Cell::integer), cell("law")) else {
@@ -110,7 +123,9 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
         differences.runs += 1;
         let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome");
         let outcome_at = outcome_at.ok_or_else(|| damaged(&a, "it has no column outcome"))?;
-        for (name, cell) in &cells_a[..outcome_at] {
+        // With another number of laws the same flight has another number.
+        let is_number = |name: &str| name == "run" && only.iter().any(|laws| !laws.is_empty());
+        for (name, cell) in cells_a[..outcome_at].iter().filter(|(name, _)| !is_number(name)) {
             let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), Cell::to_string);
             if found != cell.to_string() {
                 return Err(problem!(
@@ -120,11 +135,43 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
             }
         }
         let is_same = cells_a.len() == cells_b.len()
-            && cells_a.iter().all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
+            && cells_a
+                .iter()
+                .filter(|(name, _)| !is_number(name))
+                .all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
         differences.same += u64::from(is_same);
         differences.add(run, &cells_a[outcome_at..], &cells_b);
     }
-    Ok(report(&a, &b, &laws))
+    Ok(report(&a, &b, &laws, &only))
+}
+
+/// Names of laws, each with its number of runs.
+type Laws = BTreeMap<String, u64>;
+
+/// A row: names and values.
+type Cells = Vec<(String, Cell)>;
+
+fn law_of(cells: &Cells) -> Option<String> {
+    cells.iter().find(|(name, _)| name == "law").map(|(_, law)| law.to_string())
+}
+
+/// The next run of a law that both tables have.
+fn next_of(
+    rows: &mut impl Iterator<Item = Result<Cells, Problem>>,
+    only: &[String],
+) -> Option<Result<Cells, Problem>> {
+    rows.find(|row| {
+        !row.as_ref().is_ok_and(|cells| law_of(cells).is_some_and(|law| only.contains(&law)))
+    })
+}
+
+/// The laws of a table with their runs.
+fn laws(table: &ParquetReader) -> Result<Laws, Problem> {
+    let mut laws = Laws::new();
+    for row in table.rows()? {
+        *laws.entry(law_of(&row?).unwrap_or_default()).or_default() += 1;
+    }
+    Ok(laws)
 }
 
 fn damaged(table: &ParquetReader, why: &str) -> Problem {
@@ -171,7 +218,12 @@ impl Differences {
     }
 }
 
-fn report(a: &ParquetReader, b: &ParquetReader, laws: &[(String, Differences)]) -> String {
+fn report(
+    a: &ParquetReader,
+    b: &ParquetReader,
+    laws: &[(String, Differences)],
+    only: &[Vec<String>; 2],
+) -> String {
     let mut text = format!("A = {}, B = {}\n", a.path.display(), b.path.display());
     for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
         let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));
@@ -185,6 +237,9 @@ fn report(a: &ParquetReader, b: &ParquetReader, laws: &[(String, Differences)]) 
         if !only.is_empty() {
             let _ = writeln!(text, "columns in {folder} only: {}", only.join(", "));
         }
+    }
+    for (folder, laws) in ["A", "B"].into_iter().zip(only).filter(|(_, laws)| !laws.is_empty()) {
+        let _ = writeln!(text, "laws in {folder} only, left out: {}", laws.join(", "));
     }
     for (law, differences) in laws {
         let Differences { runs, same, lost, measures } = differences;

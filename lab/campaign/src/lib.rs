@@ -165,9 +165,8 @@ pub struct WorstArgs {
 /// Options of `sitl campaign tune`.
 #[derive(Debug, Args)]
 pub struct TuneArgs {
-    /// The flights, and the laws with their parameters: tuning, or a file
-    #[arg(value_name = "SPEC")]
-    spec: String,
+    #[command(flatten)]
+    spec: SpecArgs,
     /// Folder for a file of gains of each law, and the table; what was interrupted goes on with the next law
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -233,9 +232,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
             let plan = plan(&args.spec)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
-        Command::Tune(args) => {
-            tune::run(&SpecFile::read_with(&args.spec, own, &AircraftArgs::default())?, &args.out)
-        }
+        Command::Tune(args) => tune::run(&args.spec.file(own)?, &args.out),
         Command::Suite(args) => suite::run(&args.out, &args.aircraft, own),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);

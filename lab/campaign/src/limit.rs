@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use host_io::file::{self, TEXT_MAX};
+use icd::EffectorList;
 use lab_report::{Table, cells, table};
 use lab_studies::metrics::wilson_95;
 use lab_studies::problem::{Problem, problem};
@@ -85,7 +86,7 @@ pub struct Limits {
     /// The sets of steady flights.
     pub sets: Vec<Set>,
     found: Vec<JamLimit>,
-    keys: Vec<String>,
+    list: EffectorList,
 }
 
 /// The limit of one effector in one set.
@@ -136,7 +137,6 @@ impl Limits {
         let airframe = plan.aircraft[airframe].airframe.clone();
         let sets = sets::read("sets.toml", sets::SHIPPED)?;
         let list = airframe.effectors;
-        let keys = list.all().map(|effector| list.key(effector).to_owned()).collect();
         let of = (serde_json::to_string(&airframe)?, sets::SHIPPED, STEP_DEG, PROGRAM);
         let digest = Sha256::digest(postcard::to_allocvec(&of)?);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -156,12 +156,12 @@ impl Limits {
             }
         };
         found.keep(&path)?;
-        Ok(Self { sets, found: found.limits, keys })
+        Ok(Self { sets, found: found.limits, list })
     }
 
     /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
     pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
-        let effector = self.keys.iter().position(|key| key == effector)?;
+        let effector = self.list.by_key(effector)?.index();
         let is_it = |s: &&JamLimit| s.set == set && s.margin == margin && s.effector == effector;
         Some(self.found.iter().find(is_it)?.range?.map(f64::to_degrees))
     }
@@ -287,7 +287,7 @@ mod tests {
     fn a_share_of_no_flight_is_an_empty_cell() {
         let plan = Plan::new(SpecFile::read("ftc-06").expect("it is shipped")).expect("a plan");
         let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
-        let limits = Some(Limits { sets: set, found: Vec::new(), keys: Vec::new() });
+        let limits = Some(Limits { sets: set, found: Vec::new(), list: EffectorList::default() });
         let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
         let csv = table(&plan, &[Studied { limits, scores: vec![none] }]).csv();
         assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");

@@ -99,6 +99,7 @@ pub fn page(sources: &Sources<'_>) -> String {
     let body = html! {
         h1 { (title) }
         p { (spec.about) }
+        @for note in plan.notes() { p { (note) "." } }
         @if let Some(figure) = sources.fields { figure { (PreEscaped(&figure.svg)) } }
         (page::markdown(sources.tables))
         @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe)) }

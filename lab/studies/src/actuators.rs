@@ -11,6 +11,7 @@ use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
 use lab_report::{Table, cells, table};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
+use plant_sim::trim::Trim;
 use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 
 use crate::chart::panel::{Curve, Panel};
@@ -83,6 +84,8 @@ const TRIANGLE: Signal = Signal {
 /// An actuator on a test bench: the aircraft is held in its trimmed flight.
 struct Bench {
     setup: PlantSetup,
+    /// Of the aircraft with its own actuators.
+    trim: Trim,
     effector: Effector,
     /// Height of step and triangle, rad.
     height: f64,
@@ -112,7 +115,7 @@ impl ActuatorsArgs {
         let list = airframe.effectors;
         let angles = || list.all().filter(|effector| list.is_angle(*effector));
         let effector = match &self.effector {
-            Some(name) => angles().find(|effector| list.key(*effector) == name),
+            Some(name) => list.by_key(name).filter(|effector| list.is_angle(*effector)),
             None => list.of_kind(EffectorKind::Rudder).next().or_else(|| angles().next()),
         };
         let effector = effector.ok_or_else(|| {
@@ -125,7 +128,8 @@ impl ActuatorsArgs {
         let scenario = self.aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
         let setup = PlantPart { earth: EarthModel::Flat, ..scenario };
         let setup = setup.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-        Ok(Bench { setup, effector, height })
+        let trim = *Plant::new(&setup)?.trim();
+        Ok(Bench { setup, trim, effector, height })
     }
 }
 
@@ -202,7 +206,8 @@ impl Bench {
     fn plant(&self, servo: Servo) -> Result<Plant, Problem> {
         let mut setup = self.setup.clone();
         setup.airframe.servos[self.effector] = servo;
-        Ok(Plant::new(&setup)?)
+        // Its own trim may not exist: an actuator that stalls does not reach the position of level flight.
+        Ok(Plant::with_trim(&setup, &self.trim)?)
     }
 
     /// Positions of the effector at the end of each period, deg, in the trimmed flight at `speed` times its airspeed; commands in
@@ -368,6 +373,14 @@ mod tests {
         let svg = bench.figure(&responses, travel).svg;
         assert!(svg.contains("hysteresis of 3.60 deg") && svg.contains("kPa"));
         assert!(table(&responses).csv().contains("delay of 100 ms,step,0.002,0,"));
+    }
+
+    #[test]
+    fn an_actuator_that_stalls_short_of_level_flight_is_moved_all_the_same() {
+        let bench = bench("--airframe aerosonde --effector left_elevator").unwrap();
+        let properties = bench.responses().unwrap();
+        assert!(properties.iter().any(|response| response.property.starts_with("stall")));
+        assert!(!bench.travel().unwrap().is_empty());
     }
 
     #[test]

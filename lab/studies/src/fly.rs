@@ -189,7 +189,7 @@ impl OneFlight<'_> {
         }
         if self.figures {
             let log = Log::from_bytes(bytes).at("figures")?;
-            let page = plot::page(self.scenario, log).at("figures")?;
+            let page = plot::page(self.scenario, log, own_law(self.setup)).at("figures")?;
             folder.write_marked(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
         }
         Ok(())
@@ -199,6 +199,12 @@ impl OneFlight<'_> {
 /// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
 pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, Problem> {
     judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
+}
+
+/// Name of the law of the program that flies, if it does.
+fn own_law(setup: &FlightSetup) -> Option<&str> {
+    let own = setup.own_law.as_ref().map(OwnLaw::name);
+    own.filter(|_| setup.parameters.gains.selection.main == MainLaw::Own)
 }
 
 fn written<'a, T>(
@@ -217,7 +223,7 @@ fn written<'a, T>(
         model: name(&aircraft.model),
         set: aircraft.settings.iter().map(ToString::to_string).collect(),
         law: name_of(&MainLaw::NAMES, selection.main),
-        own_law: setup.own_law.as_ref().map(OwnLaw::name),
+        own_law: own_law(setup),
         compensator: name_of(&CompensatorLaw::NAMES, selection.compensator_law),
         allocation: name_of(&AllocationMode::NAMES, selection.allocation),
         ftc: name_of(&CompensatorMode::NAMES, selection.compensator),

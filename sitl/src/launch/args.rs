@@ -177,7 +177,7 @@ impl LaunchArgs {
         let fitted = fitted(saved, &setup.sensors);
         let mut with_gains = fitted;
         let laws = &autopilot.laws;
-        laws.apply(&mut with_gains, laws.gains_text()?.as_deref())?;
+        laws.apply(&mut with_gains, laws.gains_text()?.as_deref(), &model.aircraft)?;
         let preset = parameters.gains.selection.estimator;
         let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
         let expected = with_gains.gains.selection.estimator;

@@ -120,7 +120,7 @@ fn write<T: DataType>(
     writer.close()
 }
 
-/// A table that this or another/// A table that this or another program has written.
+/// A table that this or another program has written.
 pub struct ParquetReader {
     pub path: PathBuf,
     reader: SerializedFileReader<File>,
