@@ -202,7 +202,8 @@ fn a_log_keeps_to_its_size_whatever_recurs_in_the_flight() {
         let most = quiet + u64::from(CREDIT_MAX) + 60_000_000 / CREDIT_EVERY_US;
         match minute {
             1 | 2 => assert!(count <= quiet + 200, "{count} rows in a quiet minute"),
-            _ => assert!((most - 30..=most).contains(&count), "{count} rows, {most} at most"),
+            // A tenth of a second of rows belongs to the minute before, and the last one finds no credit.
+            _ => assert!((most - 110..=most).contains(&count), "{count} rows, {most} at most"),
         }
     }
 }
