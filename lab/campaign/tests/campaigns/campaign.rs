@@ -419,7 +419,7 @@ fn the_suite_never_changes_silently() {
     for ((name, text), expected) in SUITE.iter().zip(SUITE_SHA256) {
         let digest = Sha256::digest(text.as_bytes());
         let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(found, expected, "{name} is frozen (docs/suite.md)");
+        assert_eq!(found, expected, "{name} is frozen (docs/campaigns.md)");
         let plan = Plan::new(SpecFile::read(name).expect("a scenario")).expect("a plan");
         assert!(plan.flights() >= 12 && plan.laws().len() == 10, "{name}");
     }
