@@ -133,7 +133,7 @@ impl Airframe {
         read(name, table, None)
     }
 
-    /// The aircraft of the paper's cases: [`DEFAULT_AIRFRAME`].
+    /// The aircraft of the paper's cases: [`aircraft::DEFAULT_AIRFRAME`].
     pub fn paper() -> Self {
         Self::from_toml("tvc_jet.toml", aircraft::DEFAULT_AIRFRAME)
             .expect("a test reads the airframe file that is compiled in")
