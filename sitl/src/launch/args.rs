@@ -89,7 +89,7 @@ pub struct LaunchArgs {
     /// Size of all flight logs in that folder together, MB [default: 4000]
     #[arg(long, allow_negative_numbers = true, value_name = "MB")]
     log_limit_mb: Option<String>,
-    /// How many control steps a flight log has rows of: events (50 each second, all around events) or full [default: events]
+    /// How many control steps a flight log has rows of: events (20 each second, all around events) or full [default: events]
     #[arg(long, value_name = "RATE")]
     log_rate: Option<String>,
     /// Number of this vehicle on this computer; shifts ports, MAV_SYS_ID and files [default: 0]
