@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Jam the left elevator of the aircraft that flies now, or mend it.
+"""Jam the left elevator, or another servo, of the aircraft that flies now, or mend it.
 
 Exit status: 0 the aircraft has done so, 1 it refused, 2 there is no aircraft or no answer.
 """
@@ -39,6 +39,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--connect", default="udpin:127.0.0.1:14540", help="pymavlink connection [%(default)s]")
     parser.add_argument("--angle", type=float, default=30.0, metavar="DEG", help="where it sticks [%(default)s]")
+    parser.add_argument("--servo", type=int, default=LEFT_ELEVATOR, metavar="N", help="its MAVLink number [%(default)s]")
     parser.add_argument("--mend", action="store_true", help="mend it instead")
     args = parser.parse_args()
     try:
@@ -53,7 +54,7 @@ def main():
         print(f"no aircraft is heard at {args.connect}", file=sys.stderr)
         return 2
     kind, mode, angle = (OK, 0, 0.0) if args.mend else (STUCK, ANGLE_DEG, args.angle)
-    link.mav.command_long_send(link.target_system, 1, USER_1, 0, SERVO, kind, LEFT_ELEVATOR, mode, angle, 0, 0)
+    link.mav.command_long_send(link.target_system, 1, USER_1, 0, SERVO, kind, args.servo, mode, angle, 0, 0)
     until = time.monotonic() + ANSWER_S
     while time.monotonic() < until:
         message = link.recv_match(type=["COMMAND_ACK", "STATUSTEXT"], blocking=True, timeout=0.5)

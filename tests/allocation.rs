@@ -1,6 +1,7 @@
 //! A control step allocates nothing.
 #![allow(unsafe_code, reason = "a counting allocator cannot be written without")]
 
+#[allow(dead_code, reason = "the other flights are for the program `system`")]
 #[path = "system/flights.rs"]
 mod flights;
 

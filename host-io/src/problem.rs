@@ -35,7 +35,8 @@ impl fmt::Debug for Problem {
 
 impl<E: Error> From<E> for Problem {
     fn from(error: E) -> Self {
-        Self(error.to_string())
+        // Readers of files end theirs with an empty line.
+        Self(error.to_string().trim_end().to_owned())
     }
 }
 

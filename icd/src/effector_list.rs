@@ -10,6 +10,7 @@ use arrayvec::{ArrayString, ArrayVec};
 use serde::{Deserialize, Serialize};
 
 use crate::named;
+use crate::units::SMALL_THRUST_N;
 
 /// An effector: its index in the aircraft's list, which is the order of packets, logs and MAVLink outputs.
 ///
@@ -450,7 +451,7 @@ impl EffectorList {
     pub fn shown_unit(&self, effector: Effector, largest: f64) -> (f64, &'static str) {
         match self.is_angle(effector) {
             true => (180.0 / core::f64::consts::PI, "deg"),
-            false if largest < 1.0e3 => (1.0, "N"),
+            false if largest < SMALL_THRUST_N => (1.0, "N"),
             false => (1.0e-3, "kN"),
         }
     }
@@ -490,21 +491,17 @@ impl EffectorList {
 
     /// The only effector of a kind on a side.
     fn by_role(&self, key: &str) -> Option<Effector> {
-        use LateralSide::{Centre, Left, Right};
-        let sides = [("left", Left), ("right", Right)];
-        let sided = sides.into_iter().find_map(|(word, side)| {
-            let rest = key.strip_prefix(word)?;
-            Some((side, rest.strip_prefix(['_', ' '])?))
-        });
-        let (side, kind) = sided.unwrap_or((Centre, key));
+        let (role_side, role_kind) = role(key)?;
         let of_role = |effector: &Effector| {
-            let Some(EffectorEntry { kind: has, side: on, .. }) = self.entry(*effector) else {
-                return false;
-            };
-            *on == side && has.key().split('_').eq(kind.split(['_', ' ']))
+            self.entry(*effector).is_some_and(|e| (e.side, e.kind) == (role_side, role_kind))
         };
         let mut all = self.all().filter(of_role);
         all.next().filter(|_| all.next().is_none())
+    }
+
+    /// Whether a word is the role of an effector that this aircraft does not have.
+    pub fn lacks(&self, key: &str) -> bool {
+        role(key).is_some() && self.by_key(key).is_none()
     }
 
     /// The servos (angles) or motors (engines) in the order of their MAVLink numbers.
@@ -560,6 +557,19 @@ fn key(name: &Name) -> Option<Name> {
         key.push(if letter == ' ' { '_' } else { letter });
     }
     Some(key)
+}
+
+/// Side and kind of a role: `left_elevator`, `rudder`, `nozzle yaw`.
+fn role(key: &str) -> Option<(LateralSide, EffectorKind)> {
+    use LateralSide::{Centre, Left, Right};
+    let sides = [("left", Left), ("right", Right)];
+    let sided = sides.into_iter().find_map(|(word, side)| {
+        let rest = key.strip_prefix(word)?;
+        Some((side, rest.strip_prefix(['_', ' '])?))
+    });
+    let (side, word) = sided.unwrap_or((Centre, key));
+    let is_it = |kind: &EffectorKind| kind.key().split('_').eq(word.split(['_', ' ']));
+    Some((side, EffectorKind::ALL.into_iter().find(is_it)?))
 }
 
 /// Index of the partner.

@@ -20,7 +20,7 @@ pub const SLOWEST_M_S: f64 = 0.1;
 
 /// A derivative in a set of them.
 pub struct Derivative<T: 'static> {
-    /// Letters (docs/parameter-set.md), as in `Cma`; of surfaces without that of the kind.
+    /// Letters (docs/paper.md), as in `Cma`; of surfaces without that of the kind.
     pub letters: &'static str,
     /// Key in the airframe file. That of a drag term begins with `c_drag`.
     pub key: &'static str,
@@ -122,7 +122,7 @@ derivatives! {
 derivatives! {
     /// Derivatives of one effector, 1/rad, and of its drag 1/rad²; zeros if it is not an aerodynamic surface.
     ///
-    /// The letter of the kind follows the letters of a derivative (docs/parameter-set.md), as in `Cmde` of an elevator.
+    /// The letter of the kind follows the letters of a derivative (docs/paper.md), as in `Cmde` of an elevator.
     #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
     SurfaceDerivatives {} with letters {
         /// Lift.
@@ -205,7 +205,7 @@ impl AirState {
 }
 
 /// The linear angle, bent at its end: s(x) = x up to `linear`, then a tanh towards `max`; odd, once
-/// differentiable. 15 and 25 degrees for `tvc_jet` (docs/parameter-set.md, section 2).
+/// differentiable. 15 and 25 degrees for `tvc_jet` (docs/paper.md, section 2).
 #[inline]
 pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {
     let size = angle.abs();

@@ -166,7 +166,7 @@ impl Airframe {
         MassProperties::new(self.mass.mass_kg, self.inertia())
     }
 
-    /// Changes the aerodynamic derivative with these letters (docs/parameter-set.md), as in `Cma`; for surfaces, as in `Cmde`, it changes
+    /// Changes the aerodynamic derivative with these letters (docs/paper.md), as in `Cma`; for surfaces, as in `Cmde`, it changes
     /// each one of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
         let Self { effectors, aero, surface_derivatives, .. } = self;

@@ -20,9 +20,24 @@ use serde::de::{
 use serde::forward_to_deserialize_any;
 use toml::{Table, Value};
 
-/// Reads TOML into `T`; errors carry the file's name, line and column.
+/// Reads TOML into `T`; errors carry the file's name, and the table of a key that is missing, or else line and column.
 pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Problem> {
-    toml::from_str(text).at(file)
+    let read = toml::from_str(text);
+    read.map_err(|error| missing(&error, text).unwrap_or_else(|| error.into())).at(file)
+}
+
+/// The error about a missing key with the table that lacks it, and its number where it is an entry of a list.
+fn missing(error: &toml::de::Error, text: &str) -> Option<Problem> {
+    let key = error.message().strip_prefix("missing field `")?.strip_suffix('`')?;
+    let start = error.span()?.start;
+    let heading = text.get(start..)?.lines().next()?.trim();
+    let is_it = |line: &&str| line.trim() == heading;
+    let number = text.get(..start)?.lines().filter(is_it).count() + 1;
+    match (heading.starts_with("[["), heading.starts_with('[')) {
+        (true, _) => Some(problem!("{heading} number {number}: {key} is missing")),
+        (false, true) => Some(problem!("{heading}: {key} is missing")),
+        (false, false) => None,
+    }
 }
 
 /// Reads a parsed file with the units of its sources into `T`, whose keys are `known`. Errors carry the file's name; line and column
@@ -36,7 +51,14 @@ pub(crate) fn in_units<T: DeserializeOwned>(
     let has_converted = convert(file, &mut table, known)?;
     match text.filter(|_| !has_converted) {
         Some(text) => parse(file, text),
-        None => table.try_into().at(file),
+        None => T::deserialize(table.clone())
+            .map_err(|error| {
+                // Only in a text has an entry of a list a number.
+                let text = toml::to_string(&table).unwrap_or_default();
+                let again = toml::from_str::<T>(&text).err();
+                again.and_then(|again| missing(&again, &text)).unwrap_or_else(|| error.into())
+            })
+            .at(file),
     }
 }
 

@@ -50,7 +50,7 @@ pub(crate) enum Place {
 }
 
 impl Place {
-    /// By the letters (docs/parameter-set.md), as in `Cma` or `Cmde`.
+    /// By the letters (docs/paper.md), as in `Cma` or `Cmde`.
     pub(crate) fn by_name(name: &str) -> Option<Self> {
         if let Some(clean) = Aero::DERIVATIVES.iter().position(|d| d.letters == name) {
             return Some(Self::Clean(clean));

@@ -25,7 +25,7 @@
 //!
 //! ```
 //! use icd::{Actuators, ControlPeriod, tvc_jet};
-//! use plant_sim::{Airframe, Plant, Scenario, scenario};
+//! use plant_sim::{Airframe, Plant, Scenario};
 //!
 //! let airframe = Airframe::paper();
 //! let case1 = Scenario::from_toml("case1.toml", scenarios::CASE1, &airframe.effectors)?.plant;

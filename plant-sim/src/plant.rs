@@ -85,6 +85,15 @@ struct Settings<'a> {
 impl Plant {
     /// Checks the setup, trims the aircraft, and starts at time zero; faults due at zero are active already.
     pub fn new(setup: &PlantSetup) -> Result<Self, SetupError> {
+        Self::trimmed(setup, None)
+    }
+
+    /// The same in the trimmed flight of another aircraft, from which this one differs in its actuators.
+    pub fn with_trim(setup: &PlantSetup, trim: &Trim) -> Result<Self, SetupError> {
+        Self::trimmed(setup, Some(trim))
+    }
+
+    fn trimmed(setup: &PlantSetup, known: Option<&Trim>) -> Result<Self, SetupError> {
         setup.check()?;
         let earth = Earth::new(setup.earth, setup.start.geodetic());
         let dynamics = Dynamics::new(setup.airframe.clone(), earth)?
@@ -94,7 +103,10 @@ impl Plant {
         let density = dynamics.atmosphere().air(start.geopotential_altitude_m).density;
         step_limit::check(&dynamics, &setup.start, density, setup.step_us)?;
         let steady = wind::steady(&setup.wind);
-        let trim = trim::solve(&dynamics, &setup.start, &steady).map_err(SetupError::Trim)?;
+        let trim = match known {
+            Some(trim) => *trim,
+            None => trim::solve(&dynamics, &setup.start, &steady).map_err(SetupError::Trim)?,
+        };
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
         let settings = Settings {
             wind,

@@ -109,6 +109,9 @@ impl PlantPart {
     }
 }
 
+/// Seed of a scenario that names none.
+const SEED: u64 = 1;
+
 /// The plant's part of a scenario file as written: the keys that it has.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -137,9 +140,6 @@ impl ScenarioFile {
             let other = "an autopilot: `sitl study checkcase` flies it";
             return Err(problem!("[{section}] has no meaning beside {other}"));
         }
-        if self.plant.seed.is_none() {
-            return Err(toml::de::Error::missing_field("seed").into());
-        }
         Ok(Scenario { plant: self.plant.into_part(effectors)? })
     }
 }
@@ -159,7 +159,6 @@ static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct PlantTable {
-    /// A check case needs none.
     seed: Option<u64>,
     duration_s: Option<f64>,
     earth: Option<EarthModel>,
@@ -224,7 +223,7 @@ impl PlantTable {
         sensors.check(ControlPeriod::DEFAULT.as_micros())?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
-            seed: self.seed.unwrap_or_default(),
+            seed: self.seed.unwrap_or(SEED),
             duration_s: self.duration_s,
             start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
@@ -287,17 +286,22 @@ impl FaultTable {
     /// The fault; errors use its `number` (from 1).
     fn read(&self, number: usize, effectors: &EffectorList) -> Result<ScheduledFault, Problem> {
         let refused = |key: &str, problem: String| {
-            let kind = self.kind.map_or("", |info| info.key);
-            problem!("[[plant.fault]] number {number}, kind {kind}: {key} {problem}")
+            let kind = self.kind.map_or(String::new(), |info| format!(", kind {}", info.key));
+            problem!("[[plant.fault]] number {number}{kind}: {key} {problem}")
         };
-        let info = self.kind.ok_or_else(|| refused(KIND, "is missing".to_owned()))?;
-        let target = self.target(number, effectors)?;
+        let is_missing = |key: &str| refused(key, "is missing".to_owned());
+        let named = self.target.as_ref().ok_or_else(|| is_missing(TARGETS[0]))?;
+        let info = self.kind.ok_or_else(|| is_missing(KIND))?;
+        if !self.numbers.iter().any(|(key, _)| *key == ONSET) {
+            return Err(is_missing(ONSET));
+        }
+        let target = target(named, number, effectors)?;
         let class = target.class(effectors);
         let error = |error| match error {
             FaultError::OutOfRange { what, value, min, max, .. } => {
                 out_of_range("plant.fault", what.key(class), [value, min, max])
             }
-            FaultError::Missing(field) => refused(field.key(class), "is missing".to_owned()),
+            FaultError::Missing(field) => is_missing(field.key(class)),
             FaultError::Excludes(what, other) => {
                 refused(what.key(class), format!("excludes {}", other.key(class)))
             }
@@ -327,25 +331,32 @@ impl FaultTable {
             None => Ok(ScheduledFault { target, kind, timing }),
         }
     }
+}
 
-    fn target(&self, number: usize, effectors: &EffectorList) -> Result<Target, Problem> {
-        let (key, name) = self.target.as_ref().map_or((TARGETS[0], ""), |(key, name)| (*key, name));
-        let has_key = |target: &Target| {
-            let place = match target {
-                Target::Effector(_) => 0,
-                Target::Sensor(_) => 1,
-                Target::Part(_) => 2,
-            };
-            TARGETS[place] == key
+/// The target of fault `number` (from 1), of its key and its name.
+fn target(
+    (key, name): &(&'static str, String),
+    number: usize,
+    effectors: &EffectorList,
+) -> Result<Target, Problem> {
+    let has_key = |target: &Target| {
+        let place = match target {
+            Target::Effector(_) => 0,
+            Target::Sensor(_) => 1,
+            Target::Part(_) => 2,
         };
-        let all = || Target::all(effectors).filter(has_key);
-        all().find(|target| target.key(effectors) == name).ok_or_else(|| {
-            let known = all().map(|target| target.key(effectors)).collect::<Vec<_>>().join(", ");
-            problem!(
-                "[[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}"
-            )
-        })
-    }
+        TARGETS[place] == *key
+    };
+    let all = || Target::all(effectors).filter(has_key);
+    let is_it = |target: &Target| match target {
+        // By its role too, so that a scenario of one aircraft flies another.
+        Target::Effector(effector) => effectors.by_key(name) == Some(*effector),
+        other => other.key(effectors) == name,
+    };
+    all().find(is_it).ok_or_else(|| {
+        let known = all().map(|target| target.key(effectors)).collect::<Vec<_>>().join(", ");
+        problem!("[[plant.fault]] number {number}: {key} = `{name}`, the aircraft has only {known}")
+    })
 }
 
 impl<'de> Deserialize<'de> for FaultTable {
@@ -385,13 +396,7 @@ impl<'de> Visitor<'de> for FaultTable {
                 ));
             }
         }
-        let has_onset = self.numbers.iter().any(|(key, _)| *key == ONSET);
-        match (&self.target, self.kind, has_onset) {
-            (None, ..) => Err(A::Error::missing_field(TARGETS[0])),
-            (_, None, _) => Err(A::Error::missing_field(KIND)),
-            (.., false) => Err(A::Error::missing_field(ONSET)),
-            _ => Ok(self),
-        }
+        Ok(self)
     }
 }
 

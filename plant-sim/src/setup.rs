@@ -109,7 +109,11 @@ impl PlantSetup {
         if airframe == model {
             return Ok(());
         }
-        Err(problem!("the airframe is {airframe}, the controller's model is of {model}").into())
+        Err(problem!(
+            "the airframe is {airframe}, the controller's model is of {model}: name the model with --model FILE; \
+             `sitl aircraft linearize` writes it"
+        )
+        .into())
     }
 
     /// Checks that the aircraft's effectors can have the faults.

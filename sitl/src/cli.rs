@@ -113,17 +113,17 @@ impl StudyCommand {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Plant and autopilot as two processes for ground stations, as without a command; its help has every option
+    /// Fly live for ground stations, as without a command; more options there
     Live(Box<LaunchArgs>),
-    /// Fly a scenario in this process to its end, and say what became of it
+    /// Fly a scenario to its end and report the outcome
     Fly(Box<FlyArgs>),
     /// Answer one question with many flights: tables, pictures, pages
     #[command(subcommand)]
     Study(StudyCommand),
-    /// Fly many flights drawn from a specification with several laws, and compare what they survive
+    /// Fly many flights with several laws and compare what they survive
     #[command(subcommand)]
     Campaign(lab_campaign::Command),
-    /// What follows from an aircraft's files: models, gains, margins, parameters
+    /// Models, gains, margins and parameters of an aircraft
     #[command(subcommand)]
     Aircraft(AircraftCommand),
     /// Draw flight logs, and fly them again
@@ -207,14 +207,29 @@ fn command() -> clap::Command {
         true => arg,
         false => arg.hide(true),
     };
-    // Its first screen is the short help; that of `live` has the rest.
-    with_help(Cli::command().mut_args(hide).disable_help_flag(true), clap::ArgAction::HelpShort)
+    // Its first screen has some options; the help of `live` has the rest.
+    with_short_help(without_models(Cli::command()).mut_args(hide).disable_help_flag(true))
 }
 
-/// With a help flag of its own for the command and for each below it: clap leaves its own out everywhere, or nowhere.
-fn with_help(command: clap::Command, action: clap::ArgAction) -> clap::Command {
-    let help = clap::Arg::new("help").short('h').long("help").action(action).help("Print help");
-    command.arg(help).mut_subcommands(|below| with_help(below, clap::ArgAction::Help))
+/// Commands of an aircraft alone, which refuse `--model`.
+const WITHOUT_MODEL: [(&str, [&str; 2]); 2] =
+    [("study", ["sensors", "actuators"]), ("aircraft", ["trimmable", "actions"])];
+
+/// Without the option of a model in the help of the commands that read none.
+fn without_models(command: clap::Command) -> clap::Command {
+    let hide = |below: clap::Command| below.mut_arg("model", |arg| arg.hide(true));
+    WITHOUT_MODEL.into_iter().fold(command, |command, (group, names)| {
+        let in_group = |all: clap::Command| {
+            names.into_iter().fold(all, |all, name| all.mut_subcommand(name, hide))
+        };
+        command.mut_subcommand(group, in_group)
+    })
+}
+
+/// With help that fits a screen for the command and for each below it: a line an option.
+fn with_short_help(command: clap::Command) -> clap::Command {
+    let help = clap::Arg::new("help").short('h').long("help").help("Print help");
+    command.arg(help.action(clap::ArgAction::HelpShort)).mut_subcommands(with_short_help)
 }
 
 /// With the group before a command that is named by its old name alone.
@@ -230,6 +245,16 @@ fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
     let is_command = name.as_ref().is_some_and(|name| command.find_subcommand(name).is_some());
     let is_specified =
         !is_command && STUDIES.iter().any(|(known, _)| Some(*known) == name.as_deref());
+    // No command of clap's own, so `help` does not know it.
+    let is_study = words.get(2).is_some_and(|word| word == "study");
+    if at == 2 && (is_specified || is_study && words.len() > 3) {
+        let of = words.split_off(if is_study { 3 } else { 2 });
+        words.truncate(1);
+        words.push("study".into());
+        words.extend(of);
+        words.push("--help".into());
+        return words;
+    }
     let group = GROUPS.iter().find(has).or(is_specified.then_some(&"study"));
     if let Some(group) = group {
         words.insert(at, (*group).into());
@@ -393,6 +418,8 @@ mod tests {
             "live --speed 2",
             "aircraft linearize",
             "study jams --out x",
+            "help jams",
+            "help study jams",
             "log replay a.ulg",
             "linearize",
             "design lqr --out x",
@@ -406,6 +433,19 @@ mod tests {
             let words = ["sitl"].into_iter().chain(line.split_whitespace()).map(OsString::from);
             let parsed = Cli::read(words).map(drop).map_err(|error| error.to_string());
             assert_eq!(parsed, Ok(()), "{line}");
+        }
+    }
+
+    #[test]
+    fn no_help_offers_a_model_that_the_command_refuses() {
+        let mut command = without_models(Cli::command());
+        for (group, names) in WITHOUT_MODEL {
+            for name in names {
+                let of =
+                    command.find_subcommand_mut(group).and_then(|g| g.find_subcommand_mut(name));
+                let help = of.unwrap().render_long_help().to_string();
+                assert!(help.contains("--airframe") && !help.contains("--model"), "{name}: {help}");
+            }
         }
     }
 

@@ -55,20 +55,23 @@ const IMPURE: [&str; 9] =
 
 #[test]
 fn icd_needs_nothing_but_numbers_and_bytes() {
-    assert_only("icd", &["nalgebra", "libm", "serde", "crc32fast", "arrayvec"]);
-    assert_without("icd", &closure("icd"), &IMPURE);
+    assert_only("two-step-icd", &["nalgebra", "libm", "serde", "crc32fast", "arrayvec"]);
+    assert_without("two-step-icd", &closure("two-step-icd"), &IMPURE);
 }
 
 #[test]
 fn flight_control_needs_nothing_but_icd_and_numbers() {
-    assert_only("flight-control", &["icd", "nalgebra", "libm", "serde", "arrayvec"]);
-    assert_without("flight-control", &closure("flight-control"), &IMPURE);
+    assert_only(
+        "two-step-flight-control",
+        &["two-step-icd", "nalgebra", "libm", "serde", "arrayvec"],
+    );
+    assert_without("two-step-flight-control", &closure("two-step-flight-control"), &IMPURE);
 }
 
 #[test]
 fn flight_management_knows_no_system_and_no_protocol() {
     let package = "flight-management";
-    let own = ["icd", "flight-control"];
+    let own = ["two-step-icd", "two-step-flight-control"];
     let others = ["nalgebra", "libm", "arrayvec", "serde", "toml", "crc32fast", "thiserror"];
     assert_only(package, &[&own[..], &others[..]].concat());
     assert_without(package, &closure(package), &IMPURE);
@@ -91,8 +94,8 @@ fn the_recorder_knows_no_system_and_no_protocol() {
 #[test]
 fn host_io_knows_no_aircraft() {
     let forbidden = [
-        "icd",
-        "flight-control",
+        "two-step-icd",
+        "two-step-flight-control",
         "autopilot",
         "plant-sim",
         "lab-engine",
@@ -106,7 +109,7 @@ fn host_io_knows_no_aircraft() {
 
 #[test]
 fn the_log_format_knows_no_aircraft() {
-    assert_only("ulog", &["thiserror"]);
+    assert_only("two-step-ulog", &["thiserror"]);
 }
 
 #[test]
@@ -117,7 +120,8 @@ fn autopilot_does_not_know_the_plant() {
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden = ["autopilot", "flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
+    let forbidden =
+        ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
 }
 
@@ -125,12 +129,27 @@ fn plant_does_not_know_the_flight_software() {
 fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
     let judges = ["lab-studies", "lab-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
     assert_without("lab-engine", &closure("lab-engine"), &judges);
-    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges"]);
+    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges", "lab-report"]);
     // A tick has the plant and the events of the autopilot.
-    let of_a_tick = ["icd", "flight-control", "autopilot", "plant-sim", "lab-engine", "nalgebra"];
+    let of_a_tick = [
+        "two-step-icd",
+        "two-step-flight-control",
+        "autopilot",
+        "plant-sim",
+        "lab-engine",
+        "nalgebra",
+    ];
     assert_only("lab-judges", &of_a_tick);
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
+}
+
+#[test]
+fn the_report_knows_no_aircraft_and_it_alone_knows_parquet() {
+    assert_only("lab-report", &["host-io", "parquet", "toml"]);
+    for package in ["lab-studies", "lab-campaign", "sitl"] {
+        assert_without(package, &direct(package), &["parquet"]);
+    }
 }
 
 #[test]
@@ -144,7 +163,14 @@ fn analysis_knows_neither_the_launcher_nor_the_system() {
 #[test]
 fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
     assert!(direct("mavlink-services").contains("mavlink"), "the rule looks for the wrong name");
-    let others = ["icd", "host-io", "flight-control", "flight-management", "recorder", "autopilot"];
+    let others = [
+        "two-step-icd",
+        "host-io",
+        "two-step-flight-control",
+        "flight-management",
+        "recorder",
+        "autopilot",
+    ];
     for package in others.into_iter().chain(["plant-sim", "lab-engine", "lab-studies", "sitl"]) {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }

@@ -8,11 +8,11 @@ use crate::sources::{assert_none, contains_word, read, root, shipped};
 /// Documents whose paths and names are checked, beside the records of [`DECISIONS`].
 const DOCUMENTS: [&str; 6] = [
     "ARCHITECTURE.md",
-    "docs/parameter-set.md",
+    "docs/paper.md",
     "docs/sources.md",
-    "docs/equations.md",
+    "docs/paper.md",
     "docs/symbols.md",
-    "docs/claims.md",
+    "docs/paper.md",
 ];
 
 /// The folder of the decisions: a file for each, and a page with their table.

@@ -1,4 +1,4 @@
-//! docs/equations.md is complete and correct: each equation has one row, each row refers to existing items.
+//! docs/paper.md is complete and correct: each equation has one row, each row refers to existing items.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ struct Row {
 
 fn rows() -> Vec<Row> {
     let mut rows = Vec::new();
-    for line in read("docs/equations.md").lines() {
+    for line in read("docs/paper.md").lines() {
         let cells: Vec<&str> = line.trim().trim_matches('|').split('|').map(str::trim).collect();
         let Some(number) = cells[0].strip_prefix('(').and_then(|n| n.strip_suffix(')')) else {
             continue;
@@ -48,7 +48,7 @@ fn locate(path: &str) -> Option<(String, String)> {
     let package = segments.first()?;
     let folder = match CRATES.iter().find(|(name, _)| name == package) {
         Some((_, folder)) => (*folder).to_owned(),
-        None if *package == "system_tests" => "tests".to_owned(),
+        None if *package == "system_tests" => "tests/system".to_owned(),
         None => return None,
     };
     let is_type = |segment: &&str| segment.starts_with(char::is_uppercase);
@@ -109,7 +109,7 @@ fn item_below(source: &Source, lines: &[&str], index: usize) -> String {
 fn every_equation_of_the_paper_has_exactly_one_row() {
     let found: Vec<u32> = rows().iter().map(|row| row.number).collect();
     let expected: Vec<u32> = (1..=EQUATIONS).collect();
-    assert_eq!(found, expected, "rows of docs/equations.md, in order");
+    assert_eq!(found, expected, "rows of docs/paper.md, in order");
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn every_implemented_equation_is_marked_once_at_the_place_of_its_row() {
             offences.push(format!("({}): index {expected:?}, code {marked:?}", row.number));
         }
     }
-    assert_none("code and docs/equations.md disagree", &offences);
+    assert_none("code and docs/paper.md disagree", &offences);
     let unknown: Vec<String> =
         marks.keys().filter(|n| !(1..=EQUATIONS).contains(*n)).map(|n| format!("({n})")).collect();
     assert_none("the paper has no such equation", &unknown);
@@ -162,7 +162,7 @@ fn every_function_and_test_that_the_index_names_exists() {
             }
         }
     }
-    assert_none("docs/equations.md names what is not there", &offences);
+    assert_none("docs/paper.md names what is not there", &offences);
 }
 
 fn exists(path: &str) -> bool {

@@ -28,7 +28,7 @@ const TABLES: [Table; 9] = [
     ("docs/faults.md", "parts", parts),
     ("docs/commands.md", "types", types),
     ("docs/commands.md", "values", values),
-    ("docs/break-something.md", "types", types),
+    ("docs/faults.md", "types", types),
     ("docs/scripts.md", "words", words),
     ("docs/shell.md", "shell", shell),
 ];

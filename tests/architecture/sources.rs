@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 17] = [
+pub const CRATES: [(&str, &str); 18] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -19,6 +19,7 @@ pub const CRATES: [(&str, &str); 17] = [
     ("studies", "studies"),
     ("lab_engine", "lab/engine/src"),
     ("lab_judges", "lab/judges/src"),
+    ("lab_report", "lab/report/src"),
     ("lab_studies", "lab/studies/src"),
     ("lab_campaign", "lab/campaign/src"),
     ("sitl", "sitl/src"),

@@ -24,6 +24,11 @@ def main():
         assert one.to_list() == other[name].drop_nulls().to_list(), name
         number = columns["unit"][columns["column"] == name].item() not in ("", "1")
         assert not number or one.empty or pandas.api.types.is_numeric_dtype(one), name
+    for csv in folder.glob("*.csv"):
+        one = pandas.read_csv(csv, keep_default_na=False, na_values=[""])
+        other = pandas.read_parquet(csv.with_suffix(".parquet"))
+        one.columns = [name.split(" [")[0] for name in one.columns]
+        pandas.testing.assert_frame_equal(one, other, check_dtype=False, check_exact=True)
     lost = int((table["outcome"] == "lost").sum())
     summary = pandas.read_csv(folder / "summary.csv")
     assert lost == summary["lost"].sum(), (lost, summary)

@@ -25,8 +25,8 @@ fn root() -> PathBuf {
 
 /// Airframe and model file of an aircraft.
 fn files(name: &str) -> [String; 2] {
-    ["aircraft", "aircraft"]
-        .map(|folder| root().join(folder).join(name).with_extension("toml").display().to_string())
+    ["airframe.toml", "model.toml"]
+        .map(|file| root().join("aircraft").join(name).join(file).display().to_string())
 }
 
 /// Exit status and measures of a flight at a condition with these lines after `[plant.start]`.

@@ -179,7 +179,7 @@ fn the_page_of_a_flight_without_compensator_has_its_loss_and_nothing_that_wakes(
         "<th>Compensator</th><td>off (FTC_MODE), neso, allocation paper</td>",
         "a fault is seen, the compensator is off: something acts about the roll axis",
         "fault seen, compensator off",
-        "the aircraft is lost: roll angle 90.",
+        "the aircraft is lost: roll angle 9",
     ] {
         assert!(page.contains(word), "{word}");
     }
@@ -277,10 +277,12 @@ fn a_range_of_seeds_is_the_same_on_any_number_of_threads_and_as_each_alone() {
         let output = command.output().expect("it starts");
         assert_eq!(output.status.code(), Some(0));
         let table = fs::read_to_string(folder.path().join("seeds.csv")).expect("it was written");
-        (out(&output), table, outcome(folder.path()))
+        let parquet = fs::read(folder.path().join("seeds.parquet")).expect("it was written");
+        (out(&output), table, parquet, outcome(folder.path()))
     };
-    let (printed, table, many) = of("1");
-    assert_eq!(of("3"), (printed.clone(), table.clone(), many.clone()));
+    let (printed, table, parquet, many) = of("1");
+    assert_eq!(of("3"), (printed.clone(), table.clone(), parquet, many.clone()));
+    assert!(table.starts_with("seed,lost,lost_at_s,end_s,"), "{table}");
     assert_eq!(printed.lines().count(), 1 + 4 + 1, "{printed}");
     assert!(printed.contains("0 of 4 lost"), "{printed}");
     assert_eq!(table.lines().count(), 1 + 4);

@@ -1,4 +1,4 @@
-//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/claims.md lists them.
+//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/paper.md lists them.
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
@@ -123,7 +123,7 @@ fn paper_5_the_outcomes_survive_model_error_in_a_sample() {
     assert_claim(&sample.claims, "5");
 }
 
-/// docs/claims.md has more seeds, the limits that degrade, and consumer sensors.
+/// docs/paper.md has more seeds, the limits that degrade, and consumer sensors.
 #[test]
 fn the_outcomes_hold_on_estimated_states_with_tactical_sensors_in_light_turbulence() {
     let fit = FITS.iter().find(|fit| fit.name == "tactical").expect("one of the fits");

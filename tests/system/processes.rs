@@ -314,7 +314,7 @@ fn slow_and_fast_flights_through_two_processes_write_the_same_bytes() {
 /// Airframe and model of a shipped aircraft.
 fn files(aircraft: &str) -> [String; 2] {
     let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-    ["aircraft", "aircraft"].map(|folder| format!("{root}/{folder}/{aircraft}.toml"))
+    ["airframe", "model"].map(|file| format!("{root}/aircraft/{aircraft}/{file}.toml"))
 }
 
 #[test]

@@ -30,7 +30,7 @@ impl CompensatorMode {
 gain_set! {
     /// Gains of the activation logic.
     ///
-    /// The set with which every outcome of the paper occurs; docs/false-alarms.md gives the reasons.
+    /// The set with which every outcome of the paper occurs; docs/estimation.md gives the reasons.
     ActivationGains at activation {
         /// Roll level of |z2|, rad/s².
         level_roll = 1.05, "ACT_LVL_P" "rad/s^2", 0.001 to 100.0, "Roll level of the estimate that wakes the compensator";

@@ -174,7 +174,7 @@ impl AllocationMode {
 impl Gains {
     /// The documented gain set with which every outcome of the paper occurs.
     ///
-    /// The paper prints no gains; these are this project's choice. docs/parameter-set.md gives the reasons.
+    /// The paper prints no gains; these are this project's choice. docs/paper.md gives the reasons.
     pub const REFERENCE: Self = Self {
         references: ReferenceGains::REFERENCE,
         pid: PidGains::REFERENCE,

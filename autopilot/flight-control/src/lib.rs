@@ -2,7 +2,7 @@
 //!
 //! Wang, Chen, Ren, Liu, "Two-Step Robust Fault-Tolerant Controller Design Based on NESO for UAVs with
 //! Actuator Faults and Disturbances", Drones 2025, 9(3), 183. Equation numbers in this crate are that
-//! paper's; docs/equations.md is the index, docs/symbols.md the dictionary.
+//! paper's; docs/paper.md is the index, docs/symbols.md the dictionary.
 //!
 //! ```text
 //!  Sensors ─> navigation ─> NavigationState (for vehicle, guidance, scripts and telemetry too)

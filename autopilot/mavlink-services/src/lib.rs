@@ -20,7 +20,8 @@
 //! Start with [`Ground`]. A process feeds it what its sockets receive, and sends what it returns:
 //!
 //! ```
-//! use flight_management::configuration::{DEFAULT_MODEL, model};
+//! use aircraft::DEFAULT_MODEL;
+//! use flight_management::configuration::model;
 //! use mavlink_services::Ground;
 //! use mavlink_services::peers::Address;
 //! use mavlink_services::wall_time::WallTime;

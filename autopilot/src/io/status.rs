@@ -12,7 +12,7 @@ use std::time::Duration;
 use flight_control::CompensatorMode;
 use host_io::{Stop, console};
 use icd::fault::{FaultEntry, FaultState};
-use icd::{EffectorKind, EffectorList};
+use icd::{EffectorKind, EffectorList, PerEffector};
 use serde::{Deserialize, Serialize};
 
 use flight_management::autopilot::Autopilot;
@@ -71,8 +71,6 @@ pub struct FlightStatus {
     pub roll_deg: f64,
     /// References of the laws.
     pub references: References,
-    /// The aircraft has a nozzle that turns.
-    pub has_nozzle: bool,
     /// The compensator never acts (`FTC_MODE` 0).
     pub compensator_off: bool,
     /// The detector has found a fault.
@@ -81,8 +79,8 @@ pub struct FlightStatus {
     pub fade: f64,
     /// Largest estimated fault acceleration in units of its activation level.
     pub level: f64,
-    /// Compensation within the commands, after limits.
-    pub compensation: AppliedCompensation,
+    /// What the compensation adds to the commands: the largest addition of each kind of effector that has one, deg.
+    pub adds: Vec<(EffectorKind, f64)>,
     /// Remaining authority of the compensator in roll, pitch and yaw, percent.
     pub authority_pct: [f64; 3],
     /// The first faults on the plant's list.
@@ -101,17 +99,6 @@ pub struct References {
     pub airspeed_m_s: f64,
     /// Roll angle, deg.
     pub roll_deg: f64,
-}
-
-/// Compensation within the commands, after limits.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct AppliedCompensation {
-    /// Aileron pair, deg.
-    pub aileron_deg: f64,
-    /// Pitch angle of the nozzle, deg.
-    pub nozzle_pitch_deg: f64,
-    /// Yaw angle of the nozzle, deg.
-    pub nozzle_yaw_deg: f64,
 }
 
 /// A fault on the plant's list.
@@ -152,22 +139,28 @@ impl FlightStatus {
                 airspeed_m_s: demand.airspeed_m_s,
                 roll_deg: demand.roll_rad.to_degrees(),
             },
-            has_nozzle: effectors.of_kind(EffectorKind::NozzlePitch).next().is_some(),
             compensator_off: autopilot.gains().selection.compensator == CompensatorMode::Off,
             compensator_active: log.compensator_active,
             fade: log.fade,
             level: log.level,
-            compensation: AppliedCompensation {
-                aileron_deg: log.applied_compensation.aileron_rad.to_degrees(),
-                nozzle_pitch_deg: log.applied_compensation.nozzle_pitch_rad.to_degrees(),
-                nozzle_yaw_deg: log.applied_compensation.nozzle_yaw_rad.to_degrees(),
-            },
+            adds: adds(effectors, &log.increments),
             authority_pct: Axis::ALL.map(|axis| axis.authority_pct(&log.authority)),
             faults: listed.by_ref().take(FAULTS_SHOWN).collect(),
             more_faults: listed.count(),
             mode: s.mode.to_string(),
         }
     }
+}
+
+/// The largest addition of each kind of effector that turns, deg, of the kinds that have one.
+fn adds(list: &EffectorList, increments: &PerEffector<f64>) -> Vec<(EffectorKind, f64)> {
+    let kinds = EffectorKind::ALL.into_iter().filter(|kind| kind.is_angle());
+    let largest = |kind| {
+        let of_kind = list.of_kind(kind).map(|effector| increments[effector]);
+        let largest = of_kind.max_by(|one, other| one.abs().total_cmp(&other.abs()))?;
+        (largest != 0.0).then(|| (kind, largest.to_degrees()))
+    };
+    kinds.filter_map(largest).collect()
 }
 
 /// State of the plant.

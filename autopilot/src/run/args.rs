@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::Arc;
 
+use flight_control::gains::name_of;
 use flight_control::{AircraftModel, AllocationMode, CompensatorLaw, MainLaw};
 use host_io::instance::whole;
 use host_io::problem::{At as _, Problem, problem};
 use host_io::process::CORE_MAX;
 use host_io::{Instance, Wait, file};
-use icd::EffectorList;
+use icd::{EffectorKind, EffectorList};
 use serde::Deserialize;
 use tracing::warn;
 
@@ -90,7 +91,21 @@ impl LawArgs {
     }
 
     /// Sets the values that the options give, and no others; `gains` is the text of the file.
-    pub fn apply(&self, parameters: &mut Parameters, gains: Option<&str>) -> Result<(), Problem> {
+    pub fn apply(
+        &self,
+        parameters: &mut Parameters,
+        gains: Option<&str>,
+        model: &AircraftModel,
+    ) -> Result<(), Problem> {
+        let has_nozzle = model.effectors.list.only(EffectorKind::NozzlePitch).is_some();
+        if let Some(law @ MainLaw::PidGangedNozzle) = self.law
+            && !has_nozzle
+        {
+            let (law, aircraft) = (name_of(&MainLaw::NAMES, law), model.aircraft);
+            return Err(problem!(
+                "--law {law}: {aircraft} has no nozzle; without one this law is pid"
+            ));
+        }
         if let (Some(path), Some(text)) = (&self.gains, gains) {
             parameters::set_from_text(parameters, text)
                 .at(format!("--gains {}", path.display()))?;
@@ -289,7 +304,7 @@ impl AutopilotArgs {
             parameters.check_law().at("--param")?;
             return Ok((setup, parameters));
         }
-        self.laws.apply(&mut parameters, self.laws.gains_text()?.as_deref())?;
+        self.laws.apply(&mut parameters, self.laws.gains_text()?.as_deref(), model)?;
         let ftc = self.ftc.map(|ftc| ("FTC_MODE", ftc.value()));
         let settings = self.parameters.iter().map(|set| (set.name.as_str(), set.value));
         let set = parameters.set_all(ftc.into_iter().chain(settings));

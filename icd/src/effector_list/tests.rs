@@ -130,6 +130,8 @@ fn an_effector_is_found_by_its_role_where_it_is_the_only_one_of_it() {
     ] {
         assert_eq!(list.by_key(key), effector, "{key}");
     }
+    assert!(list.lacks("flap") && list.lacks("left_spoiler"));
+    assert!(!list.lacks("rudder") && !list.lacks("rudderr"), "a word that is no role is a mistake");
     // Two of a role: which one is not said.
     entries[0].partner = None;
     (entries[1].partner, entries[1].side) = (None, LateralSide::Left);

@@ -471,7 +471,7 @@ impl fmt::Display for Described<FaultKind> {
                 N(quantity) => {
                     let mut numbers = info.numbers.iter().zip(values);
                     if let Some((number, si)) = numbers.find(|(n, _)| n.quantity == quantity) {
-                        let unit = quantity.measure().unit(self.class);
+                        let unit = quantity.measure().shown_unit(self.class, si.abs());
                         let value = unit.from_si(si);
                         match number.decimals.map(usize::from) {
                             Some(decimals) => write!(f, "{before}{value:.decimals$} {}", unit.name),

@@ -204,7 +204,7 @@ impl fmt::Display for SizeError<'_> {
             }
             Self::NotANumber(text) => write!(
                 f,
-                "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, s or ms, and none of +, -, here"
+                "\"{text}\" is no number with deg, deg/s, %, %/s, kN, kN/s, N, N/s, s or ms, and none of +, -, here"
             ),
             Self::NoKind(code, last) => write!(f, "no value of kind {code}, p4 is 1 to {last}"),
             Self::NoAlternative(kind) => {
@@ -269,6 +269,7 @@ mod tests {
             (Thrust, "bias", "-4deg", "biased", Number(-4.0)),
             (Angle, "limit", "6deg", "limited_travel", Si(deg(6.0))),
             (Thrust, "limit", "20kN", "limited_travel", Si(20_000.0)),
+            (Thrust, "limit", "20N", "limited_travel", Si(20.0)),
             (gnss, "wrong", "50m", "biased", Si(50.0)),
             (gnss, "wrong", "50", "biased", Si(50.0)),
         ] {

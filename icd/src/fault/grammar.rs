@@ -252,7 +252,7 @@ impl FaultDraft {
 
     /// A number outside its range, all in SI units.
     fn outside(&self, what: Quantity, value: f64, [min, max]: [f64; 2]) -> FaultError {
-        let unit = what.measure().unit(self.class);
+        let unit = what.measure().shown_unit(self.class, max);
         let [value, min, max] = [value, min, max].map(|si| unit.from_si(si));
         FaultError::OutOfRange { what, value, min, max, unit }
     }
@@ -263,7 +263,10 @@ impl Measure {
     pub fn units(self, class: TargetClass) -> ArrayVec<Unit, 3> {
         match self {
             Self::Seconds | Self::Milliseconds => Unit::TIMES.into(),
-            other => core::iter::once(other.unit(class)).collect(),
+            other => {
+                let unit = other.unit(class);
+                core::iter::once(unit).chain(unit.for_small()).collect()
+            }
         }
     }
 }
@@ -408,7 +411,7 @@ impl fmt::Display for Described<Refusal> {
                 f.write_str("this kind of fault has no ramp")
             }
             R::OutOfRange { what, value, min, max } => {
-                let unit = what.measure().unit(self.class);
+                let unit = what.measure().shown_unit(self.class, max);
                 let [value, min, max] = [value, min, max].map(|number| Tidy(unit.from_si(number)));
                 let (what, unit) = (what.name(), unit.name);
                 write!(f, "{what} {value} {unit} is outside {min} to {max} {unit}")

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::target::TargetClass;
 use crate::sensors::SensorKind;
-use crate::units::DEG;
+use crate::units::{DEG, SMALL_THRUST_N};
 
 /// The enum of the quantities, with their names, measures and keys.
 macro_rules! quantities {
@@ -133,6 +133,15 @@ impl Unit {
         Self { name, times, over }
     }
 
+    /// In which small values of this unit are shown.
+    pub(super) fn for_small(self) -> Option<Self> {
+        match self.name {
+            "kN" => Some(Self::new("N", 1.0, 1.0)),
+            "kN/s" => Some(Self::new("N/s", 1.0, 1.0)),
+            _ => None,
+        }
+    }
+
     /// Those of times.
     pub(super) const TIMES: [Self; 3] =
         [Self::new("s", 1.0, 1.0), Self::new("ms", 1.0, 1.0e3), Self::new("min", 60.0, 1.0)];
@@ -164,6 +173,12 @@ impl Measure {
             (Self::Hertz, _) => Unit::new("Hz", 1.0, 1.0),
             (Self::Count, _) => Unit::new("times", 1.0, 1.0),
         }
+    }
+
+    /// The unit in which operators read values up to `largest`, in SI units.
+    pub fn shown_unit(self, class: TargetClass, largest: f64) -> Unit {
+        let unit = self.unit(class);
+        unit.for_small().filter(|_| largest < SMALL_THRUST_N).unwrap_or(unit)
     }
 
     /// Whether it is a value of the target itself, which for an engine can also be given in percent of its largest thrust.

@@ -2,18 +2,13 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::fs::File;
 use std::path::Path;
 use std::sync::Once;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::{panic, thread};
 
+use lab_report::{Cell, ParquetReader};
 use lab_studies::problem::{At as _, Problem, problem};
-use parquet::basic::Compression;
-use parquet::file::metadata::RowGroupMetaData;
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::reader::RowIter;
-use parquet::record::{Field, Row};
 
 use crate::table::{FINGERPRINT, PROGRAM_KEY, RUNS};
 
@@ -79,15 +74,28 @@ pub fn folders(one: &Path, other: &Path) -> Result<String, Problem> {
 /// `is_other` says which table is being read.
 fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Problem> {
     let reading = |of_other: bool| is_other.store(of_other, Ordering::Relaxed);
-    let a = RunTable::open(one)?;
+    let a = ParquetReader::open(&one.join(RUNS))?;
     reading(true);
-    let b = RunTable::open(other)?;
-    if a.runs() != b.runs() {
+    let b = ParquetReader::open(&other.join(RUNS))?;
+    reading(false);
+    let laws_of_a = laws(&a)?;
+    reading(true);
+    let laws_of_b = laws(&b)?;
+    let only = |mine: &Laws, others: &Laws| -> Vec<String> {
+        mine.keys().filter(|law| !others.contains_key(*law)).cloned().collect()
+    };
+    let only = [only(&laws_of_a, &laws_of_b), only(&laws_of_b, &laws_of_a)];
+    let [count_a, count_b] = [&laws_of_a, &laws_of_b].map(|laws| -> u64 {
+        let both = laws.iter().filter(|(law, _)| !only.iter().flatten().any(|one| one == *law));
+        both.map(|(_, count)| count).sum()
+    });
+    if only[0].len() == laws_of_a.len() && !laws_of_a.is_empty() {
+        return Err(problem!("{}: it has no law of the first folder", other.display()));
+    }
+    if count_a != count_b {
         return Err(problem!(
-            "{}: {} runs, and the first folder has {}",
-            other.display(),
-            b.runs(),
-            a.runs()
+            "{}: {count_b} runs, and the first folder has {count_a}",
+            other.display()
         ));
     }
     let mut laws: Vec<(String, Differences)> = Vec::new();
@@ -95,17 +103,18 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
     let mut rows_a = a.rows()?;
     reading(true);
     let mut rows_b = b.rows()?;
-    for _ in 0..a.runs() {
+    let fewer = "it has fewer runs than it says";
+    for _ in 0..count_a {
         reading(false);
-        let row_a = a.next(&mut rows_a)?;
+        let cells_a = next_of(&mut rows_a, &only[0]).ok_or_else(|| damaged(&a, fewer))??;
         reading(true);
-        let row_b = b.next(&mut rows_b)?;
-        let cells_a: Vec<(&String, &Field)> = row_a.get_column_iter().collect();
-        let cells_b: BTreeMap<&String, &Field> = row_b.get_column_iter().collect();
-        let cell = |name: &str| cells_a.iter().find(|(n, _)| *n == name).map(|(_, f)| *f);
-        let (Some(Field::Long(run)), Some(law)) = (cell("run"), cell("law").map(show)) else {
-            return Err(a.damaged("a run has no number, or no law"));
+        let cells_b = next_of(&mut rows_b, &only[1]).ok_or_else(|| damaged(&b, fewer))??;
+        let cells_b: BTreeMap<String, Cell> = cells_b.into_iter().collect();
+        let cell = |name| cells_a.iter().find(|(known, _)| known == name).map(|(_, cell)| cell);
+        let (Some(run), Some(law)) = (cell("run").and_then(Cell::integer), cell("law")) else {
+            return Err(damaged(&a, "a run has no number, or no law"));
         };
+        let law = law.to_string();
         let place = laws.iter().position(|(known, _)| *known == law).unwrap_or_else(|| {
             laws.push((law, Differences::default()));
             laws.len() - 1
@@ -113,98 +122,76 @@ fn compare(one: &Path, other: &Path, is_other: &AtomicBool) -> Result<String, Pr
         let differences = &mut laws[place].1;
         differences.runs += 1;
         let outcome_at = cells_a.iter().position(|(name, _)| *name == "outcome");
-        let outcome_at = outcome_at.ok_or_else(|| a.damaged("it has no column outcome"))?;
-        for (name, field) in &cells_a[..outcome_at] {
-            let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), |f| show(f));
-            if found != show(field) {
+        let outcome_at = outcome_at.ok_or_else(|| damaged(&a, "it has no column outcome"))?;
+        // With another number of laws the same flight has another number.
+        let is_number = |name: &str| name == "run" && only.iter().any(|laws| !laws.is_empty());
+        for (name, cell) in cells_a[..outcome_at].iter().filter(|(name, _)| !is_number(name)) {
+            let found = cells_b.get(name).map_or_else(|| "missing".to_owned(), Cell::to_string);
+            if found != cell.to_string() {
                 return Err(problem!(
-                    "run {run} is another flight in {}: {name} is {found} there and {} in the first folder",
+                    "run {run} is another flight in {}: {name} is {found} there and {cell} in the first folder",
                     other.display(),
-                    show(field)
                 ));
             }
         }
         let is_same = cells_a.len() == cells_b.len()
-            && cells_a.iter().all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
+            && cells_a
+                .iter()
+                .filter(|(name, _)| !is_number(name))
+                .all(|(name, a)| cells_b.get(name).is_some_and(|b| is_same(a, b)));
         differences.same += u64::from(is_same);
-        differences.add(*run, &cells_a[outcome_at..], &cells_b);
+        differences.add(run, &cells_a[outcome_at..], &cells_b);
     }
-    Ok(report(&a, &b, &laws))
+    Ok(report(&a, &b, &laws, &only))
 }
 
-/// The table of a folder.
-struct RunTable<'a> {
-    folder: &'a Path,
-    reader: SerializedFileReader<File>,
+/// Names of laws, each with its number of runs.
+type Laws = BTreeMap<String, u64>;
+
+/// A row: names and values.
+type Cells = Vec<(String, Cell)>;
+
+fn law_of(cells: &Cells) -> Option<String> {
+    cells.iter().find(|(name, _)| name == "law").map(|(_, law)| law.to_string())
 }
 
-impl<'a> RunTable<'a> {
-    fn open(folder: &'a Path) -> Result<Self, Problem> {
-        let path = folder.join(RUNS);
-        let file = File::open(&path).at(path.display())?;
-        let reader = SerializedFileReader::new(file).at(path.display())?;
-        let columns = reader.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns);
-        for column in columns {
-            let is_read = matches!(
-                column.compression(),
-                Compression::UNCOMPRESSED | Compression::SNAPPY | Compression::GZIP(_)
-            );
-            if !is_read {
-                return Err(problem!(
-                    "{}: column {} is compressed with {}; this program reads NONE, SNAPPY and GZIP",
-                    path.display(),
-                    column.column_path().string(),
-                    column.compression()
-                ));
-            }
-        }
-        Ok(Self { folder, reader })
-    }
+/// The next run of a law that both tables have.
+fn next_of(
+    rows: &mut impl Iterator<Item = Result<Cells, Problem>>,
+    only: &[String],
+) -> Option<Result<Cells, Problem>> {
+    rows.find(|row| {
+        !row.as_ref().is_ok_and(|cells| law_of(cells).is_some_and(|law| only.contains(&law)))
+    })
+}
 
-    fn runs(&self) -> i64 {
-        self.reader.metadata().file_metadata().num_rows()
+/// The laws of a table with their runs.
+fn laws(table: &ParquetReader) -> Result<Laws, Problem> {
+    let mut laws = Laws::new();
+    for row in table.rows()? {
+        *laws.entry(law_of(&row?).unwrap_or_default()).or_default() += 1;
     }
+    Ok(laws)
+}
 
-    fn rows(&self) -> Result<RowIter<'_>, Problem> {
-        self.reader.get_row_iter(None).at(self.folder.join(RUNS).display())
-    }
-
-    fn next(&self, rows: &mut RowIter<'_>) -> Result<Row, Problem> {
-        let row = rows.next().ok_or_else(|| self.damaged("it has fewer runs than it says"))?;
-        row.at(self.folder.join(RUNS).display())
-    }
-
-    /// What the table says of the program and the specification of its runs; what another program wrote need not say it.
-    fn about(&self, key: &str) -> Option<&str> {
-        let about = self.reader.metadata().file_metadata().key_value_metadata()?;
-        about.iter().find(|entry| entry.key == key)?.value.as_deref()
-    }
-
-    fn columns(&self) -> Vec<&str> {
-        let schema = self.reader.metadata().file_metadata().schema_descr();
-        schema.columns().iter().map(|column| column.name()).collect()
-    }
-
-    fn damaged(&self, why: &str) -> Problem {
-        problem!("{}: damaged: {why}", self.folder.join(RUNS).display())
-    }
+fn damaged(table: &ParquetReader, why: &str) -> Problem {
+    problem!("{}: damaged: {why}", table.path.display())
 }
 
 /// Whether two cells have the same bits.
-fn is_same(a: &Field, b: &Field) -> bool {
+fn is_same(a: &Cell, b: &Cell) -> bool {
     match (a, b) {
-        (Field::Double(a), Field::Double(b)) => a.to_bits() == b.to_bits(),
+        (Cell::Number(a), Cell::Number(b)) => a.to_bits() == b.to_bits(),
         _ => a == b,
     }
 }
 
 impl Differences {
-    fn add(&mut self, run: i64, a: &[(&String, &Field)], b: &BTreeMap<&String, &Field>) {
-        for (name, field) in a {
-            let other = b.get(name).copied().unwrap_or(&Field::Null);
-            match (name.as_str(), field, other) {
+    fn add(&mut self, run: i64, a: &[(String, Cell)], b: &BTreeMap<String, Cell>) {
+        for (name, cell) in a {
+            match (name.as_str(), cell, b.get(name).unwrap_or(&Cell::Missing)) {
                 ("outcome", a, b) => {
-                    let lost = [a, b].map(|field| show(field) == "lost");
+                    let lost = [a, b].map(|cell| cell.text() == Some("lost"));
                     for (place, (count, runs)) in self.lost.iter_mut().enumerate() {
                         if lost[place] && !lost[1 - place] {
                             *count += 1;
@@ -214,8 +201,8 @@ impl Differences {
                         }
                     }
                 }
-                (_, Field::Double(a), Field::Double(b)) => {
-                    let change = self.measures.entry((*name).clone()).or_default();
+                (_, Cell::Number(a), Cell::Number(b)) => {
+                    let change = self.measures.entry(name.clone()).or_default();
                     change.magnitude += a.abs();
                     if a.to_bits() != b.to_bits() {
                         change.runs += 1;
@@ -231,8 +218,13 @@ impl Differences {
     }
 }
 
-fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) -> String {
-    let mut text = format!("A = {}, B = {}\n", a.folder.display(), b.folder.display());
+fn report(
+    a: &ParquetReader,
+    b: &ParquetReader,
+    laws: &[(String, Differences)],
+    only: &[Vec<String>; 2],
+) -> String {
+    let mut text = format!("A = {}, B = {}\n", a.path.display(), b.path.display());
     for (what, key) in [("program", PROGRAM_KEY), ("specification", FINGERPRINT)] {
         let [of_a, of_b] = [a, b].map(|table| table.about(key).unwrap_or("that it does not name"));
         if of_a != of_b {
@@ -245,6 +237,9 @@ fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) ->
         if !only.is_empty() {
             let _ = writeln!(text, "columns in {folder} only: {}", only.join(", "));
         }
+    }
+    for (folder, laws) in ["A", "B"].into_iter().zip(only).filter(|(_, laws)| !laws.is_empty()) {
+        let _ = writeln!(text, "laws in {folder} only, left out: {}", laws.join(", "));
     }
     for (law, differences) in laws {
         let Differences { runs, same, lost, measures } = differences;
@@ -277,12 +272,4 @@ fn report(a: &RunTable<'_>, b: &RunTable<'_>, laws: &[(String, Differences)]) ->
         }
     }
     text
-}
-
-fn show(field: &Field) -> String {
-    match field {
-        Field::Str(text) => text.clone(),
-        Field::Null => String::new(),
-        other => other.to_string(),
-    }
 }

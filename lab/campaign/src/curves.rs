@@ -1,8 +1,7 @@
 //! Curves over a joint level: for each law the fraction of flights lost, with Wilson's interval, and the quartiles of each named
 //! measure over the flights that were kept.
 
-use std::fmt::Write as _;
-
+use lab_report::{Table, cells, table};
 use lab_studies::chart::panel::{Curve, Panel};
 use lab_studies::chart::{Figure, Ink, Pattern, sheet};
 use lab_studies::metrics::wilson_95;
@@ -11,12 +10,7 @@ use crate::plan::Plan;
 use crate::results::Results;
 use crate::spec::{Meaning, Variable};
 use crate::store::RunEnd;
-use lab_studies::table::field;
 
-/// Name of the table.
-pub const CURVES: &str = "curves.csv";
-/// How the table begins.
-pub const BEGINNING: &str = "airframe,law,joint,level,quantity,unit,flights,value,low,high\n";
 /// Colours of the laws; further ones begin again, with another pattern.
 pub(crate) const COLOURS: [&str; 10] = [
     "#1f4e8c", "#b23a1e", "#3a8f5c", "#b8860b", "#8c3a6b", "#555555", "#20a0a0", "#d2691e",
@@ -136,25 +130,24 @@ fn quantile(sorted: &[f64], part: f64) -> f64 {
     sorted[below] + (at - at.floor()) * (above - sorted[below])
 }
 
-pub fn csv(plan: &Plan, all: &[Curves]) -> String {
-    let mut text = BEGINNING.to_owned();
-    for curves in all {
-        let airframe = field(&plan.aircraft[curves.airframe].name);
-        for Quantity { name, unit, laws, .. } in &curves.quantities {
+pub fn table(plan: &Plan, all: &[Curves]) -> Table {
+    let mut table = table!("curves",
+        airframe: Text, law: Text, joint: Text, level: Number, quantity: Text, unit: Text,
+        flights: Integer, value: Number, low: Number, high: Number);
+    for Curves { airframe, joint, quantities, .. } in all {
+        let airframe = &plan.aircraft[*airframe].name;
+        for Quantity { name, unit, laws, .. } in quantities {
             for (points, law) in laws.iter().zip(plan.laws()) {
                 for Point { level, flights, value, interval: (low, high) } in points {
-                    let (law, joint) = (field(law), &curves.joint);
-                    let _ =
-                        write!(text, "{airframe},{law},{joint},{level},{name},{unit},{flights}");
-                    let _ = match flights {
-                        0 => writeln!(text, ",,,"),
-                        _ => writeln!(text, ",{value:.4},{low:.4},{high:.4}"),
-                    };
+                    let mut row = cells![airframe, law, joint, *level, name, *unit, *flights];
+                    let is_there = |value: &f64| (*flights > 0).then_some(*value).into();
+                    row.extend([value, low, high].map(is_there));
+                    table.rows.push(row);
                 }
             }
         }
     }
-    text
+    table
 }
 
 /// The curves as a drawing: a panel for each quantity and level.

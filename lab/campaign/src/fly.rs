@@ -73,7 +73,7 @@ pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Prob
         // Nobody may read any more.
         let _ = writeln!(console::err(), "{} of {all} runs are there already", all - runs);
     }
-    for note in preset_notes(plan) {
+    for note in preset_notes(plan).into_iter().chain(plan.notes()) {
         let _ = writeln!(console::err(), "{note}");
     }
     let total = usize::try_from(runs).unwrap_or(usize::MAX);

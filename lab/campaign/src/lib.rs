@@ -5,15 +5,16 @@
 //! ```
 //!
 //! Every run is a function of the specification and its number: seeds and draws come from named streams
-//! ([`draw::stream`]), so a run is the same alone and among a million.
+//! ([`draw::stream`]), so a run is the same alone and among a million; with `design = "latin_hypercube"` among as many samples.
 
 use std::io::Write as _;
 use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
-use host_io::{console, file};
-use lab_studies::chart::Figure;
+use host_io::console;
+use host_io::folder::OutFolder;
+use lab_studies::chart::{Figure, write_figure, write_figure_as};
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::fly::OneFlight;
 use lab_studies::page;
@@ -28,7 +29,7 @@ use crate::plan::Plan;
 use crate::report::{REPORT, Sources};
 use crate::results::Results;
 use crate::spec::{SAMPLES_MAX, SEED_MAX, SpecFile};
-use crate::store::{Store, write_new};
+use crate::store::Store;
 use crate::summary::Group;
 use lab_studies::{print_line, print_text};
 
@@ -156,7 +157,7 @@ pub struct WorstArgs {
     /// Mildest value of that variable [default: the one nearest to zero]
     #[arg(long, value_name = "VALUE", requires = "over", allow_negative_numbers = true)]
     from: Option<f64>,
-    /// Folder for worst.csv and the scenarios
+    /// Folder for the table and the scenarios
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -164,10 +165,9 @@ pub struct WorstArgs {
 /// Options of `sitl campaign tune`.
 #[derive(Debug, Args)]
 pub struct TuneArgs {
-    /// The flights, and the laws with their parameters: tuning, or a file
-    #[arg(value_name = "SPEC")]
-    spec: String,
-    /// Folder for a file of gains of each law, and tuning.csv; what was interrupted goes on with the next law
+    #[command(flatten)]
+    spec: SpecArgs,
+    /// Folder for a file of gains of each law, and the table; what was interrupted goes on with the next law
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -232,9 +232,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
             let plan = plan(&args.spec)?;
             worst::run(&plan, args.over.as_deref(), args.from, &args.out)
         }
-        Command::Tune(args) => {
-            tune::run(&SpecFile::read_with(&args.spec, own, &AircraftArgs::default())?, &args.out)
-        }
+        Command::Tune(args) => tune::run(&args.spec.file(own)?, &args.out),
         Command::Suite(args) => suite::run(&args.out, &args.aircraft, own),
         Command::Compare(args) => {
             print_text!("{}", compare::folders(&args.one, &args.other)?);
@@ -244,23 +242,17 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
 }
 
 /// Writes tables, scores, maps and the page of a campaign whose runs are all there; gives the losses of each law.
-///
-/// # Errors
-/// A part that is missing, or a file that cannot be written.
 pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     let mut results = Results::new(plan);
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);
-    let in_folder = |name: &str, bytes: &[u8], beginning: &[u8]| {
-        write_new(&store.folder().join(name), bytes, beginning)
-    };
-    let csv = summary::csv(plan, &groups);
-    in_folder(summary::SUMMARY, csv.as_bytes(), summary::BEGINNING.as_bytes())?;
+    let folder = OutFolder::create(store.folder())?;
+    summary::table(plan, &groups).write(folder.path())?;
     print_text!("{}", summary::shown(plan, &groups));
     let tables = tables::markdown(plan, &results);
     if !tables.is_empty() {
-        let text = format!("{}\n{tables}", tables::BEGINNING);
-        in_folder(tables::TABLES, text.as_bytes(), tables::BEGINNING.as_bytes())?;
+        folder.write_markdown("tables.md", tables.trim_start())?;
+        tables::all(plan, &results).try_for_each(|table| table.write(folder.path()))?;
         print_text!("{tables}\n");
     }
     let jams = Jams::of(plan);
@@ -279,22 +271,18 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         };
         if let Some(jams) = jams {
             let figure = map::figure(plan, &results, jams, (airframe, limits.as_ref()), &scores);
-            for (name, bytes) in figure.files()? {
-                let beginning = beginning_of(&name);
-                let several = plan.aircraft.len() > 1;
-                // A name such as "f16, 150 m/s" names no folder.
-                let is_plain = |c: char| c.is_alphanumeric() || " _-.,".contains(c);
-                let plain = |c| if is_plain(c) { c } else { '-' };
-                let prefix: String = plan.aircraft[airframe].name.chars().map(plain).collect();
-                let name = if several { format!("{prefix}-{name}") } else { name };
-                in_folder(&name, &bytes, beginning)?;
-            }
+            // A name such as "f16, 150 m/s" names no folder.
+            let is_plain = |c: char| c.is_alphanumeric() || " _-.,".contains(c);
+            let plain = |c| if is_plain(c) { c } else { '-' };
+            let prefix: String = plan.aircraft[airframe].name.chars().map(plain).collect();
+            let several = plan.aircraft.len() > 1;
+            let name = if several { format!("{prefix}-map") } else { "map".to_owned() };
+            write_figure_as(&folder, &name, &figure)?;
         }
         studied.push(Studied { limits, scores });
     }
     if jams.is_some() {
-        let csv = limit::csv(plan, &studied);
-        in_folder(limit::SCORES, csv.as_bytes(), limit::BEGINNING.as_bytes())?;
+        limit::table(plan, &studied).write(folder.path())?;
     }
     let fields = tables::figure(plan, &results);
     let mut figures: Vec<Figure> = fields.iter().cloned().collect();
@@ -302,15 +290,10 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         .flat_map(|airframe| curves::of(plan, &results, airframe))
         .collect();
     if !curves.is_empty() {
-        let csv = curves::csv(plan, &curves);
-        in_folder(curves::CURVES, csv.as_bytes(), curves::BEGINNING.as_bytes())?;
+        curves::table(plan, &curves).write(folder.path())?;
         figures.push(curves::figure(plan, &curves));
     }
-    for figure in &figures {
-        for (name, bytes) in figure.files()? {
-            in_folder(&name, &bytes, beginning_of(&name))?;
-        }
-    }
+    figures.iter().try_for_each(|figure| write_figure(&folder, figure))?;
     let sources = Sources {
         plan,
         results: &results,
@@ -321,14 +304,10 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
         tables: &tables,
         fields: fields.as_ref(),
     };
-    in_folder(REPORT, report::page(&sources).as_bytes(), page::GENERATOR.as_bytes())?;
-    print_line!("wrote {}", store.folder().join(REPORT).display());
+    let page = report::page(&sources);
+    folder.write_marked(REPORT, page::GENERATOR.as_bytes(), page.as_bytes())?;
+    print_line!("wrote {}", folder.path().join(REPORT).display());
     Ok(groups)
-}
-
-/// How a drawing of ours begins.
-fn beginning_of(name: &str) -> &'static [u8] {
-    file::beginning(if name.ends_with("svg") { b"<svg " } else { b"\x89PNG" })
 }
 
 fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Problem> {

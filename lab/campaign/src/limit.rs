@@ -1,11 +1,12 @@
 //! The jams of a campaign against the physical limit: which of them leave a steady flight, and what share of these each law
 //! survives.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use host_io::file::{self, TEXT_MAX};
+use icd::EffectorList;
+use lab_report::{Table, cells, table};
 use lab_studies::metrics::wilson_95;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::trimmable::sets::{self, Set};
@@ -16,12 +17,7 @@ use sha2::{Digest, Sha256};
 use crate::plan::{Aircraft, Plan, Value};
 use crate::results::Results;
 use crate::store::{PROGRAM, RunEnd, write_new};
-use lab_studies::table::field;
 
-/// Name of the file of scores.
-pub const SCORES: &str = "scores.csv";
-/// How the file begins.
-pub const BEGINNING: &str = "airframe,law,set,margin,trimmable_flights,kept,kept_percent";
 /// Step of the search for the limits, deg.
 const STEP_DEG: f64 = 2.0;
 /// Angles of files are rounded: what is at a limit is within it.
@@ -90,7 +86,7 @@ pub struct Limits {
     /// The sets of steady flights.
     pub sets: Vec<Set>,
     found: Vec<JamLimit>,
-    keys: Vec<String>,
+    list: EffectorList,
 }
 
 /// The limit of one effector in one set.
@@ -141,7 +137,6 @@ impl Limits {
         let airframe = plan.aircraft[airframe].airframe.clone();
         let sets = sets::read("sets.toml", sets::SHIPPED)?;
         let list = airframe.effectors;
-        let keys = list.all().map(|effector| list.key(effector).to_owned()).collect();
         let of = (serde_json::to_string(&airframe)?, sets::SHIPPED, STEP_DEG, PROGRAM);
         let digest = Sha256::digest(postcard::to_allocvec(&of)?);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -161,12 +156,12 @@ impl Limits {
             }
         };
         found.keep(&path)?;
-        Ok(Self { sets, found: found.limits, keys })
+        Ok(Self { sets, found: found.limits, list })
     }
 
     /// Smallest and largest angle at which an effector leaves a steady flight of a set, deg.
     pub fn range_deg(&self, set: usize, margin: bool, effector: &str) -> Option<[f64; 2]> {
-        let effector = self.keys.iter().position(|key| key == effector)?;
+        let effector = self.list.by_key(effector)?.index();
         let is_it = |s: &&JamLimit| s.set == set && s.margin == margin && s.effector == effector;
         Some(self.found.iter().find(is_it)?.range?.map(f64::to_degrees))
     }
@@ -238,29 +233,23 @@ pub fn scores(
     scores
 }
 
-/// The file of scores.
-pub fn csv(plan: &Plan, studied: &[Studied]) -> String {
-    let mut text = format!("{BEGINNING},kept_percent_low,kept_percent_high\n");
-    for (score, sets) in studied.iter().flat_map(|Studied { limits, scores }| {
+pub fn table(plan: &Plan, studied: &[Studied]) -> Table {
+    let mut table = table!("scores",
+        airframe: Text, law: Text, set: Text, margin: Integer, trimmable_flights: Integer,
+        kept: Integer, kept_percent: Number, kept_low_percent: Number, kept_high_percent: Number);
+    for Studied { limits, scores } in studied {
         let sets = limits.as_ref().map_or(&[][..], |limits| &limits.sets);
-        scores.iter().map(move |score| (score, sets))
-    }) {
-        let Score { airframe, law, set, margin, flights, kept } = score;
-        let _ = write!(
-            text,
-            "{},{},{},{},{flights},{kept}",
-            field(&plan.aircraft[*airframe].name),
-            field(plan.laws()[*law]),
-            sets[*set].key,
-            u8::from(*margin),
-        );
-        let (low, high) = wilson_95(*kept, *flights);
-        let _ = match score.percent() {
-            Some(percent) => writeln!(text, ",{percent:.2},{:.2},{:.2}", 100.0 * low, 100.0 * high),
-            None => writeln!(text, ",,,"),
-        };
+        for score in scores {
+            let Score { airframe, law, set, margin, flights, kept } = score;
+            let (name, law) = (&plan.aircraft[*airframe].name, plan.laws()[*law]);
+            let mut row = cells![name, law, &sets[*set].key, *margin, *flights, *kept];
+            let (low, high) = wilson_95(*kept, *flights);
+            let percent = |part: f64| (*flights > 0).then_some(100.0 * part);
+            row.extend(cells![score.percent(), percent(low), percent(high)]);
+            table.rows.push(row);
+        }
     }
-    text
+    table
 }
 
 #[cfg(test)]
@@ -298,9 +287,9 @@ mod tests {
     fn a_share_of_no_flight_is_an_empty_cell() {
         let plan = Plan::new(SpecFile::read("ftc-06").expect("it is shipped")).expect("a plan");
         let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
-        let limits = Some(Limits { sets: set, found: Vec::new(), keys: Vec::new() });
+        let limits = Some(Limits { sets: set, found: Vec::new(), list: EffectorList::default() });
         let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
-        let csv = csv(&plan, &[Studied { limits, scores: vec![none] }]);
+        let csv = table(&plan, &[Studied { limits, scores: vec![none] }]).csv();
         assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");
     }
 }

@@ -233,8 +233,7 @@ pub(crate) fn is_flown(deg: f64, (first, last): (f64, f64)) -> bool {
 /// Name of an effector for people.
 pub(crate) fn shown_name(plan: &Plan, airframe: usize, key: &str) -> String {
     let list = &plan.aircraft[airframe].airframe.effectors;
-    let found = list.all().find(|effector| list.key(*effector) == key);
-    found.map_or_else(|| key.to_owned(), |effector| list.name(effector).to_owned())
+    list.by_key(key).map_or_else(|| key.to_owned(), |effector| list.name(effector).to_owned())
 }
 
 /// Colour of a share of kept flights.

@@ -6,9 +6,9 @@
 //! ```
 
 use autopilot::run::LawArgs;
-use flight_control::CompensatorMode;
-use icd::SimTime;
+use flight_control::{CompensatorMode, MainLaw};
 use icd::units::DEG_PER_RAD;
+use icd::{EffectorKind, SimTime};
 use lab_studies::builder::{SetupBuilder, SetupOptions};
 use lab_studies::closed_loop::FlightSetup;
 use lab_studies::configuration::{AircraftArgs, Named};
@@ -168,6 +168,29 @@ impl Plan {
         Ok(plan)
     }
 
+    /// What of the specification has no meaning for one of its aircraft.
+    pub fn notes(&self) -> Vec<String> {
+        let laws = self.laws.len();
+        let of = |aircraft: &Aircraft| {
+            let Aircraft { name, lacking, airframe, .. } = aircraft;
+            let names: Vec<&str> = lacking.iter().map(String::as_str).collect();
+            let left_out = (!names.is_empty())
+                .then(|| format!("{name} has no {}: what names it is left out", names.join(", ")));
+            let ganged = |law: &usize| {
+                let run = self.run(aircraft.first * laws as u64 + *law as u64).ok();
+                let setup = run.and_then(|run| self.setup(&run).ok());
+                setup.is_some_and(|s| s.parameters.gains.selection.main == MainLaw::PidGangedNozzle)
+            };
+            let has_nozzle = airframe.effectors.only(EffectorKind::NozzlePitch).is_some();
+            let ganged = (0..laws).filter(|_| !has_nozzle).filter(ganged);
+            let ganged = ganged.map(|law| {
+                format!("{name} has no nozzle: {} flies as its PID alone", self.laws()[law])
+            });
+            left_out.into_iter().chain(ganged).collect::<Vec<_>>()
+        };
+        self.aircraft.iter().flat_map(of).collect()
+    }
+
     /// Checks that the files, which many runs read again, are still those of the fingerprint.
     pub fn check_inputs(&self) -> Result<(), Problem> {
         let now = inputs(&self.file, &self.scenario, &self.aircraft, &self.laws)?;
@@ -311,6 +334,7 @@ impl Plan {
         for (place, (variable, value)) in self.variables().iter().zip(&run.values).enumerate() {
             let is_key = variable.meaning != Meaning::Level;
             let keys = is_key.then_some(&variable.key).into_iter().chain(&variable.sets);
+            let keys = keys.filter(|key| aircraft.sets(key));
             settings.extend(keys.map(|key| Setting::new(key, value.of_file())));
             settings.extend(aircraft.settings_of_case(self, place, &run.values)?);
         }

@@ -5,6 +5,7 @@ use std::io::Read as _;
 use std::path::Path;
 
 use host_io::file;
+use lab_report::table::MAGIC;
 use lab_studies::chart::Figure;
 use lab_studies::page;
 use maud::{Markup, PreEscaped, html};
@@ -16,8 +17,8 @@ use crate::plan::{Plan, Run};
 use crate::results::{Results, SCORECARD};
 use crate::spec::SpecFile;
 use crate::store::{PROGRAM, RunEnd};
-use crate::summary::{BEGINNING, Group, SUMMARY};
-use crate::table::{COLUMNS, HEADING, RUNS};
+use crate::summary::Group;
+use crate::table::RUNS;
 use crate::worst::quoted;
 
 mod charts;
@@ -75,16 +76,20 @@ impl Sources<'_> {
 
 /// Whether a folder has the page of this plan by this program; it is written last, so the tables are whole if they are there.
 pub fn is_of(plan: &Plan, folder: &Path) -> bool {
-    let tables: [(&str, &[u8]); 3] =
-        [(RUNS, b"PAR1"), (COLUMNS, HEADING.as_bytes()), (SUMMARY, BEGINNING.as_bytes())];
-    let begins = |(name, with): &(&str, &[u8])| {
+    let begins = |name: &str, with: &[u8]| {
         let mut bytes = vec![0; with.len()];
         let read = File::open(folder.join(name)).and_then(|mut file| file.read_exact(&mut bytes));
         read.is_ok() && bytes == *with
     };
+    let is_table = |name: &str, heading: &str| {
+        begins(&format!("{name}.csv"), heading.as_bytes())
+            && begins(&format!("{name}.parquet"), MAGIC)
+    };
     let page = file::read_text(&folder.join(REPORT), PAGE_MAX);
     page.is_ok_and(|page| page.contains(&plan.fingerprint) && page.contains(PROGRAM))
-        && tables.iter().all(begins)
+        && begins(RUNS, MAGIC)
+        && is_table("columns", "column,unit,meaning\n")
+        && is_table("summary", "airframe,law,flights,kept,")
 }
 
 pub fn page(sources: &Sources<'_>) -> String {
@@ -94,6 +99,7 @@ pub fn page(sources: &Sources<'_>) -> String {
     let body = html! {
         h1 { (title) }
         p { (spec.about) }
+        @for note in plan.notes() { p { (note) "." } }
         @if let Some(figure) = sources.fields { figure { (PreEscaped(&figure.svg)) } }
         (page::markdown(sources.tables))
         @for airframe in 0..plan.aircraft.len() { (of_aircraft(sources, airframe)) }

@@ -279,8 +279,7 @@ impl SpecFile {
                 continue;
             }
             if let Some(place) = self.spec.set_later(&key) {
-                let expected =
-                    format!("another key, because {place} sets this one in every flight");
+                let expected = format!("another key, because {place} sets this one");
                 return refuse("--set", &key, value, &expected);
             }
             drop(self.spec.set.insert(key, value));
@@ -325,21 +324,16 @@ impl Spec {
         ControlPeriod::from_micros(self.period_ms.checked_mul(1_000)?).ok()
     }
 
-    /// What sets a key in every flight after the settings that all flights have.
+    /// What sets a key in some flights after the settings that all flights have.
     fn set_later(&self, key: &str) -> Option<&'static str> {
-        let in_all = |sets: &[&toml::Table]| {
-            !sets.is_empty() && sets.iter().all(|set| set.contains_key(key))
-        };
-        let airframes: Vec<_> = self.airframe.iter().map(|airframe| &airframe.set).collect();
-        let laws: Vec<_> = self.law.iter().map(|law| &law.set).collect();
         // A factor multiplies what is set.
         let by = |v: &Variable| v.meaning != Meaning::Factor && v.keys().any(|set| set == key);
         let places = [
             (key == "plant.seed", "seed"),
             (self.manoeuvres.is_some() && key.starts_with("autopilot.reference"), "[manoeuvres]"),
             (self.vary.iter().any(by), "[[vary]]"),
-            (in_all(&airframes), "each [[airframe]]"),
-            (in_all(&laws), "each [[law]]"),
+            (self.airframe.iter().any(|airframe| airframe.set.contains_key(key)), "[[airframe]]"),
+            (self.law.iter().any(|law| law.set.contains_key(key)), "[[law]]"),
         ];
         places.into_iter().find_map(|(is_it, place)| is_it.then_some(place))
     }

@@ -6,9 +6,10 @@ use std::path::Path;
 use crate::fly;
 use crate::plan::Plan;
 use crate::spec::SpecFile;
-use crate::store::{Store, write_new};
+use crate::store::Store;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
+use host_io::folder::OutFolder;
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::problem::Problem;
 use lab_studies::{print_line, print_text};
@@ -16,37 +17,62 @@ use studies::SUITE;
 
 /// Name of the table.
 const TABLE: &str = "suite.md";
-/// First line of the table.
-const MARK: &str = "<!-- Written by `sitl campaign suite`; do not edit. -->";
 
 /// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
 /// own, and writes the table.
 pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Result<(), Problem> {
     let mut flown = Vec::new();
-    for (name, _) in SUITE {
-        let plan = Plan::new(SpecFile::read_with(name, own, aircraft)?)?;
+    for (name, plan) in plans(aircraft, own)? {
         print_line!("{}", plan.file.spec.name);
         let store = Store::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;
         let groups = crate::write(&plan, &store)?;
-        flown.push((plan, groups));
+        flown.push(Flown { name, plan, groups });
     }
     let text = table(&flown);
-    write_new(&folder.join(TABLE), text.as_bytes(), MARK.as_bytes())?;
+    OutFolder::create(folder)?.write_markdown(TABLE, &text)?;
     print_text!("{text}");
     print_line!("wrote {}", folder.join(TABLE).display());
     Ok(())
 }
 
+/// A campaign of the suite that was flown.
+struct Flown {
+    name: &'static str,
+    plan: Plan,
+    groups: Vec<Group>,
+}
+
+/// The campaigns, all planned before the first one flies. Those that another aircraft cannot fly are left out, which is said.
+fn plans(
+    aircraft: &AircraftArgs,
+    own: Option<&OwnLaw>,
+) -> Result<Vec<(&'static str, Plan)>, Problem> {
+    let plan = |name| Plan::new(SpecFile::read_with(name, own, aircraft)?);
+    let planned: Vec<_> = SUITE.iter().map(|(name, _)| (*name, plan(name))).collect();
+    let is_any = aircraft.airframe.is_some() && planned.iter().any(|(_, plan)| plan.is_ok());
+    let mut plans = Vec::new();
+    for (name, plan) in planned {
+        match plan {
+            Ok(plan) => plans.push((name, plan)),
+            Err(problem) if is_any => print_line!("{name} is left out: {problem}"),
+            Err(problem) => return Err(problem),
+        }
+    }
+    Ok(plans)
+}
+
 /// Losses of every law in every campaign, and the medians of the first measure of each.
-fn table(flown: &[(Plan, Vec<Group>)]) -> String {
-    let mut text = format!("{MARK}\n\nFlights lost:\n\n");
+fn table(flown: &[Flown]) -> String {
+    let mut text = "Flights lost:\n\n".to_owned();
     let flights = |_: &Plan, groups: &[Group]| {
         let flights = groups.first().map_or(0, |group| group.flown + group.failed);
         format!("of {flights}")
     };
     push_table(&mut text, flown, flights, |group| {
-        group.map_or_else(String::new, |group| group.lost.to_string())
+        // Of flights that could not begin nothing was lost.
+        let flown = group.filter(|group| group.flown > 0);
+        flown.map_or_else(|| "-".to_owned(), |group| group.lost.to_string())
     });
     text.push_str("\nMedian of the first measure of each, over the flights that were kept:\n\n");
     let measure = |plan: &Plan, _: &[Group]| {
@@ -63,21 +89,38 @@ fn table(flown: &[(Plan, Vec<Group>)]) -> String {
 /// A table with a column for each campaign and a row for each law.
 fn push_table(
     text: &mut String,
-    flown: &[(Plan, Vec<Group>)],
+    flown: &[Flown],
     about: impl Fn(&Plan, &[Group]) -> String,
     cell: impl Fn(Option<&Group>) -> String,
 ) {
     text.push_str("| law |");
-    for (number, (plan, groups)) in flown.iter().enumerate() {
-        let _ = write!(text, " FTC-{} {} |", number + 1, about(plan, groups));
+    for Flown { name, plan, groups } in flown {
+        let number = name.trim_start_matches("ftc-").trim_start_matches('0');
+        let _ = write!(text, " FTC-{number} {} |", about(plan, groups));
     }
     let _ = write!(text, "\n|---|{}\n", "---|".repeat(flown.len()));
-    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |(plan, _)| plan.laws());
+    let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |first| first.plan.laws());
     for (law, name) in laws.iter().enumerate() {
         let _ = write!(text, "| {name} |");
-        for (_, groups) in flown {
+        for Flown { groups, .. } in flown {
             let _ = write!(text, " {} |", cell(groups.get(law)));
         }
         text.push('\n');
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_are_planned_first_and_what_another_aircraft_cannot_fly_is_left_out() {
+        let args = AircraftArgs::default();
+        assert_eq!(plans(&args, None).unwrap().len(), SUITE.len());
+        let args = AircraftArgs { airframe: Some("aerosonde".into()), ..args };
+        let names: Vec<&str> = plans(&args, None).unwrap().iter().map(|(name, _)| *name).collect();
+        assert!(names.contains(&"ftc-06") && !names.contains(&"ftc-10"), "{names:?}");
+        let args = AircraftArgs { airframe: Some("nothing.toml".into()), ..args };
+        assert!(plans(&args, None).is_err());
     }
 }

@@ -1,11 +1,11 @@
-//! `summary.csv`: for each aircraft and law how many flights were lost, with intervals, and the medians of the measures;
+//! The table `summary`: for each aircraft and law how many flights were lost, with intervals, and the medians of the measures;
 //! against the first law, on the same flights.
 
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use lab_report::{Cell, Column, Table, cells, columns};
 use lab_studies::metrics::wilson_95;
-use lab_studies::table::field;
 use rand_chacha::rand_core::Rng;
 
 use crate::draw;
@@ -13,12 +13,8 @@ use crate::plan::Plan;
 use crate::results::{Results, median};
 use crate::store::RunEnd;
 
-/// Name of the file.
-pub const SUMMARY: &str = "summary.csv";
 /// Resamples of a paired bootstrap.
 pub const RESAMPLES: usize = 1_000;
-/// How the file begins.
-pub const BEGINNING: &str = "airframe,law,flights,kept,lost,failed,lost_percent";
 
 /// Flights of one aircraft with one law.
 #[derive(Debug, Clone, PartialEq)]
@@ -143,56 +139,38 @@ impl Difference {
     }
 }
 
-pub fn csv(plan: &Plan, groups: &[Group]) -> String {
-    let names = &plan.file.spec.measures;
-    let mut text = format!(
-        "{BEGINNING},lost_percent_low,lost_percent_high,lost_difference_percent,lost_difference_low,lost_difference_high"
-    );
-    for name in names {
-        let unit = plan.unit_of(name);
-        let _ = write!(
-            text,
-            ",median {name} ({unit}),difference {name} ({unit}),difference {name} low,difference {name} high"
-        );
+pub fn table(plan: &Plan, groups: &[Group]) -> Table {
+    let mut columns = columns![
+        airframe: Text, law: Text, flights: Integer, kept: Integer, lost: Integer, failed: Integer,
+        lost_percent: Number, lost_low_percent: Number, lost_high_percent: Number,
+        lost_difference_percent: Number, lost_difference_low_percent: Number,
+        lost_difference_high_percent: Number
+    ];
+    for name in &plan.file.spec.measures {
+        let of = ["median_", "difference_", "difference_low_", "difference_high_"];
+        let column = |of| Column::with_unit(format!("{of}{name}"), plan.unit_of(name));
+        columns.extend(of.map(column));
     }
-    text.push('\n');
+    let mut table = Table::new("summary", columns);
     for group in groups {
-        let Group { flown, lost, failed, interval, .. } = group;
-        let name = &plan.aircraft[group.airframe].name;
-        let law = plan.laws()[group.law];
-        let _ = write!(
-            text,
-            "{},{},{},{},{lost},{failed}",
-            field(name),
-            field(law),
-            flown + failed,
-            flown - lost,
-        );
-        let percent = [group.fraction_lost(), interval.0, interval.1].map(|part| 100.0 * part);
-        let _ = match (flown, percent) {
-            (0, _) => write!(text, ",,,"),
-            (_, [lost, low, high]) => write!(text, ",{lost:.3},{low:.3},{high:.3}"),
-        };
-        push_difference(&mut text, group.difference, 100.0);
+        let Group { flown, lost, failed, interval: (low, high), .. } = group;
+        let (name, law) = (&plan.aircraft[group.airframe].name, plan.laws()[group.law]);
+        let mut row = cells![name, law, flown + failed, flown - lost, *lost, *failed];
+        let parts = [group.fraction_lost(), *low, *high];
+        row.extend(parts.map(|part| (*flown > 0).then_some(100.0 * part).into()));
+        row.extend(cells_of(group.difference, 100.0));
         for (median, difference) in group.medians.iter().zip(&group.differences) {
-            let _ = match median {
-                Some(median) => write!(text, ",{median:.6}"),
-                None => write!(text, ","),
-            };
-            push_difference(&mut text, *difference, 1.0);
+            row.push((*median).into());
+            row.extend(cells_of(*difference, 1.0));
         }
-        text.push('\n');
+        table.rows.push(row);
     }
-    text
+    table
 }
 
-fn push_difference(text: &mut String, difference: Option<Difference>, scale: f64) {
-    let _ = match difference {
-        None => write!(text, ",,,"),
-        Some(Difference { mean, interval: (low, high) }) => {
-            write!(text, ",{:.6},{:.6},{:.6}", scale * mean, scale * low, scale * high)
-        }
-    };
+fn cells_of(difference: Option<Difference>, scale: f64) -> [Cell; 3] {
+    let values = difference.map(|Difference { mean, interval: (low, high) }| [mean, low, high]);
+    [0, 1, 2].map(|place| values.map(|values| scale * values[place]).into())
 }
 
 /// A table for the terminal.

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use lab_report::{Cell, CellKind, Column, Table};
 use lab_studies::chart::axis::number;
 use lab_studies::chart::drawing::Drawing;
 use lab_studies::chart::{Figure, WIDTH};
@@ -10,11 +11,7 @@ use lab_studies::metrics::{max, mean, quantile, rms, upper_95};
 use crate::plan::{Plan, Run};
 use crate::results::{Results, median};
 use crate::spec::{Aggregate, ColumnSpec, Fields, TableSpec};
-
-/// Name of the file.
-pub const TABLES: &str = "tables.md";
-/// How the file begins.
-pub const BEGINNING: &str = "<!-- Written by `sitl campaign`; do not edit. -->";
+use crate::table::of_variable;
 
 /// Space left of the fields, for names, and height of a line of them.
 const LEFT: f64 = 190.0;
@@ -43,6 +40,12 @@ pub fn markdown(plan: &Plan, results: &Results) -> String {
         text += &Cells::of(plan, table).markdown(results);
     }
     text
+}
+
+/// The same as tables for programs, by their numbers in the specification.
+pub fn all(plan: &Plan, results: &Results) -> impl Iterator<Item = Table> {
+    let tables = (1..).zip(&plan.file.spec.tables);
+    tables.map(|(number, table)| Cells::of(plan, table).table(format!("table-{number}"), results))
 }
 
 /// The first table that has fields, as a drawing.
@@ -77,15 +80,7 @@ impl<'a> Cells<'a> {
     fn markdown(&self, results: &Results) -> String {
         let columns = &self.table.columns;
         let heading = |across: &String, column: &ColumnSpec| {
-            let unit = match (column.by, self.plan.shown_unit(&column.of).0) {
-                _ if !column.words.is_empty() => "",
-                (Aggregate::Percent, _) => "%",
-                (Aggregate::BoundPerHour, _) => "1/h",
-                (_, "1") => "",
-                (_, _) if column.of == "lost_at_s" => "s",
-                (_, unit) => unit,
-            };
-            let words = [across, column.name.as_str(), unit];
+            let words = [across, column.name.as_str(), self.unit(column)];
             words.into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>().join(", ")
         };
         let named = || columns.iter().filter(|column| !column.is_remark());
@@ -112,6 +107,45 @@ impl<'a> Cells<'a> {
             let _ = writeln!(text, "| {} |", cells.join(" | "));
         }
         text
+    }
+
+    /// A row for each cell: what it is of, its flights, and its columns without rounding.
+    fn table(&self, name: String, results: &Results) -> Table {
+        let Self { table: TableSpec { rows, across, columns, .. }, .. } = self;
+        let of_spec = |column: &ColumnSpec| {
+            let by = serde_json::to_string(&column.by).unwrap_or_default();
+            let name = format!("{}_{}", column.of, by.trim_matches('"'));
+            match column.words.is_empty() {
+                true => Column::with_unit(name, self.unit(column)),
+                false => Column::new(name, CellKind::Text),
+            }
+        };
+        let key = |key: &String| {
+            let variable = self.plan.variables().iter().find(|variable| variable.key == *key);
+            variable.map_or(Column::new(key, CellKind::Text), |of| of_variable(self.plan, of))
+        };
+        let keys = rows.iter().chain(across).map(key);
+        let flights = Column::new("flights", CellKind::Integer);
+        let all = keys.chain([flights]).chain(columns.iter().map(of_spec)).collect();
+        let mut table = Table::new(name, all);
+        for (names, runs) in self.rows.iter().zip(&self.runs) {
+            for (name, runs) in self.across.iter().zip(runs) {
+                let names = names.iter().chain(across.as_ref().map(|_| name));
+                let keys = names.zip(&table.columns).map(|(name, column)| match column.kind {
+                    CellKind::Number => name.parse::<f64>().ok().into(),
+                    _ => name.into(),
+                });
+                let values = columns.iter().map(|column| {
+                    let value = self.value(column, runs, results);
+                    let word = column.words.get(value as usize).filter(|_| value.is_finite());
+                    if column.words.is_empty() { value.into() } else { word.into() }
+                });
+                let flights = Cell::from(runs.len() as u64);
+                let row = keys.chain([flights]).chain(values).collect();
+                table.rows.push(row);
+            }
+        }
+        table
     }
 
     /// A block for each combination of all row keys but the last, a line for each of the last, a field for each of `across`.
@@ -164,9 +198,25 @@ impl<'a> Cells<'a> {
         Some(Figure { name: "fields", caption, svg: drawing.finish((WIDTH, y + 14.0)) })
     }
 
+    fn unit(&self, column: &ColumnSpec) -> &'static str {
+        match (column.by, self.plan.shown_unit(&column.of).0) {
+            _ if !column.words.is_empty() => "",
+            (Aggregate::Percent, _) => "%",
+            (Aggregate::BoundPerHour, _) => "1/h",
+            (_, "1") => "",
+            (_, _) if column.of == "lost_at_s" => "s",
+            (_, unit) => unit,
+        }
+    }
+
+    /// In the unit of people.
+    fn value(&self, column: &ColumnSpec, runs: &[usize], results: &Results) -> f64 {
+        self.plan.shown_unit(&column.of).1 * aggregate(column, &column.of, runs, results)
+    }
+
     fn cell(&self, column: &ColumnSpec, runs: &[usize], results: &Results) -> String {
         let ColumnSpec { of, decimals, words, .. } = column;
-        let value = self.plan.shown_unit(of).1 * aggregate(column, of, runs, results);
+        let value = self.value(column, runs, results);
         match (of.as_str(), words.get(value as usize)) {
             _ if !value.is_finite() => "-".to_owned(),
             ("lost", _) => format!("{value} of {}", runs.len()),

@@ -18,6 +18,7 @@ use std::path::Path;
 use autopilot::parameters;
 use host_io::file::{self, TEXT_MAX};
 use host_io::folder::OutFolder;
+use lab_report::{Cell, table};
 use lab_studies::fly;
 use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{At as _, Problem, problem};
@@ -30,8 +31,7 @@ use crate::draw;
 use crate::plan::Plan;
 use crate::spec::{SpecFile, file_name};
 use crate::store::{PROGRAM, write_new};
-use lab_studies::print_line;
-use lab_studies::table::field;
+use lab_studies::{print_line, print_text};
 
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;
@@ -51,12 +51,10 @@ const KEPT_MAX: f64 = 10.0;
 const REFUSED: f64 = 1.0e3;
 /// Digits of a tuned value.
 const DIGITS: usize = 4;
-/// Name of the table.
-const TABLE: &str = "tuning.csv";
+/// How the table that is printed begins.
+const SHOWN: &str = "| law | cost of the searched flights | cost of others |\n|---|---|---|\n";
 /// Numbers of a law in the table.
 const ROW: usize = 11;
-/// How the table begins.
-const BEGINNING: &str = "law,flights,evaluations,cost_before,cost_after,lost_before,lost_after,";
 /// How the file of gains of a law begins.
 const MARK: &str = "# Written by `sitl campaign tune`; do not edit.";
 
@@ -85,14 +83,23 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
     let _ = OutFolder::create(folder)?;
     let plan = Plan::new(file.clone())?;
     let others = Plan::new(validation(file))?;
-    let laws: Vec<usize> =
-        (0..plan.laws().len()).filter(|law| !file.spec.law[*law].tune.is_empty()).collect();
+    for note in plan.notes() {
+        print_line!("{note}");
+    }
+    let (laws, fixed): (Vec<usize>, Vec<usize>) =
+        (0..plan.laws().len()).partition(|law| !file.spec.law[*law].tune.is_empty());
+    for law in &fixed {
+        print_line!("{} is not tuned: it names no parameters (tune = [\"…\"])", plan.laws()[*law]);
+    }
     if laws.is_empty() {
         return Err(problem!("{}: no law has parameters to tune (tune = [\"…\"])", file.name));
     }
-    let mut table = format!(
-        "{BEGINNING}validation_flights,validation_cost_before,validation_cost_after,validation_lost_before,validation_lost_after,gains\n"
-    );
+    let mut table = table!("tuning",
+        law: Text, flights: Integer, evaluations: Integer, cost_before: Number, cost_after: Number,
+        lost_before: Integer, lost_after: Integer, validation_flights: Integer,
+        validation_cost_before: Number, validation_cost_after: Number,
+        validation_lost_before: Integer, validation_lost_after: Integer, gains: Text);
+    let mut shown = String::new();
     for law in laws {
         let name = plan.laws()[law];
         let path = folder.join(format!("{}.toml", file_name(name)));
@@ -118,12 +125,32 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
         let row = row_of(rest, &plan.file.spec.law[law].tune).ok_or_else(|| {
             problem!("{}: damaged; remove it and it is made again", path.display())
         })?;
-        let _ = writeln!(table, "{},{row},{}", field(name), file_name(name));
-        print_line!("{name}: {row}");
+        push_shown(&mut shown, name, row);
+        // Costs have a point, counts have none.
+        let cell = |text: &str| {
+            text.parse().map_or_else(|_| text.parse::<f64>().ok().into(), Cell::Integer)
+        };
+        let numbers = row.split(',').map(cell);
+        let gains = Cell::from(file_name(name));
+        table.rows.push([name.into()].into_iter().chain(numbers).chain([gains]).collect());
     }
-    write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
-    print_line!("wrote {}", folder.join(TABLE).display());
+    print_text!("{SHOWN}{shown}\n");
+    table.write(folder)?;
+    print_line!("wrote {}", folder.display());
     Ok(())
+}
+
+/// Adds the row of a law to the table that is printed.
+fn push_shown(shown: &mut String, law: &str, row: &str) {
+    let cells: Vec<&str> = row.split(',').collect();
+    let at = |place: usize| cells.get(place).copied().unwrap_or_default();
+    // Flights, evaluations, and cost and losses before and after: of the flights of the search, then of those it has not seen.
+    let half = |flights: usize, first: usize| {
+        let [before, after] = [at(first), at(first + 1)];
+        let [lost_before, lost_after] = [at(first + 2), at(first + 3)];
+        format!("{before} to {after}, {lost_before} to {lost_after} of {} lost", at(flights))
+    };
+    let _ = writeln!(shown, "| {law} | {} | {} |", half(0, 2), half(6, 7));
 }
 
 /// The row of the table in a file of gains that has a finite value of each parameter; `None` of any other text.
@@ -274,5 +301,19 @@ impl ObjFunc for Tuned<'_> {
         let values = self.values(at);
         let gains: Vec<(&str, f64)> = self.names.iter().map(String::as_str).zip(values).collect();
         score(self.plan, self.law, &gains, self.progress).map_or(REFUSED, |score| score.cost)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_printed_with_both_of_its_sides() {
+        let mut shown = String::new();
+        push_shown(&mut shown, "PID", "20,49,4.2340,4.1075,2,1,20,5.0508,4.8966,3,2");
+        let before_and_after =
+            "| PID | 4.2340 to 4.1075, 2 to 1 of 20 lost | 5.0508 to 4.8966, 3 to 2 of 20 lost |\n";
+        assert_eq!(shown, before_and_after);
     }
 }

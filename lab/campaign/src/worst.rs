@@ -3,10 +3,10 @@
 //! Over one variable the search goes outwards from its mildest value, in steps and then by halving. Over all drawn variables
 //! together it is differential evolution, which minimises how unlikely the draw is that the law does not survive.
 
-use std::fmt::Write as _;
 use std::path::Path;
 
 use host_io::folder::OutFolder;
+use lab_report::{Cell, Table, cells, columns};
 use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::runner;
@@ -17,8 +17,8 @@ use crate::draw;
 use crate::plan::{Plan, Run, Value};
 use crate::spec::Variable;
 use crate::store::write_new;
+use crate::table::of_variable;
 use host_io::console::is_shown;
-use lab_studies::table::field;
 use lab_studies::{print_line, print_text};
 
 /// Steps from the mildest value to an end of the range.
@@ -30,10 +30,6 @@ const POPULATION: usize = 24;
 const GENERATIONS: u64 = 20;
 /// The evolution looks at draws within so many standard deviations of the medians.
 const FARTHEST: f64 = 3.0;
-/// Name of the table.
-const TABLE: &str = "worst.csv";
-/// How the table begins.
-const BEGINNING: &str = "airframe,law,";
 /// How every scenario begins.
 const MARK: &str = "# Written by `sitl campaign worst`; do not edit.";
 
@@ -79,20 +75,23 @@ pub fn run(
         _ => evolve(plan, case),
     };
     let found = runner::map_quietly("worst", &cases, search);
-    let mut table = heading(plan, place.is_some());
+    let variables = plan.variables().iter().map(|variable| of_variable(plan, variable)).collect();
+    let before = columns![airframe: Text, law: Text, towards: Number];
+    let after =
+        columns![lost_at_s: Number, kept_to: Number, distance_deviations: Number, scenario: Text];
+    let mut table = Table::new("worst", [before, variables, after].concat());
     for (number, (case, found)) in cases.iter().zip(found).enumerate() {
         let found = found?;
-        let mut scenario = String::new();
-        if let Some((run, outcome)) = &found.loss {
-            scenario = format!("worst-{number:03}.toml");
-            let path = folder.join(&scenario);
+        let scenario = found.loss.as_ref().map(|_| format!("worst-{number:03}.toml"));
+        if let (Some((run, outcome)), Some(name)) = (&found.loss, &scenario) {
+            let path = folder.join(name);
             let text = scenario_text(plan, run, outcome, &path)?;
             write_new(&path, text.as_bytes(), MARK.as_bytes())?;
         }
-        push_row(&mut table, plan, (case, place), &found, &scenario);
+        table.rows.push(row(plan, (case, place), &found, scenario));
     }
-    write_new(&folder.join(TABLE), table.as_bytes(), BEGINNING.as_bytes())?;
-    print_text!("{table}");
+    print_text!("{}", table.csv());
+    table.write(folder)?;
     print_line!("wrote {}", folder.display());
     Ok(())
 }
@@ -280,46 +279,25 @@ fn evolve(plan: &Plan, case: &Case) -> Result<Found, Problem> {
     Ok(Found { kept_to: loss.is_some().then(|| distance(best)), loss })
 }
 
-fn heading(plan: &Plan, is_over_one: bool) -> String {
-    let mut text = BEGINNING.to_owned();
-    if is_over_one {
-        text.push_str("towards,");
-    }
-    for variable in plan.variables() {
-        text.push_str(&variable.key);
-        text.push(',');
-    }
-    let kept = if is_over_one { "kept_to" } else { "distance_deviations" };
-    let _ = writeln!(text, "lost_at_s,{kept},scenario");
-    text
-}
-
-fn push_row(
-    table: &mut String,
+fn row(
     plan: &Plan,
     (case, searched): (&Case, Option<usize>),
     Found { loss, kept_to }: &Found,
-    scenario: &str,
-) {
+    scenario: Option<String>,
+) -> Vec<Cell> {
     let run = loss.as_ref().map_or(&case.run, |(run, _)| run);
-    let name = &plan.aircraft[run.airframe].name;
-    let _ = write!(table, "{},{},", field(name), field(plan.laws()[run.law]));
-    if let Some(end) = case.towards {
-        let _ = write!(table, "{end},");
-    }
+    let mut row = cells![&plan.aircraft[run.airframe].name, plan.laws()[run.law], case.towards];
     for (place, (value, variable)) in run.values.iter().zip(plan.variables()).enumerate() {
         let is_searched =
             searched.map_or_else(|| variable.is_drawn(), |searched| searched == place);
         // Where no loss was found there is no value of what was searched.
-        let shown = match loss {
-            None if is_searched => String::new(),
-            _ => field(&value.shown()),
-        };
-        let _ = write!(table, "{shown},");
+        let is_known = loss.is_some() || !is_searched;
+        row.push(is_known.then(|| value.cell(of_variable(plan, variable).kind)).into());
     }
-    let lost = loss.as_ref().and_then(|(_, outcome)| Some(outcome.loss?.at_s));
-    let number = |value: Option<f64>| value.map_or_else(String::new, |value| format!("{value:.4}"));
-    let _ = writeln!(table, "{},{},{scenario}", number(lost), number(*kept_to));
+    let lost_at_s = loss.as_ref().and_then(|(_, outcome)| Some(outcome.loss?.at_s));
+    let (kept_to, distance) = if searched.is_some() { (*kept_to, None) } else { (None, *kept_to) };
+    row.extend(cells![lost_at_s, kept_to, distance, scenario]);
+    row
 }
 
 fn scenario_text(

@@ -10,8 +10,8 @@ use std::sync::Arc;
 use autopilot::config::Model;
 use autopilot::parameters::Parameters;
 use autopilot::run::{Ftc, LawArgs};
-use flight_control::MainLaw;
 use flight_control::estimator::EstimatorPreset;
+use flight_control::{AircraftModel, MainLaw};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::io::{parse_period, whole};
 use plant_sim::setup::default_step_us;
@@ -151,7 +151,8 @@ impl SetupBuilder {
         let plant = flight.plant.setup(airframe, 0, *period_ms, step_us);
         plant.check()?;
         plant.check_faults().at(format_args!("scenario {}", scenario.name))?;
-        let parameters = self.parameters(fitted(model.defaults, &plant.sensors), &all.settings);
+        let parameters = fitted(model.defaults, &plant.sensors);
+        let parameters = self.parameters(parameters, &all.settings, &model.aircraft);
         let parameters = match &self.law {
             Some(law) => parameters.at(format_args!("law {law}"))?,
             None => parameters?,
@@ -174,8 +175,9 @@ impl SetupBuilder {
         &self,
         mut parameters: Parameters,
         settings: &[Setting],
+        model: &AircraftModel,
     ) -> Result<Parameters, Problem> {
-        self.options.laws.apply(&mut parameters, self.gains.as_deref())?;
+        self.options.laws.apply(&mut parameters, self.gains.as_deref(), model)?;
         if let Some(ftc) = self.options.ftc {
             parameters.set("FTC_MODE", ftc.value()).at("--ftc")?;
         }

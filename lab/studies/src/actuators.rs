@@ -4,13 +4,14 @@
 //! airframe, effector ─> one property at a time ─> plant, held in its trimmed flight ─> step, triangle, travel ─> table, picture
 //! ```
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
+use lab_report::{Table, cells, table};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
+use plant_sim::trim::Trim;
 use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 
 use crate::chart::panel::{Curve, Panel};
@@ -18,10 +19,7 @@ use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
 use crate::configuration::{AircraftArgs, Named};
 use crate::problem::{Problem, problem};
 use crate::settings::Target;
-use crate::table::field;
 
-/// Columns of `actuators.csv`.
-const COLUMNS: &str = "property,signal,time_s,command_deg,ideal_deg,position_deg";
 /// The step, s, and the length of its panel.
 const STEP_AT_S: f64 = 0.1;
 const STEP_S: f64 = 1.2;
@@ -44,7 +42,7 @@ pub struct ActuatorsArgs {
     /// The effector, as left_elevator [default: the rudder, else the first one that turns]
     #[arg(long, value_name = "NAME")]
     effector: Option<String>,
-    /// Folder for actuators.csv and the picture
+    /// Folder for the table and the picture
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -86,6 +84,8 @@ const TRIANGLE: Signal = Signal {
 /// An actuator on a test bench: the aircraft is held in its trimmed flight.
 struct Bench {
     setup: PlantSetup,
+    /// Of the aircraft with its own actuators.
+    trim: Trim,
     effector: Effector,
     /// Height of step and triangle, rad.
     height: f64,
@@ -98,7 +98,7 @@ pub fn run(args: &ActuatorsArgs) -> Result<(), Problem> {
     let bench = args.bench()?;
     let responses = bench.responses()?;
     let travel = bench.travel()?;
-    folder.write_marked("actuators.csv", COLUMNS.as_bytes(), csv(&responses).as_bytes())?;
+    table(&responses).write(folder.path())?;
     write_figure(&folder, &bench.figure(&responses, travel))?;
     for Response { property, signal, rows } in &responses {
         let apart = rows.iter().map(|[_, _, ideal, at]| (at - ideal).abs()).fold(0.0_f64, f64::max);
@@ -115,7 +115,7 @@ impl ActuatorsArgs {
         let list = airframe.effectors;
         let angles = || list.all().filter(|effector| list.is_angle(*effector));
         let effector = match &self.effector {
-            Some(name) => angles().find(|effector| list.key(*effector) == name),
+            Some(name) => list.by_key(name).filter(|effector| list.is_angle(*effector)),
             None => list.of_kind(EffectorKind::Rudder).next().or_else(|| angles().next()),
         };
         let effector = effector.ok_or_else(|| {
@@ -128,7 +128,8 @@ impl ActuatorsArgs {
         let scenario = self.aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
         let setup = PlantPart { earth: EarthModel::Flat, ..scenario };
         let setup = setup.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-        Ok(Bench { setup, effector, height })
+        let trim = *Plant::new(&setup)?.trim();
+        Ok(Bench { setup, trim, effector, height })
     }
 }
 
@@ -205,7 +206,8 @@ impl Bench {
     fn plant(&self, servo: Servo) -> Result<Plant, Problem> {
         let mut setup = self.setup.clone();
         setup.airframe.servos[self.effector] = servo;
-        Ok(Plant::new(&setup)?)
+        // Its own trim may not exist: an actuator that stalls does not reach the position of level flight.
+        Ok(Plant::with_trim(&setup, &self.trim)?)
     }
 
     /// Positions of the effector at the end of each period, deg, in the trimmed flight at `speed` times its airspeed; commands in
@@ -324,16 +326,16 @@ impl Bench {
     }
 }
 
-fn csv(responses: &[Response]) -> String {
-    let mut text = format!("{COLUMNS}\n");
+fn table(responses: &[Response]) -> Table {
+    let mut table = table!("actuators",
+        property: Text, signal: Text, time_s: Number, command_deg: Number, ideal_deg: Number,
+        position_deg: Number);
     for Response { property, signal, rows } in responses {
-        let (property, signal) = (field(property), signal.name);
         for [time_s, command, ideal, at] in rows {
-            let _ =
-                writeln!(text, "{property},{signal},{time_s:.3},{command:.6},{ideal:.6},{at:.6}");
+            table.rows.push(cells![property, signal.name, *time_s, *command, *ideal, *at]);
         }
     }
-    text
+    table
 }
 
 #[cfg(test)]
@@ -370,7 +372,15 @@ mod tests {
         assert!((travel[0].1 - 30.0).abs() < 1.0e-3 && travel[24].1 < 5.0, "{travel:?}");
         let svg = bench.figure(&responses, travel).svg;
         assert!(svg.contains("hysteresis of 3.60 deg") && svg.contains("kPa"));
-        assert!(csv(&responses).contains("delay of 100 ms,step,0.002,0.000000,"));
+        assert!(table(&responses).csv().contains("delay of 100 ms,step,0.002,0,"));
+    }
+
+    #[test]
+    fn an_actuator_that_stalls_short_of_level_flight_is_moved_all_the_same() {
+        let bench = bench("--airframe aerosonde --effector left_elevator").unwrap();
+        let properties = bench.responses().unwrap();
+        assert!(properties.iter().any(|response| response.property.starts_with("stall")));
+        assert!(!bench.travel().unwrap().is_empty());
     }
 
     #[test]

@@ -69,23 +69,14 @@ pub struct Figure {
     pub svg: String,
 }
 
-impl Figure {
-    /// Its files, SVG and PNG: name and bytes.
-    pub fn files(&self) -> Result<[(String, Vec<u8>); 2], Problem> {
-        let png = raster::png(&self.svg)?;
-        Ok([
-            (format!("{}.svg", self.name), self.svg.clone().into_bytes()),
-            (format!("{}.png", self.name), png),
-        ])
-    }
-}
-
 /// Writes a figure into a folder, as SVG and PNG.
 pub fn write_figure(folder: &OutFolder, figure: &Figure) -> Result<(), Problem> {
-    for (name, bytes) in figure.files()? {
-        folder.write(&name, &bytes)?;
-    }
-    Ok(())
+    write_figure_as(folder, figure.name, figure)
+}
+
+pub fn write_figure_as(folder: &OutFolder, name: &str, figure: &Figure) -> Result<(), Problem> {
+    folder.write(&format!("{name}.svg"), figure.svg.as_bytes())?;
+    folder.write(&format!("{name}.png"), &raster::png(&figure.svg)?)
 }
 
 /// Draws panels in rows of `columns` under a title and a legend.
@@ -175,9 +166,6 @@ mod tests {
         for word in ["a sheet", "a curve", "first", "second", "third &lt;&amp;&gt;"] {
             assert!(svg.contains(word), "{word}");
         }
-        let figure = Figure { name: "sheet", caption: String::new(), svg };
-        let [svg, png] = figure.files().unwrap();
-        assert_eq!((svg.0.as_str(), png.0.as_str()), ("sheet.svg", "sheet.png"));
-        assert_eq!(&png.1[1..4], b"PNG");
+        assert_eq!(&raster::png(&svg).unwrap()[1..4], b"PNG");
     }
 }

@@ -38,7 +38,7 @@ pub mod outcome;
 pub mod seeds;
 
 use judge::{FlightLog, Keep};
-use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, SEEDS, TABLE, WholeSetup, write_json};
+use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.
@@ -66,7 +66,7 @@ pub struct FlyArgs {
     /// Fly on after the loss of the aircraft, to the end or to the ground
     #[arg(long)]
     no_stop_at_loss: bool,
-    /// Folder for outcome.json and flight.csv; of several seeds outcome.json and seeds.csv
+    /// Folder for outcome.json and flight.csv; of several seeds outcome.json and the table seeds
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// The flight log too (flight.ulg)
@@ -189,7 +189,7 @@ impl OneFlight<'_> {
         }
         if self.figures {
             let log = Log::from_bytes(bytes).at("figures")?;
-            let page = plot::page(self.scenario, log).at("figures")?;
+            let page = plot::page(self.scenario, log, own_law(self.setup)).at("figures")?;
             folder.write_marked(FIGURES, GENERATOR.as_bytes(), page.html.as_bytes())?;
         }
         Ok(())
@@ -199,6 +199,12 @@ impl OneFlight<'_> {
 /// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
 pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, Problem> {
     judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
+}
+
+/// Name of the law of the program that flies, if it does.
+fn own_law(setup: &FlightSetup) -> Option<&str> {
+    let own = setup.own_law.as_ref().map(OwnLaw::name);
+    own.filter(|_| setup.parameters.gains.selection.main == MainLaw::Own)
 }
 
 fn written<'a, T>(
@@ -217,7 +223,7 @@ fn written<'a, T>(
         model: name(&aircraft.model),
         set: aircraft.settings.iter().map(ToString::to_string).collect(),
         law: name_of(&MainLaw::NAMES, selection.main),
-        own_law: setup.own_law.as_ref().map(OwnLaw::name),
+        own_law: own_law(setup),
         compensator: name_of(&CompensatorLaw::NAMES, selection.compensator_law),
         allocation: name_of(&AllocationMode::NAMES, selection.allocation),
         ftc: name_of(&CompensatorMode::NAMES, selection.compensator),
@@ -265,11 +271,7 @@ impl FlyArgs {
             || Keep { judges: &self.judges, scenario: Some(&self.scenario), ..Keep::default() };
         let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, keep)?;
         if let Some(folder) = &folder {
-            folder.write_marked(
-                SEEDS,
-                seeds::HEADING.as_bytes(),
-                seeds::csv(&flights).as_bytes(),
-            )?;
+            seeds::table(&flights).write(folder.path())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
             let flown = Many { flights: &flights, lost };
             let aircraft = &self.options.aircraft;

@@ -403,11 +403,10 @@ pub fn parameters_of(path: &Path) -> Result<String, FileProblem> {
 /// Only if a number cannot be written as TOML, which a validated model has none of.
 pub fn to_toml(model: &AircraftModel, parameters: &str) -> Result<String, toml::ser::Error> {
     let body = toml::to_string_pretty(model)?;
-    let edit = if parameters.is_empty() { "do not edit" } else { "edit [parameters] only" };
     let gap = if parameters.is_empty() { "" } else { "\n" };
     Ok(format!(
         "# The controller's model of the aircraft: the plant's airframe linearised at its design trim.\n\
-         {MARK}; {edit}. Angles in rad, coefficients per rad.\n\n{body}{gap}{parameters}"
+         {MARK}; edit [{PARAMETERS}] only. Angles in rad, coefficients per rad.\n\n{body}{gap}{parameters}"
     ))
 }
 

@@ -13,7 +13,7 @@ use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
 use flight_control::gains::name_of;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
-use icd::{ControlPeriod, EffectorKind, PerEffector};
+use icd::{ControlPeriod, EffectorKind, EffectorList, PerEffector};
 use nalgebra::Complex;
 use plant_sim::Airframe;
 use plant_sim::servos::Servo;
@@ -110,10 +110,11 @@ struct Flights {
 /// Prints the table of every requested law.
 pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check()?;
-    let all = args.all_laws();
+    let airframe = args.aircraft.airframe()?;
+    let all = args.all_laws(&airframe.effectors);
     let texts =
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
-    print_line!("{}", args.heading(&args.aircraft.airframe()?));
+    print_line!("{}", args.heading(&airframe));
     for text in texts {
         print_line!("{}", text?);
     }
@@ -126,13 +127,16 @@ impl MarginsArgs {
         self.laws.bring(own);
     }
 
-    fn all_laws(&self) -> Vec<Laws> {
+    fn all_laws(&self, list: &EffectorList) -> Vec<Laws> {
+        let has_nozzle = list.only(EffectorKind::NozzlePitch).is_some();
         let one_or_all = |one: Option<MainLaw>| match one {
             Some(law) => vec![law],
             None => MainLaw::NAMES
                 .map(|(_, law)| law)
                 .into_iter()
                 .filter(|law| *law != MainLaw::Own)
+                // Without a nozzle it is the PID.
+                .filter(|law| has_nozzle || *law != MainLaw::PidGangedNozzle)
                 .collect(),
         };
         let mut estimators = vec![None];
@@ -189,8 +193,8 @@ impl MarginsArgs {
             selection.compensator = CompensatorMode::AlwaysOn;
         }
         setup.parameters.check_law()?;
-        let settled =
-            ClosedLoop::settled(&setup).map_err(|error| format!("{}: {error}", laws.name()))?;
+        let name = laws.name(self.laws.own.as_ref());
+        let settled = ClosedLoop::settled(&setup).map_err(|error| format!("{name}: {error}"))?;
         let linear = settled.linearise(self.amplitude);
         let period_s = self.period_ms.as_seconds();
         let mut kinds: Vec<EffectorKind> = Vec::new();
@@ -217,16 +221,18 @@ impl MarginsArgs {
         }
         let eigenvalues = linear
             .eigenvalues(period_s)
-            .ok_or_else(|| format!("{}: the eigenvalues were not found", laws.name()))?;
-        Ok(table(laws, &rows, &eigenvalues))
+            .ok_or_else(|| format!("{name}: the eigenvalues were not found"))?;
+        Ok(table(&name, &rows, &eigenvalues))
     }
 }
 
 impl Laws {
-    fn name(self) -> String {
+    fn name(self, own: Option<&OwnLaw>) -> String {
         let compensator =
             self.compensator.map_or("off", |law| name_of(&CompensatorLaw::NAMES, law));
-        format!("{}, compensator {compensator}", name_of(&MainLaw::NAMES, self.main))
+        let own = own.filter(|_| self.main == MainLaw::Own).map(OwnLaw::name);
+        let main = own.unwrap_or(name_of(&MainLaw::NAMES, self.main));
+        format!("{main}, compensator {compensator}")
     }
 }
 
@@ -352,11 +358,10 @@ impl Swing {
     }
 }
 
-fn table(laws: Laws, rows: &[Row], eigenvalues: &[Complex<f64>]) -> String {
+fn table(name: &str, rows: &[Row], eigenvalues: &[Complex<f64>]) -> String {
     let mut text = format!(
-        "## {}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
-         |---|---|---|---|---|---|---|\n",
-        laws.name()
+        "## {name}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
+         |---|---|---|---|---|---|---|\n"
     );
     for Row { effectors, margins, flights } in rows {
         let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
@@ -403,6 +408,7 @@ fn table(laws: Laws, rows: &[Row], eigenvalues: &[Complex<f64>]) -> String {
 mod tests {
     use super::*;
     use clap::Parser as _;
+    use flight_control::{Law, LawInput, MainCommand};
 
     #[derive(Debug, clap::Parser)]
     struct Command {
@@ -413,7 +419,7 @@ mod tests {
     fn study(options: &str) -> String {
         let words = std::iter::once("margins").chain(options.split_whitespace());
         let args = Command::try_parse_from(words).unwrap().args;
-        args.study(args.all_laws()[0]).unwrap()
+        args.study(args.all_laws(&Airframe::paper().effectors)[0]).unwrap()
     }
 
     #[test]
@@ -425,6 +431,34 @@ mod tests {
         };
         assert_eq!((agree("aileron"), agree("nozzle_pitch")), (2, 2), "{text}");
         assert!(text.contains("(all stable)") && !text.contains("differs"), "{text}");
+    }
+
+    #[test]
+    fn a_law_of_the_program_has_its_name_and_the_ganged_nozzle_needs_one() {
+        let own = OwnLaw::new("mine", || Silent);
+        let name = |main| Laws { main, compensator: None }.name(Some(&own));
+        assert_eq!(name(MainLaw::Own), "mine, compensator off");
+        assert_eq!(name(MainLaw::Pid), "pid, compensator off");
+        let words = ["margins", "--airframe", "aerosonde", "--ftc", "off"];
+        let args = Command::try_parse_from(words).unwrap().args;
+        let all = args.all_laws(&args.aircraft.airframe().unwrap().effectors);
+        assert_eq!(all.len(), MainLaw::NAMES.len() - 2);
+        let words = words.into_iter().chain(["--law", "pid-ganged-nozzle"]);
+        let args = Command::try_parse_from(words).unwrap().args;
+        let all = args.all_laws(&Airframe::paper().effectors);
+        let refused = args.study(all[0]).unwrap_err().to_string();
+        let expected =
+            "--law pid-ganged-nozzle: aerosonde has no nozzle; without one this law is pid";
+        assert_eq!(refused, expected);
+    }
+
+    #[derive(Clone)]
+    struct Silent;
+
+    impl Law for Silent {
+        fn step(&mut self, _: &LawInput<'_>) -> MainCommand {
+            MainCommand::default()
+        }
     }
 
     /// A figure of the nozzle's loop in pitch.

@@ -44,7 +44,7 @@ pub fn run(args: &PlotArgs) -> Result<(), Box<dyn Error>> {
             format!("--out {}: this is the log, which stays as it is", out.display()).into()
         );
     }
-    let page = page(&title, log).map_err(|error| format!("{name}: {error}"))?;
+    let page = page(&title, log, None).map_err(|error| format!("{name}: {error}"))?;
     file::write(&out, page.html.as_bytes(), GENERATOR.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", out.display()))?;
     print_line!("wrote {}", out.display());
@@ -68,19 +68,19 @@ pub struct Page {
     pub not_drawn: Vec<String>,
 }
 
-/// The page of a log; `title` is the name of its file.
+/// The page of a log; `title` is the name of its file, `own_law` that of the law of the program where it flew: a log does not have it.
 ///
 /// # Errors
 /// [`NothingToDraw`] if the log has no row with a time.
-pub fn page(title: &str, log: Log) -> Result<Page, NothingToDraw> {
+pub fn page(title: &str, log: Log, own_law: Option<&str>) -> Result<Page, NothingToDraw> {
     let mut flight = Flight::new(log)?;
     events::find(&mut flight);
-    Ok(Page { html: page::page(title, &flight), not_drawn: flight.not_drawn() })
+    Ok(Page { html: page::page(title, &flight, own_law), not_drawn: flight.not_drawn() })
 }
 
 /// The page of the bytes of a file, whatever they are. It ends, and needs memory as the bytes are long.
 pub fn of_bytes(bytes: Vec<u8>) -> Result<Page, Box<dyn Error>> {
-    Ok(page("log", Log::from_bytes(bytes)?)?)
+    Ok(page("log", Log::from_bytes(bytes)?, None)?)
 }
 
 /// A log without a tick.

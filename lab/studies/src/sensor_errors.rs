@@ -4,7 +4,6 @@
 //! sample from the exact one of the time at which it was measured, so a delay is no error.
 
 use std::error::Error;
-use std::fmt::Write as _;
 use std::ops::Range;
 use std::path::PathBuf;
 
@@ -12,6 +11,7 @@ use host_io::folder::OutFolder;
 use icd::sensors::SensorKind;
 use icd::units::DEG;
 use icd::{Actuators, Sensors};
+use lab_report::{Cell, CellKind, Column, Table, columns};
 use plant_sim::io::whole;
 use plant_sim::{GradeName, Plant, SensorSettings};
 
@@ -41,7 +41,7 @@ pub struct SensorErrorsArgs {
     /// Aircraft and settings.
     #[command(flatten)]
     pub aircraft: AircraftArgs,
-    /// Folder for sensors.csv and the picture
+    /// Folder for the table and the picture
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
@@ -147,19 +147,15 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
 pub fn run(args: &SensorErrorsArgs) -> Result<(), Box<dyn Error>> {
     let folder = OutFolder::create(&args.out)?;
     let errors = fly(args)?;
-    let mut csv = "time_s".to_owned();
-    for signal in &errors.signals {
-        let _ = write!(csv, ",error_{signal}");
-    }
-    csv.push('\n');
-    for (time_s, errors) in &errors.rows {
-        let _ = write!(csv, "{time_s:.3}");
-        for error in errors {
-            let _ = write!(csv, ",{error:.6e}");
-        }
-        csv.push('\n');
-    }
-    folder.write_marked("sensors.csv", b"time_s,error_", csv.as_bytes())?;
+    let error = |signal| Column::new(format!("error_{signal}"), CellKind::Number);
+    let mut columns = columns![time_s: Number];
+    columns.extend(errors.signals.iter().map(error));
+    let mut table = Table::new("sensors", columns);
+    let cells = |(time_s, errors): &(f64, Vec<f64>)| {
+        [time_s].into_iter().chain(errors).map(|value| Cell::from(*value)).collect()
+    };
+    table.rows.extend(errors.rows.iter().map(cells));
+    table.write(folder.path())?;
     write_figure(&folder, &figure(args, &errors))?;
     for (title, unit, si, first, names) in ROWS {
         let Some(columns) = errors.columns(first, names.len()) else { continue };

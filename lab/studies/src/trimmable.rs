@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use host_io::file;
 use host_io::folder::OutFolder;
 use icd::Effector;
+use lab_report::{Table, cells, table};
 use plant_sim::airframe::Airframe;
 use plant_sim::dynamics::Dynamics;
 use plant_sim::earth::{Earth, EarthModel};
@@ -29,11 +30,6 @@ pub const MARGIN: f64 = 0.1;
 const HALVINGS: u32 = 5;
 /// Steps of the jams of an engine over its range.
 const ENGINE_STEPS: f64 = 20.0;
-/// First line of the table, by which this program knows what it may write over.
-const MARK: &str = "<!-- Written by `sitl aircraft trimmable`; do not edit. -->";
-/// First line of the file of flights.
-const COLUMNS: &str = "set,margin,effector,jammed_at,other_effector,other_jammed_at,exists,airspeed_m_s,angle_of_attack_deg,\
-                       sideslip_deg,bank_deg,climb_deg,turn_rate_deg_s";
 
 /// Options of `sitl aircraft trimmable`.
 #[derive(Debug, Clone, clap::Args)]
@@ -50,7 +46,7 @@ pub struct TrimmableArgs {
     /// Also jam two effectors at once, in steps of this many degrees
     #[arg(long, value_name = "DEG", value_parser = step, allow_hyphen_values = true)]
     pairs_deg: Option<f64>,
-    /// Folder for trimmable.csv, trimmable.md and the picture
+    /// Folder for the tables and the picture
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -133,14 +129,9 @@ pub fn run(args: &TrimmableArgs) -> Result<(), Box<dyn Error>> {
         Some(step_deg) => study.pairs(step_deg),
         None => Vec::new(),
     };
-    let table = study.table(&sweeps);
-    let csv = study.csv(&sweeps, &pairs);
-    folder.write_marked("trimmable.csv", COLUMNS.as_bytes(), csv.as_bytes())?;
-    folder.write_marked(
-        "trimmable.md",
-        MARK.as_bytes(),
-        format!("{MARK}\n\n{table}").as_bytes(),
-    )?;
+    let table = study.markdown(&sweeps);
+    study.table(&sweeps, &pairs).write(folder.path())?;
+    folder.write_markdown("trimmable.md", &table)?;
     write_figure(&folder, &picture::figure(&study, &sweeps))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
@@ -347,43 +338,35 @@ impl Study {
         value * self.unit(effector).0
     }
 
-    fn csv(&self, sweeps: &[Sweep], pairs: &[Jams]) -> String {
-        let mut text = format!("{COLUMNS}\n");
+    fn table(&self, sweeps: &[Sweep], pairs: &[Jams]) -> Table {
+        let mut table = table!("trimmable",
+            set: Text, margin: Integer, effector: Text, jammed_at: Number, other_effector: Text,
+            other_jammed_at: Number, exists: Integer, airspeed_m_s: Number,
+            angle_of_attack_deg: Number, sideslip_deg: Number, bank_deg: Number, climb_deg: Number,
+            turn_rate_deg_s: Number);
         let singles = sweeps.iter().map(|s| (s.set, s.margin, &s.rows));
         let all = singles.chain(pairs.iter().map(|(set, margin, rows)| (*set, *margin, rows)));
-        let list = &self.airframe().effectors;
-        let effectors = self.effectors();
+        let (list, effectors) = (&self.airframe().effectors, self.effectors());
         for (set, margin, rows) in all {
             for Row { jams, flight } in rows {
-                let _ = write!(text, "{},{}", self.sets[set].key, u8::from(margin));
+                let mut row = cells![&self.sets[set].key, margin];
                 for place in 0..2 {
-                    let _ = match jams.get(place) {
-                        Some((e, at)) => {
-                            write!(text, ",{},{:.4}", list.key(effectors[*e]), self.shown(*e, *at))
-                        }
-                        None => write!(text, ",,"),
-                    };
+                    let jam = jams.get(place);
+                    row.push(jam.map(|(effector, _)| list.key(effectors[*effector])).into());
+                    row.push(jam.map(|(effector, at)| self.shown(*effector, *at)).into());
                 }
-                let _ = match flight {
-                    None => writeln!(text, ",0,,,,,,"),
-                    Some(f) => writeln!(
-                        text,
-                        ",1,{:.3},{:.4},{:.4},{:.4},{:.4},{:.4}",
-                        f.airspeed_m_s,
-                        f.alpha_rad.to_degrees(),
-                        f.beta_rad.to_degrees(),
-                        f.bank_rad.to_degrees(),
-                        f.climb_rad.to_degrees(),
-                        f.turn_rate_rad_s.to_degrees(),
-                    ),
-                };
+                row.extend(cells![flight.is_some(), flight.map(|f| f.airspeed_m_s)]);
+                let angles = flight
+                    .map(|f| [f.alpha_rad, f.beta_rad, f.bank_rad, f.climb_rad, f.turn_rate_rad_s]);
+                row.extend((0..5).map(|place| angles.map(|all| all[place].to_degrees()).into()));
+                table.rows.push(row);
             }
         }
-        text
+        table
     }
 
     /// The limits of every effector in every set, in Markdown.
-    pub fn table(&self, sweeps: &[Sweep]) -> String {
+    pub fn markdown(&self, sweeps: &[Sweep]) -> String {
         let airframe = self.airframe();
         let list = &airframe.effectors;
         let mut text = format!(

@@ -10,6 +10,7 @@ use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
 use icd::{Attitude, Ned};
+use lab_report::{Table, cells, table};
 use plant_sim::io::whole;
 use plant_sim::wind::level::spectra;
 use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
@@ -32,8 +33,6 @@ pub const AXES: [(&str, &str); 6] = [
     ("r", "log10 (rad/s)²/(rad/m)"),
 ];
 
-/// Columns of `turbulence.csv`.
-const COLUMNS: &str = "altitude_m,axis,omega_rad_m,spectrum,formula,segments";
 /// Most heights in one picture.
 const HEIGHTS_MAX: usize = 3;
 /// Their colours.
@@ -73,7 +72,7 @@ pub struct TurbulenceArgs {
     /// Seed of the random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
-    /// Folder for turbulence.csv and the picture
+    /// Folder for the table and the picture
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
 }
@@ -147,7 +146,7 @@ pub fn run(args: &TurbulenceArgs) -> Result<(), Problem> {
     let folder = OutFolder::create(&args.out)?;
     let flown: Vec<Flown> =
         args.altitude_m.iter().map(|height_m| (*height_m, args.fly(*height_m))).collect();
-    folder.write_marked("turbulence.csv", COLUMNS.as_bytes(), csv(&flown).as_bytes())?;
+    table(&flown).write(folder.path())?;
     write_figure(&folder, &figure(args, &flown))?;
     print_text!("{}", summary(args, &flown));
     print_line!("wrote {}", args.out.display());
@@ -174,19 +173,18 @@ impl TurbulenceArgs {
     }
 }
 
-fn csv(flown: &[Flown]) -> String {
-    let mut text = format!("{COLUMNS}\n");
+fn table(flown: &[Flown]) -> Table {
+    let mut table = table!("turbulence",
+        altitude_m: Number, axis: Text, omega_rad_m: Number, spectrum: Number, formula: Number,
+        segments: Number);
     for (height_m, axes) in flown {
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
             for Band { omega_rad_m, estimate, formula, count } in bands {
-                let _ = writeln!(
-                    text,
-                    "{height_m},{axis},{omega_rad_m:.6e},{estimate:.6e},{formula:.6e},{count}"
-                );
+                table.rows.push(cells![*height_m, axis, *omega_rad_m, *estimate, *formula, *count]);
             }
         }
     }
-    text
+    table
 }
 
 /// The largest deviation of each axis, in the bands that have enough estimates.
@@ -314,7 +312,7 @@ mod tests {
     fn table_and_picture_have_all_axes() {
         let args = args(TurbulenceLevel::Light, 1.0);
         let flown = vec![(30.0, args.fly(30.0))];
-        let text = csv(&flown);
+        let text = table(&flown).csv();
         for (axis, _) in AXES {
             assert!(text.contains(&format!("\n30,{axis},")), "{axis}");
             assert!(figure(&args, &flown).svg.contains(&format!("{axis}_g")));

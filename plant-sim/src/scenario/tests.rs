@@ -159,8 +159,6 @@ fn a_fault_of_a_sensor_is_read_and_left_to_the_plant() {
     assert!(unknown.contains("sensor = `radar`, the aircraft has only gyro,"), "{unknown}");
     let both = format!("effector = \"rudder\"\n{table}");
     assert!(with_fault(&both).unwrap_err().contains("of an effector, of a sensor or of a part"));
-    let neither = with_fault("kind = \"stuck_here\"").unwrap_err();
-    assert!(neither.contains("missing field `effector`"), "{neither}");
     let unknown = with_fault("effector = \"rudder\"\nkind = \"broken\"").unwrap_err();
     assert!(
         unknown.contains("unknown variant `broken`, expected one of `stuck_here`"),
@@ -356,6 +354,41 @@ fn a_fault_with_too_few_or_too_many_keys_is_refused() {
         refusal(CASE1, "stuck_at", "float"),
         "my.toml: [[plant.fault]] number 1, kind float: angle_deg has no meaning here"
     );
+}
+
+#[test]
+fn a_missing_key_is_named_with_its_table_and_the_number_of_its_entry() {
+    let fault = "[[plant.fault]]\neffector = \"rudder\"\nkind = \"stuck_here\"\nonset_s = 1\n";
+    for (key, problem) in [
+        ("effector = \"rudder\"\n", ", kind stuck_here: effector is missing"),
+        ("kind = \"stuck_here\"\n", ": kind is missing"),
+        ("onset_s = 1\n", ", kind stuck_here: onset_s is missing"),
+    ] {
+        let text = format!("[plant]\n{fault}{}", fault.replace(key, ""));
+        let problem = format!("my.toml: [[plant.fault]] number 2{problem}");
+        assert_eq!(refusal(&text, "", ""), problem);
+    }
+    let gust = "[[plant.gust]]\nonset_s = 1\nlength_m = 9\n";
+    let text = format!("[plant]\n{gust}{}", gust.replace("length_m = 9\n", ""));
+    let problem = "my.toml: [[plant.gust]] number 2: length_m is missing";
+    assert_eq!(refusal(&text, "", ""), problem);
+    let table: toml::Table = toml::from_str(&text).unwrap();
+    let read = Scenario::from_table("my.toml", table, &tvc_jet::effectors());
+    assert_eq!(read.unwrap_err().to_string(), problem);
+}
+
+#[test]
+fn a_scenario_without_a_seed_has_the_first() {
+    let scenario = Scenario::from_toml("my.toml", "[plant]\n", &tvc_jet::effectors()).unwrap();
+    assert_eq!(scenario.plant.seed, 1);
+}
+
+#[test]
+fn a_fault_of_a_role_is_one_of_the_effector_that_has_it() {
+    let text = aircraft::AEROSONDE_AIRFRAME.replace("name = \"rudder\"", "name = \"fin flap\"");
+    let list = Airframe::from_toml("my.toml", &text).unwrap().effectors;
+    let fault = Scenario::from_toml("case2.toml", CASE2, &list).unwrap().plant.faults[0];
+    assert_eq!(fault.target.name(&list), "fin flap");
 }
 
 #[test]

@@ -92,7 +92,7 @@ pub struct LaunchArgs {
     /// How many control steps a flight log has rows of: events (50 each second, all around events) or full [default: events]
     #[arg(long, value_name = "RATE")]
     log_rate: Option<String>,
-    /// Number of this vehicle among several on this computer, as PX4's -i; shifts the default ports, MAV_SYS_ID and files [default: 0]
+    /// Number of this vehicle on this computer; shifts ports, MAV_SYS_ID and files [default: 0]
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     instance: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960 + instance]
@@ -177,7 +177,7 @@ impl LaunchArgs {
         let fitted = fitted(saved, &setup.sensors);
         let mut with_gains = fitted;
         let laws = &autopilot.laws;
-        laws.apply(&mut with_gains, laws.gains_text()?.as_deref())?;
+        laws.apply(&mut with_gains, laws.gains_text()?.as_deref(), &model.aircraft)?;
         let preset = parameters.gains.selection.estimator;
         let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
         let expected = with_gains.gains.selection.estimator;

@@ -78,7 +78,7 @@ fn every_command_that_flies_a_law_flies_the_law_of_the_program() {
     let [study, mission, campaign, again] = ["study", "mission", "campaign", "again"].map(path);
     let short = "plant.duration_s=3";
     for words in [
-        &["fly", "case1", "--out", &fly, "--ulog", "--set", short][..],
+        &["fly", "case1", "--out", &fly, "--ulog", "--figures", "--set", short][..],
         &["replay", &log],
         &["study", "engine-fade", "--samples", "1", "--out", &study, "--set", short],
         &["mission", "--out", &mission],
@@ -100,6 +100,7 @@ fn every_command_that_flies_a_law_flies_the_law_of_the_program() {
         (Some("own"), Some("counted"))
     );
     assert!(read(&folder.path().join("campaign/summary.csv")).contains("counted"));
+    assert!(read(&folder.path().join("fly/flight.html")).contains("own: counted"));
     let other = path("pid");
     assert_eq!(
         sitl(&["fly", "case1", "--out", &other, "--set", short], None),
@@ -112,10 +113,13 @@ fn every_command_that_flies_a_law_flies_the_law_of_the_program() {
     let law = Counted { pid: pid(), steps: Arc::clone(&steps) };
     let own = OwnLaw::new("counted", move || law.clone());
     assert_eq!(
-        sitl(&["fly", "case1", "--law", "ndi", "--set", short], Some(&own)),
+        sitl(&["fly", "case1", "--law", "ndi", "--set", short, "--out", &path("ndi")], Some(&own)),
         Ok(ExitCode::SUCCESS)
     );
     assert_eq!(steps.load(Ordering::Relaxed), 0);
+    let outcome: serde_json::Value =
+        serde_json::from_str(&read(&folder.path().join("ndi/outcome.json"))).expect("JSON");
+    assert!(outcome["own_law"].is_null(), "{}", outcome["own_law"]);
     assert_eq!(sitl(&["replay", &log], None), Ok(ExitCode::from(2)));
 }
 

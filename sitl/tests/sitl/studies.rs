@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::fs;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use sitl::cli::{self, Cli};
@@ -32,7 +33,16 @@ fn a_study_flies_an_aircraft_that_is_not_the_jet_and_says_all_that_it_flew() {
         let words = ["--airframe", "aerosonde", "--out", out.to_str().expect("a name")];
         let words = [&["study"], study, &words].concat();
         assert_eq!(sitl(&words), Ok(ExitCode::SUCCESS), "{words:?}");
-        assert!(fs::read_dir(&out).expect("it is there").count() >= 3, "{words:?}");
+        let paths =
+            || fs::read_dir(&out).expect("it is there").map(|entry| entry.expect("it").path());
+        assert!(paths().count() >= 3, "{words:?}");
+        let tables = paths().filter(|path| path.extension().is_some_and(|ending| ending == "csv"));
+        let alone = |path: &PathBuf| !path.with_extension("parquet").is_file();
+        assert_eq!(
+            tables.filter(alone).collect::<Vec<_>>(),
+            [""; 0].map(PathBuf::from),
+            "{words:?}"
+        );
         // The sensors are those of a flight without a law.
         if study[0] != "sensors" {
             let setup = fs::read_to_string(out.join("setup.json")).expect("it is there");

@@ -14,7 +14,7 @@ use crate::Visitor;
 gain_set! {
     /// Gains of the nonlinear extended state observer.
     ///
-    /// The set with which every outcome of the paper occurs; docs/parameter-set.md gives the reasons.
+    /// The set with which every outcome of the paper occurs; docs/paper.md gives the reasons.
     NesoGains at neso {
         /// ω₀, rad/s: bandwidth of the linear zone.
         bandwidth = 50.0, "OBS_W0" "rad/s", 1.0 to 500.0, "Observer bandwidth in the linear zone";

@@ -40,7 +40,7 @@ pub enum EstimatorPreset {
 gain_set! {
     /// Gains of [`super::Estimator`]; rows `EST_*` of the parameter table. Spreads are one standard deviation.
     ///
-    /// For sensors of the tactical grade in light to moderate turbulence; docs/estimator.md derives each number.
+    /// For sensors of the tactical grade in light to moderate turbulence; docs/estimation.md derives each number.
     EstimatorGains at estimator {
         /// White noise of each gyro, deg/s/√Hz.
         gyro_noise_deg = 0.0015, "EST_GYR_N" "deg/s/sqrt(Hz)", 1.0e-5 to 1.0, "White noise of each gyro";

@@ -18,7 +18,7 @@ pub enum IsolationMode {
 gain_set! {
     /// Gains of [`super::Isolation`]; rows `ISO_*` of the parameter table.
     ///
-    /// This project's choice; docs/isolation.md says what they were chosen with.
+    /// This project's choice; docs/estimation.md says what they were chosen with.
     IsolationGains at isolation {
         /// Time after which what was seen counts e times less, s.
         memory_s = 10.0, "ISO_MEMORY" "s", 0.5 to 60.0, "Time after which what was seen counts e times less";

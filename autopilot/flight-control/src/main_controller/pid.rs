@@ -79,7 +79,7 @@ gain_set! {
 }
 
 impl PidGains {
-    /// The set with which every outcome of the paper occurs; docs/parameter-set.md gives the reasons.
+    /// The set with which every outcome of the paper occurs; docs/paper.md gives the reasons.
     pub const REFERENCE: Self = Self {
         altitude: AltitudeGains::REFERENCE,
         roll: RollGains::REFERENCE,

@@ -3,7 +3,7 @@
 gain_set! {
     /// Gains of [`super::Relief`]; rows `RLF_*` of the parameter table.
     ///
-    /// This project's choice; docs/beyond-the-paper.md says what they were flown with.
+    /// This project's choice; docs/laws.md says what they were flown with.
     ReliefGains at relief {
         /// Lag on the yaw shortage, s.
         shortage_lag_s = 1.0, "RLF_LAG" "s", 0.05 to 20.0, "Lag on the yaw acceleration that is missing";

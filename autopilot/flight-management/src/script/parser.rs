@@ -542,6 +542,8 @@ fn unit(name: &str) -> &str {
     match name {
         "kn" => "kN",
         "kn/s" => "kN/s",
+        "n" => "N",
+        "n/s" => "N/s",
         "hz" => "Hz",
         other => other,
     }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::fault::{CATALOGUE, TargetClass};
+use crate::fault::{CATALOGUE, SensorKind, TargetClass};
 use std::collections::BTreeSet;
 use std::string::ToString;
 use std::vec::Vec;
@@ -104,6 +104,13 @@ fn a_text_has_the_units_of_the_target() {
         ),
         (FaultKind::Drifting { rate: deg(-0.25) }, TargetClass::Angle, "drifting -0.25 deg/s"),
         (FaultKind::Slow { rate: 2_000.0 }, TargetClass::Thrust, "slow 2.0 kN/s"),
+        (FaultKind::LimitedTravel { limit: 42.5 }, TargetClass::Thrust, "limited to 42.5 N"),
+        (FaultKind::Slow { rate: 85.0 }, TargetClass::Thrust, "slow 85.0 N/s"),
+        (
+            FaultKind::Biased { bias: -5.0 },
+            TargetClass::Sensor(SensorKind::EngineMonitor),
+            "biased by -5.0 N",
+        ),
     ] {
         assert_eq!(kind.described(class).to_string(), text);
     }

@@ -1,9 +1,10 @@
 //! An aircraft of a campaign: its files, and what the values of the variables are for it.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use autopilot::config::Model;
-use icd::{Effector, EffectorKind};
+use icd::{Effector, EffectorKind, EffectorList};
 use lab_studies::configuration::{AircraftArgs, Named};
 use lab_studies::fly::measures::Measures;
 use lab_studies::problem::{Problem, problem};
@@ -18,6 +19,9 @@ use crate::spec::{
 
 /// Keys of a fault whose numbers can be parts of a travel.
 const TRAVELS: [&str; 3] = [".angle_deg", ".bias_deg", ".amplitude_deg"];
+
+/// The same of an engine monitor, whose numbers can be parts of the range of the thrust.
+const THRUSTS: [&str; 3] = [".bias_kn", ".rate_kn_s", ".noise_kn"];
 
 /// An aircraft of the campaign, read and checked.
 #[derive(Debug)]
@@ -40,6 +44,10 @@ pub struct Aircraft {
     pub(super) combinations: u64,
     /// Number of its first flight.
     pub(crate) first: u64,
+    /// Effectors and keys of the model that the specification names and this aircraft lacks.
+    pub(super) lacking: BTreeSet<String>,
+    /// Keys that are not set for this aircraft, or what they begin with.
+    unset: Vec<String>,
 }
 
 impl Aircraft {
@@ -59,11 +67,19 @@ impl Aircraft {
         };
         let mut settings = settings_of(&file.spec.set, &file.name)?;
         settings.extend(settings_of(&spec.set, &file.name)?);
-        let args =
+        let mut args =
             AircraftArgs { airframe: named(&spec.file), model: named(&spec.model), settings };
         let (airframe, model) = (args.airframe()?, args.model()?);
-        let lists: Vec<_> =
-            file.spec.vary.iter().map(|variable| variable.list(&airframe)).collect();
+        let mut lacking = Lacking { list: &airframe.effectors, names: BTreeSet::new() };
+        let Some(mut unset) = lacking.faults(&args.settings, &file.spec.vary) else {
+            let names: Vec<String> = lacking.names.into_iter().collect();
+            let (file, airframe, names) = (&file.name, &airframe.name, names.join(", "));
+            return Err(problem!("{file}: {airframe} has no effector {names}"));
+        };
+        args.settings.retain(|setting| !unset.iter().any(|key| setting.key.starts_with(key)));
+        let lists = file.spec.vary.iter();
+        let lists: Vec<_> = lists.map(|v| Some(lacking.kept(v, v.list(&airframe)?))).collect();
+        let mut lacking = lacking.names;
         let mut combinations = 1_u64;
         for (list, variable) in lists.iter().zip(&file.spec.vary) {
             let Some(list) = list else { continue };
@@ -96,13 +112,30 @@ impl Aircraft {
             cases: Vec::new(),
             combinations,
             first,
+            lacking: BTreeSet::new(),
+            unset: Vec::new(),
         };
+        let is_error = |v: &&Variable| v.level.is_some() && v.key.starts_with("model.");
+        let errors = file.spec.vary.iter().filter(is_error);
+        let no_base = |v: &&Variable| aircraft.base(file, scenario, &v.key).is_err();
+        let without: Vec<String> = errors.filter(no_base).map(|v| v.key.clone()).collect();
+        lacking.extend(without.iter().cloned());
+        unset.extend(without);
+        (aircraft.lacking, aircraft.unset) = (lacking, unset);
         let case = |variable: &Variable, case: &Case| -> Result<_, Problem> {
             let mut set = settings_of(&case.set, &file.name)?;
-            let is_factor = variable.case_meaning == JointMeaning::Factor;
-            for setting in set.iter_mut().filter(|_| is_factor) {
-                let Some(factor) = number(&setting.value) else { continue };
-                setting.value = (factor * aircraft.base(file, scenario, &setting.key)?).into();
+            let meaning = case.meaning.unwrap_or(variable.case_meaning);
+            for Setting { key, value } in &mut set {
+                let Some(number) = number(value) else { continue };
+                match meaning {
+                    JointMeaning::Factor => {
+                        *value = (number * aircraft.base(file, scenario, key)?).into();
+                    }
+                    JointMeaning::Thrust if THRUSTS.iter().any(|end| key.ends_with(end)) => {
+                        *value = rounded(number * aircraft.thrust_range_kn()).into();
+                    }
+                    _ => {}
+                }
             }
             Ok((case.name.clone(), set))
         };
@@ -112,6 +145,11 @@ impl Aircraft {
         };
         aircraft.cases = file.spec.vary.iter().map(of).collect::<Result<_, Problem>>()?;
         Ok(aircraft)
+    }
+
+    /// Whether a key is set for this aircraft.
+    pub(super) fn sets(&self, key: &str) -> bool {
+        !self.unset.iter().any(|unset| key.starts_with(unset))
     }
 
     /// What a value of a variable sets besides its key, where it is the name of a case.
@@ -146,6 +184,7 @@ impl Aircraft {
             let Value::Number(number) = value else { return Ok(value.clone()) };
             match variable.meaning {
                 Meaning::Value | Meaning::Level => Ok(value.clone()),
+                Meaning::Factor if !self.sets(&variable.key) => Ok(value.clone()),
                 Meaning::Factor => {
                     let factor = match &variable.level {
                         None => *number,
@@ -218,7 +257,7 @@ impl Aircraft {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
         };
         let list = &self.airframe.effectors;
-        let Some(effector) = list.all().find(|effector| list.key(*effector) == name) else {
+        let Some(effector) = list.by_key(&name) else {
             return fail(format!("{} has no effector {name}", self.airframe.name));
         };
         if !list.is_angle(effector) {
@@ -228,8 +267,75 @@ impl Aircraft {
         let middle = 0.0_f64.clamp(servo.min, servo.max);
         let end = if part < 0.0 { servo.min } else { servo.max };
         let angle_deg = (middle + part.abs() * (end - middle)).to_degrees();
-        // Degrees of a file stand there as people write them: without the noise of two conversions.
-        Ok((angle_deg * 1.0e9).round() / 1.0e9)
+        Ok(rounded(angle_deg))
+    }
+
+    /// From the least thrust to the largest; zero without an engine.
+    fn thrust_range_kn(&self) -> f64 {
+        let Airframe { effectors, servos, .. } = &self.airframe;
+        let range_n = |engine| servos[engine].max - servos[engine].min;
+        1.0e-3 * effectors.only(EffectorKind::Engine).map_or(0.0, range_n)
+    }
+}
+
+/// As people write a number in a file: without the noise of two conversions.
+fn rounded(value: f64) -> f64 {
+    (value * 1.0e9).round() / 1.0e9
+}
+
+/// End of a key that names the effector of a fault.
+const EFFECTOR: &str = "effector";
+
+fn is_target(key: &str) -> bool {
+    key.starts_with("plant.fault.") && key.ends_with(EFFECTOR)
+}
+
+/// The effectors that a specification names and an aircraft with these lacks.
+struct Lacking<'a> {
+    list: &'a EffectorList,
+    names: BTreeSet<String>,
+}
+
+impl Lacking<'_> {
+    /// Whether a key names such an effector.
+    fn has(&mut self, key: &str, value: &str) -> bool {
+        let is_lacking = is_target(key) && self.list.lacks(value);
+        if is_lacking {
+            self.names.insert(value.to_owned());
+        }
+        is_lacking
+    }
+
+    /// Beginnings of the keys of the faults that every flight would have of such effectors; `None` if the campaign is about one of
+    /// them: it is varied, or the only one.
+    fn faults(&mut self, settings: &[Setting], vary: &[Variable]) -> Option<Vec<String>> {
+        let mut faults = Vec::new();
+        for Setting { key, value } in settings {
+            let name = value.as_str().unwrap_or_default();
+            let Some(fault) = key.strip_suffix(EFFECTOR).filter(|_| self.has(key, name)) else {
+                continue;
+            };
+            let keys = settings.iter().map(|setting| &setting.key);
+            let mut others = keys.chain(vary.iter().flat_map(Variable::keys));
+            let is_varied = vary.iter().any(|variable| variable.key.starts_with(fault));
+            if is_varied || !others.any(|other| other != key && is_target(other)) {
+                return None;
+            }
+            faults.push(fault.to_owned());
+        }
+        Some(faults)
+    }
+
+    /// The values of a listed variable that name no such effector, and whose cases do not.
+    fn kept(&mut self, variable: &Variable, mut values: Vec<Value>) -> Vec<Value> {
+        values.retain(|value| {
+            let Value::Text(name) = value else { return true };
+            let case = variable.cases.iter().find(|case| case.name == *name);
+            let mut set = case.iter().flat_map(|case| &case.set);
+            !self.has(&variable.key, name)
+                && !set.any(|(key, value)| self.has(key, value.as_str().unwrap_or_default()))
+        });
+        values
     }
 }
 

@@ -73,7 +73,7 @@ fn nearest(sources: &Sources<'_>, airframe: usize, law: usize) -> Option<usize> 
         let Some((key, deg)) = jams.jam(sources.plan, flight) else { return f64::INFINITY };
         let aircraft = &sources.plan.aircraft[airframe].airframe;
         let list = &aircraft.effectors;
-        let servo = list.all().find(|e| list.key(*e) == key).map(|e| &aircraft.servos[e]);
+        let servo = list.by_key(&key).map(|effector| &aircraft.servos[effector]);
         servo.map_or(f64::INFINITY, |servo| {
             let end = if deg < 0.0 { servo.min } else { servo.max };
             (deg.to_radians() / end).abs()

@@ -41,6 +41,9 @@ pub enum EachTwo {
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Case {
     pub name: String,
+    /// What its numbers mean, where that is not what those of the others mean.
+    #[serde(rename = "as")]
+    pub meaning: Option<JointMeaning>,
     #[serde(flatten)]
     pub set: toml::Table,
 }
@@ -56,6 +59,8 @@ pub enum JointMeaning {
     Factor,
     /// Angles, biases and amplitudes of a case are parts of the travel of the effector of the same fault.
     Travel,
+    /// Bias, drift and noise of an engine monitor are parts of the range of the thrust.
+    Thrust,
     /// Every key has a draw of its own, uniform within the level of 1 to either side, as a factor on the number that the file has.
     Error,
 }
@@ -75,7 +80,10 @@ impl Joint {
             ..Variable::default()
         };
         match self.meaning {
-            JointMeaning::Value | JointMeaning::Factor | JointMeaning::Travel => {
+            JointMeaning::Value
+            | JointMeaning::Factor
+            | JointMeaning::Travel
+            | JointMeaning::Thrust => {
                 vec![Variable { sets: self.keys.clone(), ..level }]
             }
             JointMeaning::Error => {
@@ -120,7 +128,7 @@ impl Joint {
             return Ok(());
         }
         let (least, most, expected) = match self.meaning {
-            JointMeaning::Factor | JointMeaning::Travel => {
+            JointMeaning::Factor | JointMeaning::Travel | JointMeaning::Thrust => {
                 return refuse("as", format!("{:?}", self.meaning), "[[joint.case]] with it");
             }
             JointMeaning::Value => (f64::MIN, f64::MAX, "one or more finite numbers"),

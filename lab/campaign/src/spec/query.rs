@@ -1,7 +1,7 @@
 //! What is asked of the runs: tables of a specification.
 
 use lab_studies::problem::Problem;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use super::{Spec, refuse};
 
@@ -54,7 +54,7 @@ pub struct Fields {
 }
 
 /// How the flights of a cell become one number. A measure is that of the flights that were kept.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Aggregate {
     #[default]

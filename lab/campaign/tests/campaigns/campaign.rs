@@ -16,7 +16,14 @@ use sha2::{Digest, Sha256};
 use studies::{STUDIES, SUITE};
 
 /// Files of a finished campaign that must be the same to the byte.
-const FILES: [&str; 4] = ["runs.parquet", "summary.csv", "columns.csv", "campaign.toml"];
+const FILES: [&str; 6] = [
+    "runs.parquet",
+    "summary.csv",
+    "summary.parquet",
+    "columns.csv",
+    "columns.parquet",
+    "campaign.toml",
+];
 
 fn smoke() -> &'static str {
     STUDIES.iter().find(|(name, _)| *name == "smoke").expect("it is shipped").1
@@ -299,7 +306,7 @@ fn a_setting_without_an_effect_is_refused() {
         SpecFile::read("smoke").expect("it is shipped").with(&[set]).map(drop)
     };
     for (key, place) in [
-        ("FTC_MODE", "each [[law]]"),
+        ("FTC_MODE", "[[law]]"),
         ("plant.wind.turbulence_m_s", "[[vary]]"),
         ("plant.fault.1.onset_s", "[[vary]]"),
         ("plant.seed", "seed"),
@@ -310,6 +317,11 @@ fn a_setting_without_an_effect_is_refused() {
     for key in ["airframe.mass.mass_kg", "plant.wind.speed_m_s", "CTL_LAW", "plant.duration_s"] {
         assert!(with(key).is_ok(), "{key}");
     }
+    // Some of the aircraft of that campaign set it, and the others would fly alone with the option.
+    let some = Setting::new("plant.start.airspeed_m_s", 100.0);
+    let refused = SpecFile::read("jam-table").expect("it is shipped").with(&[some]);
+    let refused = refused.expect_err("set later").to_string();
+    assert!(refused.contains("[[airframe]] sets this one"), "{refused}");
     let forever = Setting::new("plant.duration_s", 1.0e9);
     let refused = SpecFile::read("smoke").expect("it is shipped").with(&[forever]);
     let refused = refused.expect_err("too long").to_string();
@@ -397,6 +409,83 @@ fn a_shard_that_does_not_exist_is_refused() {
     }
 }
 
+/// A small aircraft without a nozzle whose effectors have names of their own: airframe and model in a folder.
+fn newcomer(folder: &Path) -> AircraftArgs {
+    let names = [("left elevator", "port tail"), ("right elevator", "starboard tail")];
+    let names = names.into_iter().chain([("left aileron", "port flaperon")]);
+    let names = names.chain([("right aileron", "starboard flaperon")]);
+    let write = |name: &str, text: &str| {
+        let text = text.replace("name = \"rudder\"", "name = \"fin flap\"");
+        let text = names.clone().fold(text, |text, (old, new)| text.replace(old, new));
+        fs::write(folder.join(name), text).expect("a file");
+        Some(folder.join(name))
+    };
+    AircraftArgs {
+        airframe: write("gull.toml", aircraft::AEROSONDE_AIRFRAME),
+        model: write("gull_model.toml", aircraft::AEROSONDE_MODEL),
+        settings: Vec::new(),
+    }
+}
+
+/// Every value that the flights of a campaign set a key to.
+fn values_of(plan: &Plan, key: &str) -> Vec<String> {
+    let laws = plan.laws().len() as u64;
+    let settings = (0..plan.flights()).map(|flight| {
+        let run = plan.run(flight * laws).expect("a run");
+        plan.settings(&run).expect("settings")
+    });
+    let mut all: Vec<String> = settings
+        .flatten()
+        .filter(|setting| setting.key == key)
+        .map(|setting| setting.value.to_string().trim_matches('"').to_owned())
+        .collect();
+    all.sort();
+    all.dedup();
+    all
+}
+
+#[test]
+fn campaigns_of_the_jet_fly_an_aircraft_with_other_names_and_leave_out_what_it_lacks() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let args = newcomer(folder.path());
+    let plan = |name: &str| {
+        Plan::new(SpecFile::read_with(name, None, &args).expect("it is shipped")).expect(name)
+    };
+    for name in ["smoke", "gust", "detection", "engine-fade", "sensor-faults", "ftc-08"] {
+        assert!(plan(name).flights() > 0, "{name}");
+    }
+    for (name, lacking, effectors) in [
+        ("delay", "nozzle_pitch, nozzle_yaw", ["left_elevator", "right_aileron", "rudder"]),
+        (
+            "robustness",
+            "model.nozzle.arm_m, nozzle_yaw",
+            ["left_elevator", "right_aileron", "rudder"],
+        ),
+        ("tuning", "nozzle_yaw", ["left_aileron", "right_elevator", "rudder"]),
+    ] {
+        let plan = plan(name);
+        let notes = plan.notes().join("\n");
+        assert!(notes.contains(&format!("has no {lacking}: what names it is left out")), "{notes}");
+        let ganged = "has no nozzle: PID, ganged nozzle flies as its PID alone";
+        assert_eq!(notes.matches(ganged).count(), 1, "{notes}");
+        assert_eq!(values_of(&plan, "plant.fault.1.effector"), effectors, "{name}");
+    }
+    let typo = RUDDER.replace("effector\" = \"rudder\"", "effector\" = \"ruder\"");
+    assert!(parse(&typo).expect_err("a typing error").contains("ruder"));
+}
+
+#[test]
+fn parts_of_travel_and_thrust_are_the_numbers_of_the_jet() {
+    let plan = |name| Plan::new(SpecFile::read(name).expect("it is shipped")).expect("a plan");
+    let sensors = plan("sensor-faults");
+    assert_eq!(values_of(&sensors, "plant.fault.1.bias_kn"), ["5.0"]);
+    assert_eq!(values_of(&sensors, "plant.fault.1.rate_kn_s"), ["0.5"]);
+    assert_eq!(values_of(&sensors, "plant.fault.1.noise_kn"), ["5.0"]);
+    let angles =
+        ["-3.0", "-30.0", "-8.0", "12.0", "15.0", "20.0", "25.0", "3.0", "30.0", "7.0", "8.0"];
+    assert_eq!(values_of(&plan("detection"), "plant.fault.1.angle_deg"), angles);
+}
+
 /// SHA-256 of each scenario of the suite with its laws. They are frozen: results of different versions are compared. A scenario
 /// or law that changes is a new suite, with a record in docs/decisions/.
 const SUITE_SHA256: [&str; 12] = [
@@ -419,7 +508,7 @@ fn the_suite_never_changes_silently() {
     for ((name, text), expected) in SUITE.iter().zip(SUITE_SHA256) {
         let digest = Sha256::digest(text.as_bytes());
         let found: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(found, expected, "{name} is frozen (docs/suite.md)");
+        assert_eq!(found, expected, "{name} is frozen (docs/campaigns.md)");
         let plan = Plan::new(SpecFile::read(name).expect("a scenario")).expect("a plan");
         assert!(plan.flights() >= 12 && plan.laws().len() == 10, "{name}");
     }
@@ -474,16 +563,16 @@ fn the_smallest_fault_that_a_law_does_not_survive_is_found_and_written_as_a_scen
         let kept_deg = cell(row, 6);
         assert!(kept_deg < *lost_deg && lost_deg - kept_deg < 0.02, "{table}");
     }
-    // The table has six decimals, the scenario all digits.
+    // Table and scenario have all digits.
     let scenario = fs::read_to_string(folder.path().join("over/worst-001.toml")).expect("a file");
     let angle = scenario.lines().find_map(|line| line.strip_prefix("angle_deg = "));
     let angle: f64 = angle.and_then(|angle| angle.parse().ok()).expect("an angle");
-    assert!((angle - lost_deg[1]).abs() < 1.0e-6, "{scenario}");
+    assert_eq!(angle, lost_deg[1], "{scenario}");
     // All variables together: the draw that is nearest to the medians, 10 deg here, which the paper's law does not survive.
     command(&["worst", &spec, "--out", &out("all")]);
     let table = fs::read_to_string(folder.path().join("all/worst.csv")).expect("a table");
     let row = table.lines().nth(2).expect("the second law");
-    assert!((0.1..0.5).contains(&cell(row, 5)), "{table}");
+    assert!((0.1..0.5).contains(&cell(row, 7)), "{table}");
     for (words, expected) in [
         (vec!["--over", "plant.fault.1.effector"], "no such variable"),
         (vec!["--over", "plant.fault.1.angle_deg", "--from", "31"], "expected 0 to 20"),
@@ -510,7 +599,7 @@ fn a_search_without_a_loss_or_without_a_mild_value_says_so() {
         let cells = |row: &str| row.split(',').map(str::to_owned).collect();
         table.lines().skip(1).map(cells).collect()
     };
-    // airframe, law, towards, angle, onset, lost at, kept to, scenario
+    // airframe, law, towards, angle, onset, lost at, kept to, distance, scenario
     for row in rows(&["plant.fault.1.angle_deg"]) {
         // Not even the mildest angle was survived: nothing is known of what would be.
         assert!(row[3] == "14" && !row[5].is_empty() && row[6].is_empty(), "{row:?}");
@@ -520,7 +609,7 @@ fn a_search_without_a_loss_or_without_a_mild_value_says_so() {
     for row in rows(&["plant.fault.1.angle_deg"]) {
         // The end of the range was survived. Only what was searched has no value.
         assert!(row[3].is_empty() && row[4] == "1.5" && row[5].is_empty(), "{row:?}");
-        assert!(row[6] == "2.0000" && row[7].is_empty(), "{row:?}");
+        assert!(row[6] == "2" && row[7].is_empty() && row[8].is_empty(), "{row:?}");
     }
 }
 
@@ -563,6 +652,16 @@ fn two_campaigns_are_compared_run_by_run() {
     assert_eq!(text.matches("8 of 8 runs are the same to the bit").count(), 2, "{text}");
     let text = compare::folders(&one, &other).expect("two tables");
     assert!(text.contains("PID alone: 8 of 8 runs") && text.contains("lost in B only"), "{text}");
+    let law = "\n[[law]]\nname = \"NDI\"\nset = { FTC_MODE = 0, CTL_LAW = 2 }\n";
+    let more = write("more", &format!("{RUDDER}{law}"));
+    for (a, b, folder) in [(&one, &more, "B"), (&more, &one, "A")] {
+        let text = compare::folders(a, b).expect("two tables");
+        assert_eq!(text.matches("8 of 8 runs are the same to the bit").count(), 2, "{text}");
+        assert!(text.contains(&format!("laws in {folder} only, left out: NDI")), "{text}");
+    }
+    let renamed = RUDDER.replace("PID alone", "a").replace("\"paper\"", "\"b\"");
+    let refused = compare::folders(&one, &write("renamed", &renamed)).expect_err("other laws");
+    assert!(refused.to_string().contains("it has no law of the first folder"), "{refused}");
     let longer = write("longer", &RUDDER.replace("samples = 8", "samples = 9"));
     let refused = compare::folders(&one, &longer).expect_err("another number of runs").to_string();
     assert!(refused.contains("18 runs, and the first folder has 16"), "{refused}");

@@ -139,7 +139,7 @@ fn a_curve_counts_the_runs_of_its_level() {
     // Both curves are of all runs. The PID alone loses a rudder at 14 deg.
     let all_lost = rows.iter().filter(|row| row.end == RunEnd::Lost).count();
     assert!(all_lost > 0 && lost == 2 * all_lost, "{lost} and {all_lost}");
-    for name in ["curves.csv", "curves.svg", "curves.png"] {
+    for name in ["curves.csv", "curves.parquet", "curves.svg", "curves.png"] {
         assert!(folder.path().join(name).is_file(), "{name}");
     }
 }

@@ -168,7 +168,7 @@ fn one_campaign_that_is_started_twice_at_once_has_the_bytes_of_one() {
             scope.spawn(move || assert_eq!(command(&words), Ok(())));
         }
     });
-    for name in [PART, "runs.parquet", "summary.csv", "columns.csv", "campaign.toml"] {
+    for name in [PART, "runs.parquet", "summary.csv", "summary.parquet", "campaign.toml"] {
         let read = |folder: &Path| fs::read(folder.join(name)).expect("a finished campaign");
         assert!(read(&alone) == read(&both), "{name} differs");
     }

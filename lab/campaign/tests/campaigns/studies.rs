@@ -257,7 +257,7 @@ fn an_aerosonde_is_kept_in_3_m_s_with_and_without_a_pitot_tube() {
                 assert!(of.iter().all(|outcome| outcome.is_kept()), "{what}");
                 let error = rms(&of, "airspeed_estimate_rms");
                 assert!(error < 2.5, "{error} m/s, {what}");
-                // What the pitot tube is wrong by is known too well in straight flight: docs/estimator.md.
+                // What the pitot tube is wrong by is known too well in straight flight: docs/estimation.md.
                 if sensor == "pitot" {
                     let stated = rms(&of, "airspeed_estimate_stated_rms");
                     let is_fit = stated > 0.75 * error && stated < 3.0 * error;

@@ -1,7 +1,5 @@
 //! The trajectory of a check case as a table: the columns that comparisons of simulators use, and after them the controls.
 
-use std::fmt::Write as _;
-
 use icd::Ned;
 use plant_sim::{EarthModel, Plant};
 
@@ -77,12 +75,7 @@ impl Columns {
             .chain(environment)
             .chain(in_air)
             .chain(list.all().map(effector));
-        let mut row = String::new();
-        for (place, value) in values.enumerate() {
-            let comma = if place == 0 { "" } else { "," };
-            // The shortest decimals that are this number.
-            let _ = write!(row, "{comma}{value:?}");
-        }
-        row
+        // The shortest decimals that are this number.
+        values.map(|value| format!("{value:?}")).collect::<Vec<_>>().join(",")
     }
 }

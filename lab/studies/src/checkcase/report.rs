@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
+use lab_report::{Table, cells, table};
 use plant_sim::scenario::case::CheckCase;
 
 use super::reference::{Comparison, Deviation, References};
@@ -12,13 +13,6 @@ use super::{CheckcaseArgs, Flight, picture};
 use crate::chart::write_figure;
 use crate::problem::{At as _, Problem, problem};
 use crate::runner;
-use crate::table::field;
-
-/// First line of the table, by which this program knows what it may write over.
-const MARK: &str = "<!-- Written by `sitl study compare-checkcases`; do not edit. -->";
-/// First line of the file of all quantities.
-const COLUMNS: &str =
-    "case,step_ms,quantity,unit,error,spread,tolerance,error_from_finest,tight_tolerance,passes";
 
 /// Options of `sitl study compare-checkcases`.
 #[derive(Debug, Clone, clap::Args)]
@@ -32,7 +26,7 @@ pub struct CompareArgs {
     /// Integration steps, ms
     #[arg(long, value_name = "MS", default_values_t = [1.0, 10.0], allow_negative_numbers = true)]
     step_ms: Vec<f64>,
-    /// Folder for checkcases.md, checkcases.csv and the picture
+    /// Folder for the tables and the picture
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
 }
@@ -52,13 +46,9 @@ pub fn run(args: &CompareArgs) -> Result<(), Problem> {
         compare(name, case, &references).at(name)
     });
     let comparisons: Vec<Comparison> = compared.into_iter().collect::<Result<_, _>>()?;
-    let table = table(&comparisons);
-    folder.write_marked(
-        "checkcases.md",
-        MARK.as_bytes(),
-        format!("{MARK}\n\n{table}").as_bytes(),
-    )?;
-    folder.write_marked("checkcases.csv", COLUMNS.as_bytes(), csv(&comparisons).as_bytes())?;
+    let table = markdown(&comparisons);
+    folder.write_markdown("checkcases.md", &table)?;
+    quantities(&comparisons).write(folder.path())?;
     write_figure(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
@@ -105,7 +95,7 @@ fn worst(
     parts.max_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-fn table(comparisons: &[Comparison]) -> String {
+fn markdown(comparisons: &[Comparison]) -> String {
     let mut text = "| case | step, ms | largest error / allowed | from the finest step / allowed |\n|---|---|---|---|\n".to_owned();
     for one in comparisons {
         let shown = |found: Option<(&Deviation, f64)>| match found {
@@ -121,27 +111,19 @@ fn table(comparisons: &[Comparison]) -> String {
     text
 }
 
-fn csv(comparisons: &[Comparison]) -> String {
-    let mut text = format!("{COLUMNS}\n");
+fn quantities(comparisons: &[Comparison]) -> Table {
+    let mut table = table!("checkcases",
+        case: Text, step_ms: Number, quantity: Text, unit: Text, error: Number, spread: Number,
+        tolerance: Number, error_from_finest: Number, tight_tolerance: Number, passes: Integer);
     for one in comparisons {
         for of in &one.deviations {
-            let (finest, tight) =
-                of.tight.map_or((String::new(), String::new()), |(error, allowed)| {
-                    (format!("{error:.3e}"), format!("{allowed:.3e}"))
-                });
+            let (finest, tight) = of.tight.unzip();
             let passes = of.passes() && of.passes_tight();
-            let _ = writeln!(
-                text,
-                "{},{},{},{},{:.3e},{:.3e},{:.3e},{finest},{tight},{passes}",
-                field(&one.case),
-                one.step_ms,
-                of.quantity.name,
-                of.quantity.unit,
-                of.error,
-                of.spread,
-                of.tolerance
-            );
+            let (name, unit) = (of.quantity.name, of.quantity.unit);
+            let mut row = cells![&one.case, one.step_ms, name, unit, of.error, of.spread];
+            row.extend(cells![of.tolerance, finest, tight, passes]);
+            table.rows.push(row);
         }
     }
-    text
+    table
 }

@@ -159,8 +159,6 @@ pub(super) const TABLE: &str = "flight.csv";
 pub(super) const OUTCOME: &str = "outcome.json";
 pub(super) const LOG: &str = "flight.ulg";
 pub(super) const FIGURES: &str = "flight.html";
-/// One row for each seed.
-pub(super) const SEEDS: &str = "seeds.csv";
 
 /// Writes a value as JSON.
 pub(super) fn write_json(

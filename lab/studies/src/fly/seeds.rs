@@ -6,6 +6,8 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
+use lab_report::{Column, Table, cells, columns};
+
 use super::judge::{self, Keep};
 use super::outcome::Outcome;
 use crate::closed_loop::FlightSetup;
@@ -49,6 +51,8 @@ impl FromStr for Seeds {
             Some(more) if more >= SEEDS_MAX => {
                 Err(format!("{from}..{to} are more than {SEEDS_MAX} seeds"))
             }
+            // Greater ones are no whole numbers of a table.
+            Some(_) if i64::try_from(to).is_err() => Err(format!("{to} is above {}", i64::MAX)),
             Some(_) => Ok(Self::Range { from, to }),
         }
     }
@@ -103,35 +107,19 @@ pub(super) fn shown(outcomes: &[Outcome]) -> String {
     text
 }
 
-/// The table for programs: a row for each seed, a column for each measure with its unit.
-pub(super) fn csv(outcomes: &[Outcome]) -> String {
-    let mut text = HEADING.to_owned();
-    for metric in outcomes.first().map_or(&[][..], |outcome| &outcome.metrics) {
-        let _ = write!(text, ",{} [{}]", metric.name, metric.unit);
+/// The table for programs: a row for each seed, a column for each measure.
+pub(super) fn table(outcomes: &[Outcome]) -> Table {
+    let mut columns = columns![seed: Integer, lost: Integer, lost_at_s: Number, end_s: Number];
+    let metrics = outcomes.first().map_or(&[][..], |outcome| &outcome.metrics);
+    columns.extend(metrics.iter().map(|metric| Column::with_unit(&metric.name, metric.unit)));
+    let mut table = Table::new("seeds", columns);
+    for Outcome { seed, loss, end_s, metrics, .. } in outcomes {
+        let mut row = cells![*seed, loss.is_some(), loss.map(|loss| loss.at_s), *end_s];
+        row.extend(metrics.iter().map(|metric| metric.value.into()));
+        table.rows.push(row);
     }
-    text.push('\n');
-    for outcome in outcomes {
-        let lost = outcome.loss.map_or_else(String::new, |loss| loss.at_s.to_string());
-        let _ = write!(
-            text,
-            "{},{},{lost},{}",
-            outcome.seed,
-            u8::from(!outcome.is_kept()),
-            outcome.end_s
-        );
-        for metric in &outcome.metrics {
-            text.push(',');
-            if let Some(value) = metric.value {
-                let _ = write!(text, "{value}");
-            }
-        }
-        text.push('\n');
-    }
-    text
+    table
 }
-
-/// The first columns of the table.
-pub(super) const HEADING: &str = "seed,lost,lost_at [s],end [s]";
 
 #[cfg(test)]
 mod tests {
@@ -150,6 +138,7 @@ mod tests {
             ("9..2", "9 is above 2"),
             ("0..18446744073709551615", "more than 100000 seeds"),
             ("1..100001", "more than 100000"),
+            ("9223372036854775807..9223372036854775808", "is above 9223372036854775807"),
         ] {
             let error = text.parse::<Seeds>().unwrap_err();
             assert!(error.contains(words), "{text}: {error}");

@@ -1,6 +1,6 @@
 //! Claims 3 and 4: of both cases together.
 //!
-//! Each limit is the one of the claim's row in docs/claims.md.
+//! Each limit is the one of the claim's row in docs/paper.md.
 
 use super::cases::{Flown, Runs};
 use super::claim::Limit::{AtLeast, AtMost, Exactly};

@@ -1,7 +1,7 @@
 //! Claims 1a to 1e (climb, left elevator jammed at +30 degrees) and 2a to 2e (turn with 15 degrees of roll, rudder jammed
 //! at +7 degrees).
 //!
-//! Each limit is the one of the claim's row in docs/claims.md.
+//! Each limit is the one of the claim's row in docs/paper.md.
 
 use icd::tvc_jet;
 use icd::units::{DEG, STANDARD_GRAVITY_M_S2};

@@ -285,7 +285,7 @@ impl Healthy {
 /// A parameter that a reader will doubt.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Doubt {
-    /// Letters (docs/parameter-set.md).
+    /// Letters (docs/paper.md).
     pub name: &'static str,
     pub meaning: &'static str,
     /// The value to try instead, of surfaces that of the left one.

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use host_io::folder::OutFolder;
 use icd::ControlPeriod;
 use icd::sensors::SensorKind;
+use lab_report::{Table, cells, table};
 use plant_sim::io::whole;
 use plant_sim::setup::default_step_us;
 use plant_sim::{EarthModel, GradeName, SensorSettings};
@@ -27,6 +28,8 @@ use crate::runner;
 
 /// Most seeds.
 const SEEDS_MAX: u32 = 1_000;
+/// Greater ones are no whole numbers of a table.
+const SEED_MAX: u64 = i64::MAX as u64 - SEEDS_MAX as u64;
 
 /// Options of `sitl study paper-estimated`.
 #[derive(Debug, Clone, PartialEq, clap::Args)]
@@ -41,7 +44,7 @@ pub struct Options {
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = NOISE_TURBULENCE_M_S, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
     /// Seed of the first flights
-    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
+    #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, SEED_MAX))]
     pub seed: u64,
 }
 
@@ -107,7 +110,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
 
 /// Flies every fit under every seed.
 pub fn study(options: &Options) -> Result<[Vec<Flown>; FITS.len()], Problem> {
-    let seeds = (0..u64::from(options.seeds)).map(|number| options.seed.wrapping_add(number));
+    let seeds = (0..u64::from(options.seeds)).map(|number| options.seed + number);
     let items: Vec<(usize, u64)> =
         seeds.flat_map(|seed| (0..FITS.len()).map(move |fit| (fit, seed))).collect();
     let one = |(fit, seed): &(usize, u64)| fly(&FITS[*fit], options.turbulence_m_s, *seed);
@@ -124,7 +127,7 @@ pub fn run(options: &Options) -> Result<(), Problem> {
     let flown = study(options)?;
     let text = summary(options, &flown);
     folder.write_markdown("estimated.md", &text)?;
-    folder.write("limits.csv", csv(options, &flown).as_bytes())?;
+    limits(options, &flown).write(folder.path())?;
     print_line!("{text}\nwrote {}", options.out.display());
     Ok(())
 }
@@ -196,19 +199,18 @@ pub fn summary(options: &Options, flown: &[Vec<Flown>; FITS.len()]) -> String {
 }
 
 /// Every limit of every fit and seed.
-fn csv(options: &Options, flown: &[Vec<Flown>; FITS.len()]) -> String {
-    let mut text = String::from("sensors,seed,claim,measure,value,limit,unit,holds\n");
+fn limits(options: &Options, flown: &[Vec<Flown>; FITS.len()]) -> Table {
+    let mut table = table!("limits",
+        sensors: Text, seed: Integer, claim: Text, measure: Text, value: Number, limit: Text,
+        unit: Text, holds: Integer);
     for (fit, flown) in FITS.iter().zip(flown) {
         for (number, flown) in (0..).zip(flown) {
-            let seed = options.seed.wrapping_add(number);
+            let seed = options.seed + number;
             for ClaimResult { id, measure, value, limit, unit, pass, .. } in &flown.limits {
-                let _ = writeln!(
-                    text,
-                    "{},{seed},{id},\"{measure}\",{value},{limit},{unit},{pass}",
-                    fit.name
-                );
+                let limit = limit.to_string();
+                table.rows.push(cells![fit.name, seed, *id, measure, *value, limit, *unit, *pass]);
             }
         }
     }
-    text
+    table
 }

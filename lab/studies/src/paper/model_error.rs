@@ -260,7 +260,7 @@ fn survival(judged: &[Judged]) -> Vec<SurvivalPoint> {
     points
 }
 
-/// The aerodynamic derivatives that are dispersed, by their letters (docs/parameter-set.md).
+/// The aerodynamic derivatives that are dispersed, by their letters (docs/paper.md).
 pub const DERIVATIVES: [&str; 28] = [
     "CLa", "CLq", "CLde", "CD0", "kCD", "CDb", "CDde", "CDda", "CDdr", "CYb", "CYr", "CYdr", "Clb",
     "Clp", "Clr", "Clde", "Clda", "Cldr", "Cm0", "Cma", "Cmq", "Cmde", "Cnb", "Cnp", "Cnr",

@@ -32,13 +32,13 @@ const MAP_HEIGHT: f64 = 520.0;
 const TEXT_MAX: usize = 2_000;
 
 /// The page of a flight.
-pub fn page(title: &str, flight: &Flight) -> String {
+pub fn page(title: &str, flight: &Flight, own_law: Option<&str>) -> String {
     let marks = marks(&flight.events);
     let title = format!("Flight {title}");
     let body = html! {
         h1 { (title) }
         (verdict(flight))
-        (header(flight))
+        (header(flight, own_law))
         h2 { "What happened" }
         (table(&flight.events))
         h2 { "Track and modes" }
@@ -96,7 +96,7 @@ fn missing(flight: &Flight) -> Vec<&'static str> {
     topics.chain(control).chain(plant).collect()
 }
 
-fn header(flight: &Flight) -> Markup {
+fn header(flight: &Flight, own_law: Option<&str>) -> Markup {
     let log = &flight.log;
     let (from, to) = flight.span;
     let fact = |name: &str, value: Option<String>| {
@@ -117,7 +117,7 @@ fn header(flight: &Flight) -> Markup {
         table {
             (fact("Scenario", flight.plant.as_ref().map(|plant| plant.scenario.clone())))
             (fact("Aircraft", aircraft(flight)))
-            (fact("Main law", selection.map(|selection| name_of(&MainLaw::NAMES, selection.main).to_owned())))
+            (fact("Main law", selection.map(|selection| main_law(selection, own_law))))
             (fact("Compensator", selection.map(|selection| compensator(flight, selection))))
             (fact("Seed, run", setup.map(|setup| format!("{}, {}", setup.seed, setup.run))))
             (fact("Duration", Some(seconds)))
@@ -144,6 +144,11 @@ fn aircraft(flight: &Flight) -> Option<String> {
         }
         (plant, model) => plant.or(model),
     }
+}
+
+fn main_law(selection: &Selection, own_law: Option<&str>) -> String {
+    let name = name_of(&MainLaw::NAMES, selection.main);
+    own_law.map_or_else(|| name.to_owned(), |own| format!("{name}: {own}"))
 }
 
 /// Estimator, allocation and mode of the compensator.

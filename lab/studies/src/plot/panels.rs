@@ -3,7 +3,7 @@
 use flight_control::CompensatorMode;
 use icd::record::effector_field;
 use icd::units::DEG_PER_RAD;
-use icd::{Effector, EffectorKind};
+use icd::{Effector, EffectorKind, LateralSide};
 use nalgebra::Vector3;
 
 use super::errors;
@@ -335,7 +335,8 @@ fn compensator(flight: &Flight) -> Group {
         ("Nozzle pitch angle", "nozzle_pitch_rad", EffectorKind::NozzlePitch),
         ("Nozzle yaw angle", "nozzle_yaw_rad", EffectorKind::NozzleYaw),
     ];
-    for (title, column, kind) in axes {
+    let list = &flight.effectors;
+    for (title, column, kind) in axes.into_iter().filter(|(.., kind)| list.only(*kind).is_some()) {
         let demand = format!("compensation_{column}");
         let applied = format!("applied_{column}");
         let signals = [
@@ -352,22 +353,44 @@ fn compensator(flight: &Flight) -> Group {
         panel.bands = active(flight);
         panels.push(panel);
     }
+    let other = |kind: &EffectorKind| kind.is_surface() && *kind != EffectorKind::Aileron;
+    panels
+        .extend(EffectorKind::ALL.into_iter().filter(other).filter_map(|kind| added(flight, kind)));
     panels.extend(authority(flight));
     Group {
         title: "Compensator",
-        caption: "What the compensator asks of ailerons and nozzle to cancel the estimate, and what of it is left \
+        caption: "What the compensator asks of the effectors to cancel the estimate, and what of it is left \
                   after the limits. The travel is shared with the main controller, whose part is not in these."
             .to_owned(),
         panels,
     }
 }
 
+/// What the allocation adds to the surfaces of a kind; `None` where it adds nothing.
+fn added(flight: &Flight, kind: EffectorKind) -> Option<Panel<'static>> {
+    let list = &flight.effectors;
+    let named = |effector: Effector| match list.entry(effector)?.side {
+        LateralSide::Left => Some((effector, "left", MAIN)),
+        LateralSide::Right => Some((effector, "right", SECOND)),
+        LateralSide::Centre => Some((effector, "centre", THIRD)),
+    };
+    let of = |(effector, name, ink)| {
+        let column = effector_field("added", list, effector);
+        curves(flight, &[signal("control", &column, DEG_PER_RAD, name, ink)])
+    };
+    let curves: Vec<Curve> = list.of_kind(kind).filter_map(named).flat_map(of).collect();
+    let is_added = |curve: &Curve| curve.points.iter().any(|(_, added)| *added != 0.0);
+    let title = format!("{}: addition to the commands", title(&kind.key().replace('_', " ")));
+    let panel = panel(title, "deg", 2.0, LOW, curves.into_iter().filter(is_added).collect())?;
+    Some(Panel { bands: active(flight), ..panel })
+}
+
 /// What is left of the effectors, if the log has it.
 fn authority(flight: &Flight) -> Option<Panel<'static>> {
     const AXES: [(&str, [&str; 2], Ink); 3] = [
-        ("roll (ailerons)", ["authority_roll_pct", "roll_pct"], MAIN),
-        ("pitch (nozzle)", ["authority_pitch_pct", "pitch_pct"], SECOND),
-        ("yaw (nozzle)", ["authority_yaw_pct", "yaw_pct"], THIRD),
+        ("roll", ["authority_roll_pct", "roll_pct"], MAIN),
+        ("pitch", ["authority_pitch_pct", "pitch_pct"], SECOND),
+        ("yaw", ["authority_yaw_pct", "yaw_pct"], THIRD),
     ];
     let of = |(name, columns, ink): (&'static str, [&str; 2], Ink)| {
         let places = ["why", "control"];
@@ -406,11 +429,18 @@ fn effectors(flight: &Flight) -> Group {
         panel.bands = here.map(band).collect();
         Some(panel)
     });
+    let nozzle = match list.only(EffectorKind::NozzlePitch) {
+        Some(_) => {
+            "; the nozzle's pitch angle pitches the nose up, its yaw angle yaws it to the right"
+        }
+        None => "",
+    };
     Group {
         title: "Effectors",
-        caption: "Shaded: the time in which a fault acts. Signs: a surface's trailing edge down is positive, the \
-                  rudder's left; the nozzle's pitch angle pitches the nose up, its yaw angle yaws it to the right."
-            .to_owned(),
+        caption: format!(
+            "Shaded: the time in which a fault acts. Signs: a surface's trailing edge down is positive, the rudder's \
+             left{nozzle}."
+        ),
         panels: panels.collect(),
     }
 }

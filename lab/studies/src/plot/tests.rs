@@ -5,7 +5,7 @@ use crate::replay::tests::{commands, setup};
 mod hostile;
 
 fn page_of(bytes: Vec<u8>) -> String {
-    page("a.ulg", Log::from_bytes(bytes).unwrap()).unwrap().html
+    page("a.ulg", Log::from_bytes(bytes).unwrap(), None).unwrap().html
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn a_spike_of_one_tick_is_in_the_drawing() {
 #[test]
 fn an_empty_log_has_nothing_to_draw() {
     let out = ulog::writer::Definitions::begin(Vec::new(), 0).unwrap().data().finish().unwrap();
-    assert_eq!(page("a.ulg", Log::from_bytes(out).unwrap()), Err(NothingToDraw));
+    assert_eq!(page("a.ulg", Log::from_bytes(out).unwrap(), None), Err(NothingToDraw));
 }
 
 #[test]

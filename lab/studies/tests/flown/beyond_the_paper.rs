@@ -1,6 +1,6 @@
 //! What the allocation `relief` keeps and the paper's does not: each want before and after.
 //!
-//! `cargo test --workspace --test beyond_the_paper -- --nocapture` prints the figures of docs/beyond-the-paper.md.
+//! `cargo test --workspace --test beyond_the_paper -- --nocapture` prints the figures of docs/laws.md.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;
@@ -201,7 +201,7 @@ fn rudder_jams_are_kept_up_to_23_deg_in_the_turn_and_in_level_flight() {
 #[test]
 fn the_page_has_the_roll_angles_with_small_rudder_jams() {
     const JAMS_DEG: [f64; 10] = [-3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0];
-    let page = include_str!("../../../../docs/beyond-the-paper.md");
+    let page = include_str!("../../../../docs/laws.md");
     for speed in [200.0, 230.0, 264.0] {
         let start = format!("[plant.start]\nairspeed_m_s = {speed:?}\n");
         let flight = reference(0.0, "roll_deg", 15.0) + &format!("airspeed_m_s = {speed:?}\n");

@@ -1,4 +1,4 @@
-//! A wing, a tail half or the fin is torn off in flight: which law keeps the aircraft. docs/damage.md has the campaign.
+//! A wing, a tail half or the fin is torn off in flight: which law keeps the aircraft. docs/faults.md has the campaign.
 
 use autopilot::config;
 use autopilot::parameters::Parameters;

@@ -1,7 +1,7 @@
 //! Which effector the isolation names, and what becomes of a flight that uses the verdict.
 //!
 //! `cargo test --workspace --test isolation -- --nocapture` prints the lines of the flights. The faults of these
-//! flights are those with which the gains were chosen; `sitl study isolation` flies others (docs/isolation.md).
+//! flights are those with which the gains were chosen; `sitl study isolation` flies others (docs/estimation.md).
 
 use autopilot::config;
 use autopilot::event::EventKind;

@@ -181,16 +181,14 @@ fn compensator(flight: &FlightStatus, width: usize) -> Vec<Line> {
     let (tone, words) = compensator_text(flight);
     let level = format!("estimate {:.2} of its level", flight.level);
     let mut lines = row(tone, "compensator", &[format!("{words:<16}"), level], width);
-    let uses = &flight.compensation;
-    let mut uses = vec![
-        format!("ailerons {:5.1} deg", without_sign(uses.aileron_deg, 1)),
-        format!("nozzle {:5.1} deg pitch", without_sign(uses.nozzle_pitch_deg, 1)),
-        format!("{:5.1} deg yaw", without_sign(uses.nozzle_yaw_deg, 1)),
-    ];
-    if !flight.has_nozzle {
-        uses.truncate(1);
+    let adds = flight.adds.iter().map(|(kind, deg)| {
+        format!("{} {:5.1}", kind.key().replace('_', " "), without_sign(*deg, 1))
+    });
+    let mut adds: Vec<String> = adds.collect();
+    if adds.is_empty() {
+        adds.push("nothing".to_owned());
     }
-    lines.extend(row(Tone::Plain, "  adds", &uses, width));
+    lines.extend(row(Tone::Plain, "  adds, deg", &adds, width));
     let least = flight.authority_pct.iter().copied().fold(f64::INFINITY, f64::min);
     let tone = if least < AUTHORITY_LOW_PCT { Tone::Warning } else { Tone::Plain };
     let left = ["roll", "pitch", "yaw"].into_iter().zip(flight.authority_pct);
@@ -269,15 +267,15 @@ const GOES_ON: &str = " \\";
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Advice {
     name: String,
-    /// Number of its servo, from 1.
-    servo: usize,
+    /// MAVLink number of its servo.
+    servo: u8,
     /// Where it sticks, deg, within its travel.
     angle_deg: f64,
     is_elevator: bool,
 }
 
 /// What `gcs-scripts/break_elevator.py` breaks without options.
-const OF_THE_SCRIPT: (usize, f64) = (3, 30.0);
+const OF_THE_SCRIPT: (u8, f64) = (3, 30.0);
 
 impl Advice {
     /// For an aircraft; `None` for one without surfaces.
@@ -286,7 +284,7 @@ impl Advice {
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
         let elevator = list.of_kind(EffectorKind::Elevator).next();
         let effector = elevator.or_else(|| list.all().find(is_surface))?;
-        let servo = list.all().position(|other| other == effector)? + 1;
+        let servo = list.instance(effector);
         let angle_deg = airframe.servos[effector].max.to_degrees().min(OF_THE_SCRIPT.1).round();
         let name = list.name(effector).to_owned();
         Some(Self { name, servo, angle_deg, is_elevator: elevator.is_some() })
@@ -297,8 +295,10 @@ impl Advice {
         let (number, angle) = OF_THE_SCRIPT;
         let angle =
             if *angle_deg == angle { String::new() } else { format!(" --angle {angle_deg}") };
-        let script = format!("python3 gcs-scripts/break_elevator.py{option}{angle}");
-        let script = (*is_elevator && *servo == number).then_some(Command::Shell(script));
+        let servo_option =
+            if *servo == number { String::new() } else { format!(" --servo {servo}") };
+        let script = format!("python3 gcs-scripts/break_elevator.py{option}{servo_option}{angle}");
+        let script = is_elevator.then_some(Command::Shell(script));
         let consoles = [
             format!("failure servo stuck -i {servo} -v {angle_deg}deg"),
             format!("long USER_1 102 2 {servo} 1 {angle_deg} 0 0"),
@@ -522,6 +522,18 @@ mod text_tests {
         assert_eq!(lines("tvc_jet"), jet);
         assert_eq!(lines("f16")[0], "python3 gcs-scripts/break_elevator.py --angle 25");
         assert!(of("aerosonde").heading.contains("elevator"));
+        let text = aircraft::AEROSONDE_AIRFRAME.replace("instance = 3", "instance = 7");
+        let other =
+            Advice::of(&Airframe::from_toml("other.toml", &text).unwrap()).unwrap().part("");
+        let other: Vec<&str> = other.commands.iter().map(Command::text).collect();
+        assert_eq!(
+            other,
+            [
+                "python3 gcs-scripts/break_elevator.py --servo 7 --angle 25",
+                "failure servo stuck -i 7 -v 25deg",
+                "long USER_1 102 2 7 1 25 0 0",
+            ]
+        );
         // A flying wing has no elevator.
         let text = aircraft::AEROSONDE_AIRFRAME;
         let text = text.replace("kind = \"elevator\"", "kind = \"rudder\"");

@@ -56,6 +56,7 @@ fn every_kind_of_fault_has_its_words() {
         ("engine flame out", FaultKind::FlameOut),
         ("engine stuck", FaultKind::StuckHere),
         ("engine limited to 20 kN", FaultKind::LimitedTravel { limit: 20_000.0 }),
+        ("engine limited to 42.5 N", FaultKind::LimitedTravel { limit: 42.5 }),
         ("engine slow 2 kN/s", FaultKind::Slow { rate: 2_000.0 }),
         ("engine biased by -3 kN", FaultKind::Biased { bias: -3_000.0 }),
     ] {

@@ -183,11 +183,11 @@ fn streams_pauses_and_slow_changes_are_no_events() {
 #[test]
 fn a_log_keeps_to_its_size_whatever_recurs_in_the_flight() {
     let mut id = 0;
-    let minutes = 3;
+    let minutes = 4;
     let steps = minutes * 30_000;
     let rows = fly(LogRate::Events, steps, |number, _| {
-        // A change each 0.2 s, but for a quiet second minute.
-        if number % 100 == 0 && !(30_000..60_000).contains(&number) {
+        // A change each 0.2 s, but for two quiet minutes.
+        if number % 100 == 0 && !(30_000..90_000).contains(&number) {
             id += 1;
             vec![fault(number, id)]
         } else {
@@ -201,7 +201,7 @@ fn a_log_keeps_to_its_size_whatever_recurs_in_the_flight() {
         // All that is saved up, and what comes back within the minute.
         let most = quiet + u64::from(CREDIT_MAX) + 60_000_000 / CREDIT_EVERY_US;
         match minute {
-            1 => assert!(count <= quiet + 200, "{count} rows in a quiet minute"),
+            1 | 2 => assert!(count <= quiet + 200, "{count} rows in a quiet minute"),
             _ => assert!((most - 30..=most).contains(&count), "{count} rows, {most} at most"),
         }
     }

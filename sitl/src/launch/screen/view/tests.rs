@@ -1,5 +1,5 @@
 use super::*;
-use autopilot::io::status::{AppliedCompensation, References};
+use autopilot::io::status::References;
 use icd::SimTime;
 use std::net::SocketAddr;
 
@@ -14,16 +14,11 @@ pub(in super::super) fn flight() -> FlightStatus {
         airspeed_m_s: 264.0,
         roll_deg: -0.25,
         references: References { altitude_m: 6_000.0, airspeed_m_s: 264.0, roll_deg: 0.0 },
-        has_nozzle: true,
         compensator_off: false,
         compensator_active: false,
         fade: 0.0,
         level: 0.05,
-        compensation: AppliedCompensation {
-            aileron_deg: 0.0,
-            nozzle_pitch_deg: 0.0,
-            nozzle_yaw_deg: 0.0,
-        },
+        adds: Vec::new(),
         authority_pct: [100.0, 99.0, 98.0],
         faults: Vec::new(),
         more_faults: 0,
@@ -115,12 +110,13 @@ fn faults_compensator_and_authority_are_shown_as_they_change() {
     let healthy = shown(flight());
     assert!(healthy.contains("faults      none\n"), "{healthy}");
     assert!(healthy.contains("compensator asleep"), "{healthy}");
+    assert!(healthy.contains("  adds, deg nothing\n"), "{healthy}");
     assert!(healthy.contains("authority   roll 100 %   pitch  99 %   yaw  98 %\n"), "{healthy}");
     assert!(healthy.contains("altitude        5000 m      reference     6000 m\n"), "{healthy}");
     let mut broken = flight();
     broken.faults = faults(1);
     (broken.compensator_active, broken.fade, broken.level) = (true, 0.5, 3.25);
-    broken.compensation.nozzle_pitch_deg = -12.5;
+    broken.adds = vec![(EffectorKind::Elevator, 3.0), (EffectorKind::NozzlePitch, -12.5)];
     broken.authority_pct = [80.0, 5.0, 100.0];
     let lines = state(broken).lines(80, 24);
     let find = |part: &str| lines.iter().find(|line| line.text.contains(part)).map(|l| l.tone);
@@ -128,7 +124,7 @@ fn faults_compensator_and_authority_are_shown_as_they_change() {
     assert_eq!(find(fault), Some(Tone::Warning), "{lines:#?}");
     assert_eq!(find("compensator ACTIVE 50 %"), Some(Tone::Warning), "{lines:#?}");
     assert!(find("estimate 3.25 of its level").is_some(), "{lines:#?}");
-    assert!(find("nozzle -12.5 deg pitch").is_some(), "{lines:#?}");
+    assert!(find("  adds, deg elevator   3.0   nozzle pitch -12.5").is_some(), "{lines:#?}");
     assert_eq!(find("pitch   5 %"), Some(Tone::Warning), "{lines:#?}");
 }
 
