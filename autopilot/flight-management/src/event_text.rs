@@ -99,7 +99,7 @@ pub fn of_event(
         EventKind::LogRemoved => (Warning, "Flight log was removed: not recording".into()),
         EventKind::PlantBack => (Info, "Plant link is back".into()),
         EventKind::EventsLost(lost) => {
-            (Warning, format!("{lost} events were lost: the faults are listed anew"))
+            (Warning, format!("{lost} events were lost: fault list refreshed"))
         }
         EventKind::Paced(pace) => match pace {
             Pace::Pause => (Info, "Simulation paused".into()),

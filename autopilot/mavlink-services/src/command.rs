@@ -415,7 +415,7 @@ impl Verdict {
             texts.inform(now, text);
         } else if !self.healthy.is_empty() && !self.cleared_active {
             // Besides an active fault that was cleared, it needs no text.
-            let text = format!("Nothing to mend: {}", failure::names(&self.healthy, effectors));
+            let text = format!("No active fault: {}", failure::names(&self.healthy, effectors));
             texts.inform(now, text);
         }
         if self.reasons.is_empty() {

@@ -100,11 +100,15 @@ fn every_second<'a>(tick: &Tick<'a>, from_s: f64) -> Option<(&'a Estimator, &'a 
 }
 
 impl JudgeKind {
+    /// The names of all of them.
+    pub fn names() -> String {
+        KINDS.map(|kind| kind.name).join(", ")
+    }
+
     /// The kind of a name.
     pub fn parse(name: &str) -> Result<Self, String> {
-        let known = || KINDS.map(|kind| kind.name).join(", ");
         let found = KINDS.into_iter().find(|kind| kind.name == name);
-        found.ok_or_else(|| format!("{name:?} is no judge; the judges are {}", known()))
+        found.ok_or_else(|| format!("{name:?} is no judge; the judges are {}", Self::names()))
     }
 
     /// A judge for a flight.

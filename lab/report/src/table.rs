@@ -174,7 +174,7 @@ cell_from! {
     u64, value => Self::Integer(value.cast_signed());
     bool, value => Self::Integer(value.into());
     f64, value => if value.is_finite() { Self::Number(value) } else { Self::Missing };
-    // In a CSV it could not be told from a missing one.
+    // A CSV has the same for both.
     &str, text => if text.is_empty() { Self::Missing } else { Self::Text(text.to_owned()) };
     &String, text => text.as_str().into();
     String, text => text.as_str().into();

@@ -128,7 +128,9 @@ impl ActuatorsArgs {
         let scenario = self.aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
         let setup = PlantPart { earth: EarthModel::Flat, ..scenario };
         let setup = setup.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-        let trim = *Plant::new(&setup)?.trim();
+        let mut trim = *Plant::new(&setup)?.trim();
+        // The signals begin at zero, and so does the actuator; the body is held, whatever moves on it.
+        trim.positions[effector] = 0.0;
         Ok(Bench { setup, trim, effector, height })
     }
 }
@@ -380,6 +382,9 @@ mod tests {
         let bench = bench("--airframe aerosonde --effector left_elevator").unwrap();
         let properties = bench.responses().unwrap();
         assert!(properties.iter().any(|response| response.property.starts_with("stall")));
+        // Before the step nothing moves, though level flight needs 8 deg of this elevator.
+        let [_, command, ideal, _] = properties[0].rows[0];
+        assert_eq!((command, ideal), (0.0, 0.0));
         assert!(!bench.travel().unwrap().is_empty());
     }
 

@@ -75,8 +75,10 @@ pub struct FlyArgs {
     /// A page of figures too (flight.html)
     #[arg(long, requires = "out")]
     figures: bool,
-    /// A judge whose numbers stand beside the measures: altitude, estimate; may be repeated
-    #[arg(long = "judge", value_name = "NAME", value_parser = JudgeKind::parse)]
+    #[arg(
+        long = "judge", value_name = "NAME", value_parser = JudgeKind::parse,
+        help = format!("A judge whose numbers stand beside the measures: {}; may be repeated", JudgeKind::names())
+    )]
     judges: Vec<JudgeKind>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]

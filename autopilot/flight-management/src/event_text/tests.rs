@@ -149,7 +149,7 @@ fn texts() -> Vec<(EventKind, Shown, &'static str)> {
         (E::SensorBack(SensorKind::EngineMonitor), Plain, "Engine monitor is back"),
         (E::PlantLost, Orange, "Plant link lost: simulation time stands still"),
         (E::Vehicle(V::LinkLost(LinkLossAction::Hold)), Orange, "Ground station lost: Hold"),
-        (E::EventsLost(7), Orange, "7 events were lost: the faults are listed anew"),
+        (E::EventsLost(7), Orange, "7 events were lost: fault list refreshed"),
         (fault(FaultState::Ended { at }), Plain, "Cleared: left elevator stuck at 30.0 deg"),
         (
             fault(FaultState::Resting { since: at, next }),

@@ -9,7 +9,7 @@ use icd::fault::{
     TargetClass, Targets,
 };
 use icd::units::DEG;
-use icd::{EffectorList, FaultRequest, SimTime};
+use icd::{EffectorKind, EffectorList, FaultRequest, SimTime};
 
 use super::{
     Action, Condition, Crossing, LINES_MAX, Line, QUANTITIES, SEQUENCES_MAX, Sequence, TEXT_MAX,
@@ -210,7 +210,16 @@ fn names(effectors: &EffectorList) -> String {
     format!("an effector: {names}, a sensor: {sensors}, or a part of the airframe: {parts}")
 }
 
-/// A target by its display name, its name in files, or as an effector its name in ground stations. The longest name that fits
+/// The effectors by their roles, so that a script for one aircraft runs on another whose effectors have other names.
+fn roles(effectors: &EffectorList) -> impl Iterator<Item = (String, Target)> {
+    let words = ["", "left ", "right "].into_iter().flat_map(|side| {
+        EffectorKind::ALL.into_iter().map(move |kind| format!("{side}{}", kind.key()))
+    });
+    let both = words.flat_map(|role| [role.replace('_', " "), role.replace(' ', "_")]);
+    both.filter_map(|role| effectors.by_key(&role).map(|effector| (role, effector.into())))
+}
+
+/// A target by its display name, its name in files, its role, or as an effector its name in ground stations. The longest name that fits
 /// counts.
 fn target(
     cursor: &mut Cursor,
@@ -219,7 +228,10 @@ fn target(
 ) -> Result<Target, TextError> {
     let names =
         |target: Target| [target.name(effectors), target.key(effectors)].map(|name| (name, target));
-    let mut all: Vec<(&str, Target)> = Target::all(effectors).flat_map(names).collect();
+    let roles: Vec<(String, Target)> = roles(effectors).collect();
+    let of_roles = roles.iter().map(|(role, target)| (role.as_str(), *target));
+    let mut all: Vec<(&str, Target)> =
+        Target::all(effectors).flat_map(names).chain(of_roles).collect();
     all.sort_by_key(|(name, _)| Reverse(name.len()));
     if let Some(target) = cursor.choose(&all) {
         return Ok(target);

@@ -284,10 +284,10 @@ fn a_repair_of_a_healthy_effector_is_accepted_with_a_note() {
     world.plant = PlantManner::Answers(FaultReply::Cleared { at: world.sim });
     world.send_command(420, [102.0, 0.0, 5.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(world.take_acks(), [ack(420, ACCEPTED)]);
-    assert_eq!(world.texts(), ["Nothing to mend: rudder"]);
+    assert_eq!(world.texts(), ["No active fault: rudder"]);
     world.got.clear();
     world.send_command(420, [102.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
-    assert_eq!(world.texts(), ["Nothing to mend: all servos"]);
+    assert_eq!(world.texts(), ["No active fault: all servos"]);
     world.got.clear();
     // Beside a fault that was cleared, healthy effectors need no text.
     schedule(&mut world, tvc_jet::RUDDER);

@@ -46,7 +46,7 @@ pub struct Aircraft {
     pub(crate) first: u64,
     /// Effectors and keys of the model that the specification names and this aircraft lacks.
     pub(super) lacking: BTreeSet<String>,
-    /// Keys that are not set for this aircraft, or what they begin with.
+    /// Keys that are not set for this aircraft; one that ends with a point is a whole table.
     unset: Vec<String>,
 }
 
@@ -76,7 +76,7 @@ impl Aircraft {
             let (file, airframe, names) = (&file.name, &airframe.name, names.join(", "));
             return Err(problem!("{file}: {airframe} has no effector {names}"));
         };
-        args.settings.retain(|setting| !unset.iter().any(|key| setting.key.starts_with(key)));
+        args.settings.retain(|setting| !unset.iter().any(|key| is_of(&setting.key, key)));
         let lists = file.spec.vary.iter();
         let lists: Vec<_> = lists.map(|v| Some(lacking.kept(v, v.list(&airframe)?))).collect();
         let mut lacking = lacking.names;
@@ -149,7 +149,7 @@ impl Aircraft {
 
     /// Whether a key is set for this aircraft.
     pub(super) fn sets(&self, key: &str) -> bool {
-        !self.unset.iter().any(|unset| key.starts_with(unset))
+        !self.unset.iter().any(|unset| is_of(key, unset))
     }
 
     /// What a value of a variable sets besides its key, where it is the name of a case.
@@ -286,6 +286,16 @@ fn rounded(value: f64) -> f64 {
 /// End of a key that names the effector of a fault.
 const EFFECTOR: &str = "effector";
 
+/// Whether a key is this one, or of this table.
+fn is_of(key: &str, unset: &str) -> bool {
+    key == unset || unset.ends_with('.') && key.starts_with(unset)
+}
+
+/// Number of the fault that a key is of.
+fn number_of(key: &str) -> Option<u32> {
+    key.strip_prefix("plant.fault.")?.split('.').next()?.parse().ok()
+}
+
 fn is_target(key: &str) -> bool {
     key.starts_with("plant.fault.") && key.ends_with(EFFECTOR)
 }
@@ -306,8 +316,8 @@ impl Lacking<'_> {
         is_lacking
     }
 
-    /// Beginnings of the keys of the faults that every flight would have of such effectors; `None` if the campaign is about one of
-    /// them: it is varied, or the only one.
+    /// Tables of the faults that every flight would have of such effectors; `None` if the campaign is about one of them: it is varied,
+    /// or the only one, or another one follows it, whose number would have a gap before it.
     fn faults(&mut self, settings: &[Setting], vary: &[Variable]) -> Option<Vec<String>> {
         let mut faults = Vec::new();
         for Setting { key, value } in settings {
@@ -318,7 +328,15 @@ impl Lacking<'_> {
             let keys = settings.iter().map(|setting| &setting.key);
             let mut others = keys.chain(vary.iter().flat_map(Variable::keys));
             let is_varied = vary.iter().any(|variable| variable.key.starts_with(fault));
-            if is_varied || !others.any(|other| other != key && is_target(other)) {
+            let follows = |other: &Setting| {
+                let name = other.value.as_str().unwrap_or_default();
+                is_target(&other.key)
+                    && !self.list.lacks(name)
+                    && number_of(&other.key) > number_of(key)
+            };
+            let has_next = settings.iter().any(follows)
+                || vary.iter().flat_map(Variable::keys).any(|set| number_of(set) > number_of(key));
+            if is_varied || has_next || !others.any(|other| other != key && is_target(other)) {
                 return None;
             }
             faults.push(fault.to_owned());

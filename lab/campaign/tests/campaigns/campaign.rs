@@ -470,6 +470,23 @@ fn campaigns_of_the_jet_fly_an_aircraft_with_other_names_and_leave_out_what_it_l
         assert_eq!(notes.matches(ganged).count(), 1, "{notes}");
         assert_eq!(values_of(&plan, "plant.fault.1.effector"), effectors, "{name}");
     }
+    // A fault of a nozzle in every flight is left out where it is the last one; before another one it would leave a gap.
+    let both = |nozzle: u8, rudder: u8| {
+        let more = format!(
+            "\"plant.fault.{nozzle}.effector\" = \"nozzle_pitch\"\n\"plant.fault.{nozzle}.kind\" = \"stuck_here\"\n\
+             \"plant.fault.{nozzle}.onset_s\" = 1.0\n"
+        );
+        let text = RUDDER.replace("plant.fault.1", &format!("plant.fault.{rudder}"));
+        let text = text.replace("[set]\n", &format!("[set]\n{more}"));
+        let path = folder.path().join("both.toml");
+        fs::write(&path, text).expect("a file");
+        let file = SpecFile::read_with(path.to_str().expect("a path"), None, &args);
+        Plan::new(file.expect("a specification")).map_err(|problem| problem.to_string())
+    };
+    let left_out = both(2, 1).expect("the nozzle is the last one").notes().join("\n");
+    assert!(left_out.contains("has no nozzle_pitch: what names it is left out"), "{left_out}");
+    let refused = both(1, 2).map(drop).expect_err("a gap");
+    assert!(refused.contains("has no effector nozzle_pitch"), "{refused}");
     let typo = RUDDER.replace("effector\" = \"rudder\"", "effector\" = \"ruder\"");
     assert!(parse(&typo).expect_err("a typing error").contains("ruder"));
 }

@@ -3,10 +3,11 @@ use crate::script::{
     Action, Condition, Crossing, LINES_MAX, Quantity, SEQUENCES_MAX, Script, TEXT_MAX, Trigger,
 };
 use crate::vehicle::{Mode, Reference};
+use icd::effector_list::{EffectorEntry, Name};
 use icd::fault::{Onset, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;
 use icd::units::DEG;
-use icd::{FaultKind, FaultRequest};
+use icd::{EffectorList, FaultKind, FaultRequest};
 
 fn action(text: &str) -> Action {
     let script = script(text);
@@ -23,6 +24,27 @@ fn kind(words: &str) -> FaultKind {
 
 fn trigger(words: &str) -> Trigger {
     script(&format!("{words}: end")).sequences()[0].lines[0].trigger
+}
+
+#[test]
+fn an_effector_with_another_name_is_found_by_its_role() {
+    let mut entries: Vec<EffectorEntry> =
+        tvc_jet::ALL.map(|effector| *tvc_jet::effectors().entry(effector).unwrap()).into();
+    entries[4].name = Name::from("fin flap").unwrap();
+    entries[5].name = Name::from("jet up").unwrap();
+    let list = EffectorList::new(entries).unwrap();
+    for (name, effector) in [
+        ("rudder", tvc_jet::RUDDER),
+        ("fin flap", tvc_jet::RUDDER),
+        ("nozzle pitch", tvc_jet::NOZZLE_PITCH),
+        ("nozzle_pitch", tvc_jet::NOZZLE_PITCH),
+        ("left_elevator", tvc_jet::LEFT_ELEVATOR),
+    ] {
+        let script = Script::parse("s", &format!("fail {name} stuck"), &list).unwrap();
+        let request = script.sequences()[0].lines[0].action;
+        let Action::Fault(FaultRequest::Inject { target, .. }) = request else { panic!("{name}") };
+        assert_eq!(target, effector.into(), "{name}");
+    }
 }
 
 #[test]
