@@ -437,3 +437,20 @@ impl Variable {
         Some(keys.map(Value::Text).collect())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_key_that_is_left_out_takes_no_other_one_with_it() {
+        for (key, unset, is_it) in [
+            ("plant.fault.1.kind", "plant.fault.1.", true),
+            ("plant.fault.10.kind", "plant.fault.1.", false),
+            ("model.airframe.c_lift", "model.airframe.c_lift", true),
+            ("model.airframe.c_lift_q", "model.airframe.c_lift", false),
+        ] {
+            assert_eq!(is_of(key, unset), is_it, "{key} {unset}");
+        }
+    }
+}

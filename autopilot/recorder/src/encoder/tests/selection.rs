@@ -200,6 +200,7 @@ fn a_log_keeps_to_its_size_whatever_recurs_in_the_flight() {
         let quiet = quiet(steps).iter().filter(|row| of_minute.contains(row)).count() as u64;
         // All that is saved up, and what comes back within the minute.
         let most = quiet + u64::from(CREDIT_MAX) + 60_000_000 / CREDIT_EVERY_US;
+        assert!(most <= 1_900, "{most} rows of 2.1 kB are more than 4 MB");
         match minute {
             1 | 2 => assert!(count <= quiet + 200, "{count} rows in a quiet minute"),
             // A tenth of a second of rows belongs to the minute before, and the last one finds no credit.
