@@ -8,14 +8,14 @@ use clap::Parser;
 /// The flight software.
 #[derive(Parser)]
 #[command(version)]
-struct Cli {
+struct AutopilotCli {
     #[command(flatten)]
     autopilot: AutopilotArgs,
 }
 
 fn main() -> ExitCode {
     host_io::process::take_size_limit_as_error();
-    let cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+    let cli = AutopilotCli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     });

@@ -154,14 +154,14 @@ impl PlantSide {
 #[derive(Debug, Clone, Default)]
 pub struct FlightSide {
     aircraft: Aircraft,
-    current: Option<Exchange>,
+    current: Option<PacketExchange>,
     retired: ArrayVec<u64, RETIRED_MAX>,
     answer: PacketBytes,
     scratch: PacketBytes,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Exchange {
+struct PacketExchange {
     plant: SocketAddr,
     session: u64,
     sequence: u64,
@@ -278,7 +278,7 @@ impl FlightSide {
         FlightEvent::Refuse(refusal(about, &mut self.scratch), Refused::Aircraft(packet.aircraft))
     }
 
-    fn same_plant(&mut self, current: Exchange, packet: SensorPacket) -> FlightEvent<'_> {
+    fn same_plant(&mut self, current: PacketExchange, packet: SensorPacket) -> FlightEvent<'_> {
         if packet.session != current.session {
             if self.retired.contains(&packet.session) {
                 return FlightEvent::Ignored(Ignored::Late);
@@ -300,7 +300,7 @@ impl FlightSide {
     }
 
     fn open(&mut self, packet: &SensorPacket, plant: SocketAddr, under_way: bool) {
-        self.current = Some(Exchange {
+        self.current = Some(PacketExchange {
             plant,
             session: packet.session,
             sequence: packet.sequence,

@@ -89,20 +89,20 @@ const QUANTITIES: [Quantity; 11] = [
 
 /// A unit: its quantity and its value in SI units.
 #[derive(Clone, Copy)]
-struct Unit {
+struct KeyUnit {
     quantity: Quantity,
     name: &'static str,
     in_si: f64,
 }
 
 /// The words of a key before its unit, and the unit; the longest one that fits.
-fn split(key: &str) -> Option<(&str, Unit)> {
+fn split(key: &str) -> Option<(&str, KeyUnit)> {
     let units =
         QUANTITIES.iter().flat_map(|quantity| quantity.iter().map(move |unit| (quantity, unit)));
     units
         .filter_map(|(quantity, (name, in_si))| {
             let stem = key.strip_suffix(name)?.strip_suffix('_').filter(|stem| !stem.is_empty())?;
-            Some((stem, Unit { quantity, name, in_si: *in_si }))
+            Some((stem, KeyUnit { quantity, name, in_si: *in_si }))
         })
         .max_by_key(|(_, unit)| unit.name.len())
 }
@@ -314,7 +314,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
         self.below(ANY).is_key();
-        visitor.visit_map(Fields { probe: self, names: &[] })
+        visitor.visit_map(KeyFields { probe: self, names: &[] })
     }
 
     fn deserialize_struct<V: Visitor<'de>>(
@@ -323,7 +323,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
         fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Nothing> {
-        visitor.visit_map(Fields { probe: self, names: fields })
+        visitor.visit_map(KeyFields { probe: self, names: fields })
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -341,12 +341,12 @@ impl<'de> Deserializer<'de> for Probe<'_> {
 }
 
 /// The fields of a struct, one after the other.
-struct Fields<'a> {
+struct KeyFields<'a> {
     probe: Probe<'a>,
     names: &'static [&'static str],
 }
 
-impl<'de> MapAccess<'de> for Fields<'_> {
+impl<'de> MapAccess<'de> for KeyFields<'_> {
     type Error = Nothing;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(

@@ -98,7 +98,7 @@ const fn usual_flow() -> f64 {
 
 /// What is gone of a part.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Piece {
+struct TornPiece {
     part: AirframePart,
     panel: Panel,
     lost: f64,
@@ -117,7 +117,7 @@ pub struct Remainder {
     pub shift_m: Vector3<f64>,
     /// Fraction of the deflection of each effector that still acts.
     pub left: PerEffector<f64>,
-    pieces: Vec<Piece>,
+    pieces: Vec<TornPiece>,
 }
 
 impl Panels {
@@ -152,7 +152,7 @@ impl Fuel {
     }
 }
 
-impl Piece {
+impl TornPiece {
     /// The outer fraction `lost` of the span of a part of an aircraft with this mass, kg.
     fn of(part: AirframePart, panel: Panel, lost: f64, aircraft_kg: f64) -> Self {
         let [root, tip] = [panel.root_m, panel.tip_m].map(Vector3::from);
@@ -225,13 +225,13 @@ impl Remainder {
         torn_off: &PerPart<f64>,
         (burnt_kg, tanks_m): (f64, &Vector3<f64>),
     ) -> Option<Self> {
-        let pieces: Vec<Piece> = AirframePart::ALL
+        let pieces: Vec<TornPiece> = AirframePart::ALL
             .into_iter()
             .zip(panels.all().into_iter().zip(torn_off))
             .filter_map(|(part, (panel, lost))| {
                 panel
                     .filter(|_| *lost > 0.0)
-                    .map(|panel| Piece::of(part, panel, *lost, whole.mass_kg))
+                    .map(|panel| TornPiece::of(part, panel, *lost, whole.mass_kg))
             })
             .collect();
         if pieces.is_empty() && burnt_kg <= 0.0 {

@@ -507,7 +507,7 @@ impl Faults {
         let ScheduledFault { target, kind, timing } = *request;
         // Wraps after four billion faults; the list holds at most 94.
         self.last_id = self.last_id.wrapping_add(1);
-        let plan = Plan::new(&timing, now);
+        let plan = FaultPlan::new(&timing, now);
         let timing = Timing { onset: Onset::At(plan.onset(0)), ..timing };
         Fault { id: self.last_id, target, kind, timing, plan }
     }
@@ -543,7 +543,7 @@ impl ScheduledFault {
 
     /// When it first acts.
     pub fn onset(&self) -> SimTime {
-        Plan::new(&self.timing, SimTime::ZERO).onset(0)
+        FaultPlan::new(&self.timing, SimTime::ZERO).onset(0)
     }
 }
 
@@ -599,7 +599,7 @@ struct Fault {
     pub kind: FaultKind,
     /// Its onset is a time, never "at once".
     pub timing: Timing,
-    pub plan: Plan,
+    pub plan: FaultPlan,
 }
 
 /// The present fault of a target.
@@ -654,7 +654,7 @@ impl CurrentFault {
 
 /// A [`Timing`] in absolute times. The onset of every repetition is exact: rounding errors do not accumulate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Plan {
+struct FaultPlan {
     onset: SimTime,
     /// Time from no effect to the full fault, µs.
     pub ramp_us: u64,
@@ -664,7 +664,7 @@ struct Plan {
     times: Option<u32>,
 }
 
-impl Plan {
+impl FaultPlan {
     /// From a checked timing; "at once" means `now`.
     pub fn new(timing: &Timing, now: SimTime) -> Self {
         Self {

@@ -8,14 +8,14 @@ use plant_sim::io::{self, PlantArgs};
 /// The aircraft and the world it flies in.
 #[derive(Parser)]
 #[command(version)]
-struct Cli {
+struct PlantCli {
     #[command(flatten)]
     plant: PlantArgs,
 }
 
 fn main() -> ExitCode {
     host_io::process::take_size_limit_as_error();
-    let cli = Cli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
+    let cli = PlantCli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     });

@@ -69,7 +69,7 @@ pub struct Plant {
 }
 
 /// What every kind of flight has besides its trim.
-struct Settings<'a> {
+struct PlantSettings<'a> {
     wind: &'a WindSettings,
     gusts: &'a [DiscreteGust],
     /// At the start.
@@ -108,7 +108,7 @@ impl Plant {
             None => trim::solve(&dynamics, &setup.start, &steady).map_err(SetupError::Trim)?,
         };
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
-        let settings = Settings {
+        let settings = PlantSettings {
             wind,
             gusts,
             airspeed_m_s: setup.start.airspeed_m_s,
@@ -136,7 +136,7 @@ impl Plant {
         let steady = wind::steady(&setup.wind);
         let (trim, airspeed_m_s) = released(&mut dynamics, setup, &steady)?;
         let ReleaseSetup { wind, gusts, faults, seed, step_us, .. } = setup;
-        let settings = Settings {
+        let settings = PlantSettings {
             wind,
             gusts,
             airspeed_m_s,
@@ -151,8 +151,12 @@ impl Plant {
     }
 
     /// Begins with a trim that was found.
-    fn begin(dynamics: Dynamics, trim: Trim, settings: &Settings<'_>) -> Result<Self, SetupError> {
-        let Settings { sensors, faults, seed, run, period_us, step_us, .. } = *settings;
+    fn begin(
+        dynamics: Dynamics,
+        trim: Trim,
+        settings: &PlantSettings<'_>,
+    ) -> Result<Self, SetupError> {
+        let PlantSettings { sensors, faults, seed, run, period_us, step_us, .. } = *settings;
         let (state, steady) = (trim.state(), wind::steady(settings.wind));
         let airframe = dynamics.airframe();
         let (span_m, period_s) = (airframe.aero.geometry().span_m, f64::from(period_us) / 1.0e6);

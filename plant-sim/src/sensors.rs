@@ -43,7 +43,7 @@ pub struct SensorSet {
     gyro_noise_rad_s: f64,
     gyro: Normals,
     year: f64,
-    field: Field,
+    field: MagneticField,
     fitted: [bool; Sensors::SENSORS],
     real: Option<Box<RealSensors>>,
     faulty: FaultySensors,
@@ -51,7 +51,7 @@ pub struct SensorSet {
 
 /// Magnetic field of the Earth where the aircraft is, nT, and until when it counts as constant.
 #[derive(Debug, Clone, Copy)]
-struct Field {
+struct MagneticField {
     ned_nt: Ned,
     until: Option<SimTime>,
 }
@@ -75,7 +75,7 @@ impl SensorSet {
             gyro_noise_rad_s: settings.gyro_noise_rad_s,
             gyro: Normals::new(seed, run, Source::Gyro),
             year: settings.date.decimal_year(),
-            field: Field { ned_nt: Ned::zero(), until: None },
+            field: MagneticField { ned_nt: Ned::zero(), until: None },
             fitted: settings.of(&airframe.effectors),
             real: real.map(Box::new),
             faulty: FaultySensors::new(period_us, seed, run),
@@ -163,7 +163,7 @@ impl SensorSet {
     fn field_ned_nt(&mut self, truth: &Truth) -> Ned {
         if self.field.until.is_none_or(|until| until <= truth.time) {
             let Truth { latitude_rad, longitude_rad, altitude_m, time, .. } = *truth;
-            self.field = Field {
+            self.field = MagneticField {
                 ned_nt: field_ned_nt(latitude_rad, longitude_rad, altitude_m, self.year),
                 until: Some(SimTime::from_micros(time.as_micros() + FIELD_EVERY_US)),
             };

@@ -238,7 +238,7 @@ fn measure_parts(out: &mut impl Write, repeat: usize, flight_s: u32) -> Result<(
         }
     }
     let setup = flight_setup(&jet, 1_000, RECORDED_S)?;
-    let flown = Recorded::of(&setup)?;
+    let flown = RecordedFlight::of(&setup)?;
     let control_us = median(repeat, || Ok(flown.control_us(&setup)))?;
     let estimator_us = median(repeat, || Ok(flown.estimator_us(&setup)))?;
     writeln!(
@@ -301,9 +301,9 @@ fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Problem> {
 }
 
 /// What went into navigation and laws in a flight.
-struct Recorded(Vec<(SimTime, Sensors, NavigationState, Demand)>);
+struct RecordedFlight(Vec<(SimTime, Sensors, NavigationState, Demand)>);
 
-impl Recorded {
+impl RecordedFlight {
     fn of(setup: &FlightSetup) -> Result<Self, Problem> {
         let mut flown = Self(Vec::new());
         watch(setup, |tick| {

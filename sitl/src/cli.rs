@@ -41,7 +41,7 @@ use studies::STUDIES;
 #[command(version, args_conflicts_with_subcommands = true)]
 pub struct Cli {
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<SitlCommand>,
     #[command(flatten)]
     launch: LaunchArgs,
 }
@@ -84,12 +84,12 @@ impl Cli {
     pub fn bring(&mut self, own: &OwnLaw) {
         match &mut self.command {
             None => self.launch.bring(own),
-            Some(Command::Live(args)) => args.bring(own),
-            Some(Command::Autopilot(args)) => args.laws.bring(own),
-            Some(Command::Fly(args)) => args.options.laws.bring(own),
-            Some(Command::Study(study)) => study.bring(own),
-            Some(Command::Aircraft(AircraftCommand::Margins(args))) => args.bring(own),
-            Some(Command::Log(LogCommand::Replay(args))) => args.bring(own),
+            Some(SitlCommand::Live(args)) => args.bring(own),
+            Some(SitlCommand::Autopilot(args)) => args.laws.bring(own),
+            Some(SitlCommand::Fly(args)) => args.options.laws.bring(own),
+            Some(SitlCommand::Study(study)) => study.bring(own),
+            Some(SitlCommand::Aircraft(AircraftCommand::Margins(args))) => args.bring(own),
+            Some(SitlCommand::Log(LogCommand::Replay(args))) => args.bring(own),
             // A campaign gets the law when it runs; the others fly none.
             Some(_) => {}
         }
@@ -112,7 +112,7 @@ impl StudyCommand {
 }
 
 #[derive(Debug, Subcommand)]
-enum Command {
+enum SitlCommand {
     /// Fly live for ground stations, as without a command; more options there
     Live(Box<LaunchArgs>),
     /// Fly a scenario to its end and report the outcome
@@ -175,7 +175,7 @@ enum AircraftCommand {
     Linearize(LinearizeArgs),
     /// Design the gains of a law from the controller's model
     #[command(subcommand)]
-    Design(Design),
+    Design(DesignCommand),
     /// Print eigenvalues and margins of gain, phase and delay of each law's loop, confirmed by flights
     Margins(Box<MarginsArgs>),
     /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
@@ -264,7 +264,7 @@ fn in_its_group(mut words: Vec<OsString>) -> Vec<OsString> {
 
 /// Laws whose gains can be designed.
 #[derive(Debug, Subcommand)]
-enum Design {
+enum DesignCommand {
     /// Linear quadratic regulator: the discrete Riccati equation at the design point
     Lqr(DesignArgs),
 }
@@ -275,16 +275,16 @@ pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> 
     let program = std::env::current_exe()?;
     match &cli.command {
         None => launch::run(&cli.launch, &program)?,
-        Some(Command::Live(args)) => launch::run(args, &program)?,
-        Some(Command::Fly(args)) => return Ok(fly::run(args).into()),
-        Some(Command::Study(study)) => return run_study(study, &program, own),
-        Some(Command::Campaign(command)) => lab_campaign::run(command, own)?,
-        Some(Command::Aircraft(command)) => run_aircraft(command)?,
-        Some(Command::Log(LogCommand::Plot(args))) => plot::run(args)?,
-        Some(Command::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
-        Some(Command::Autopilot(args)) => autopilot::run::run(args)?,
-        Some(Command::PlantSim(args)) => drop(plant_sim::io::run(args)?),
-        Some(Command::Echo(args)) => echo::run(args)?,
+        Some(SitlCommand::Live(args)) => launch::run(args, &program)?,
+        Some(SitlCommand::Fly(args)) => return Ok(fly::run(args).into()),
+        Some(SitlCommand::Study(study)) => return run_study(study, &program, own),
+        Some(SitlCommand::Campaign(command)) => lab_campaign::run(command, own)?,
+        Some(SitlCommand::Aircraft(command)) => run_aircraft(command)?,
+        Some(SitlCommand::Log(LogCommand::Plot(args))) => plot::run(args)?,
+        Some(SitlCommand::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
+        Some(SitlCommand::Autopilot(args)) => autopilot::run::run(args)?,
+        Some(SitlCommand::PlantSim(args)) => drop(plant_sim::io::run(args)?),
+        Some(SitlCommand::Echo(args)) => echo::run(args)?,
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -331,7 +331,7 @@ fn specified(words: &[OsString]) -> lab_campaign::Command {
 fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
     match command {
         AircraftCommand::Linearize(args) => linearize::run(args)?,
-        AircraftCommand::Design(Design::Lqr(args)) => design::run(args)?,
+        AircraftCommand::Design(DesignCommand::Lqr(args)) => design::run(args)?,
         AircraftCommand::Margins(args) => margins::run(args)?,
         AircraftCommand::Trimmable(args) => trimmable::run(args)?,
         AircraftCommand::Actions(args) => actions::run(args)?,

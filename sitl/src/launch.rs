@@ -49,10 +49,10 @@ const HERE: &str = "sitl";
 pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let stop = Stop::new();
     let (sender, receiver) = sync_channel(REPORTS_MAX);
-    let reports = Reports { sender: ReportSender(sender), receiver };
+    let reports = ChildReports { sender: ReportSender(sender), receiver };
     let suspensions = reports.sender.clone();
     let suspend = move || {
-        suspensions.send(Report::Suspended);
+        suspensions.send(ChildReport::Suspended);
     };
     stop.on_signals_and_suspension(suspend).at(HERE)?;
     let options = args.check()?;
@@ -74,7 +74,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     // The terminal is switched back when this goes, however this function ends.
     let keys = {
         let sender = reports.sender.clone();
-        Keys::listen(move |key| sender.send(Report::Pressed(key))).at(HERE)?
+        Keys::listen(move |key| sender.send(ChildReport::Pressed(key))).at(HERE)?
     };
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
@@ -87,14 +87,14 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
         words.extend(arrangement.plant.options());
         Child::start("plant-sim", program, &words, &reports)
     };
-    let mut flight = Flight { autopilot, plant: None, screen, stop: &stop, keys };
+    let mut flight = LiveFlight { autopilot, plant: None, screen, stop: &stop, keys };
     let result = flight.watch(&reports, start_plant);
     flight.end();
     result
 }
 
 /// Both processes and the operator's screen and keys.
-struct Flight<'a> {
+struct LiveFlight<'a> {
     autopilot: Child,
     /// Started once the autopilot listens.
     plant: Option<Child>,
@@ -103,11 +103,11 @@ struct Flight<'a> {
     keys: Option<Keys>,
 }
 
-impl Flight<'_> {
+impl LiveFlight<'_> {
     /// Starts the plant once the autopilot listens, and watches both until something ends the flight.
     fn watch(
         &mut self,
-        reports: &Reports,
+        reports: &ChildReports,
         start_plant: impl Fn(SocketAddr) -> Result<Child, Problem>,
     ) -> Result<(), Problem> {
         let began = clock::now();
@@ -138,10 +138,10 @@ impl Flight<'_> {
 
     /// The plant has ended by itself: the autopilot runs on until it has noticed, so that it can inform the ground
     /// stations.
-    fn await_notice(&self, reports: &Reports) {
+    fn await_notice(&self, reports: &ChildReports) {
         let deadline = clock::now() + NOTICE_MAX;
         while clock::now() < deadline && !self.stop.is_requested() {
-            if let Some(Report::Status(StatusLine::Flight(flight))) = reports.next(LOOK_EVERY)
+            if let Some(ChildReport::Status(StatusLine::Flight(flight))) = reports.next(LOOK_EVERY)
                 && flight.plant == PlantState::Lost
             {
                 return;
@@ -151,24 +151,24 @@ impl Flight<'_> {
 
     fn take(
         &mut self,
-        report: Report,
+        report: ChildReport,
         start_plant: impl Fn(SocketAddr) -> Result<Child, Problem>,
     ) -> Result<(), Problem> {
         match report {
-            Report::Listening { plant_link, ground_stations } => {
+            ChildReport::Listening { plant_link, ground_stations } => {
                 self.plant = Some(start_plant(plant_link)?);
                 self.screen.introduce(&ground_stations, self.keys.is_some()).at(HERE)?;
             }
-            Report::Status(status) => self.screen.status(status, clock::now()).at(HERE)?,
-            Report::PaceState(pace) => self.screen.set_pace(pace),
-            Report::Pressed(Key::Quit) => self.stop.request(),
+            ChildReport::Status(status) => self.screen.status(status, clock::now()).at(HERE)?,
+            ChildReport::PaceState(pace) => self.screen.set_pace(pace),
+            ChildReport::Pressed(Key::Quit) => self.stop.request(),
             // To the whole job, as the terminal does where Ctrl-Z is no key; this process takes it as the report below.
-            Report::Pressed(Key::Suspend) => {
+            ChildReport::Pressed(Key::Suspend) => {
                 killpg(getpgrp(), Signal::SIGTSTP).map_err(io::Error::from).at(HERE)?;
             }
-            Report::Suspended => self.suspend()?,
-            Report::Pressed(key) => self.press(key),
-            Report::Line { process, line } => {
+            ChildReport::Suspended => self.suspend()?,
+            ChildReport::Pressed(key) => self.press(key),
+            ChildReport::Line { process, line } => {
                 let message = format!("{process}: {}", line.trim_start());
                 self.screen.message(&message).at(HERE)?;
                 for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
@@ -232,7 +232,7 @@ const LAST_LINES: Duration = Duration::from_millis(200);
 
 /// What a child reports.
 #[derive(Debug)]
-enum Report {
+enum ChildReport {
     /// The autopilot waits for plants and ground stations.
     Listening { plant_link: SocketAddr, ground_stations: Listening },
     /// The flight goes on.
@@ -248,26 +248,26 @@ enum Report {
 }
 
 /// Where the reports of both children arrive.
-struct Reports {
+struct ChildReports {
     sender: ReportSender,
-    receiver: Receiver<Report>,
+    receiver: Receiver<ChildReport>,
 }
 
-impl Reports {
+impl ChildReports {
     /// Next report; `None` if none comes in time.
-    fn next(&self, timeout: Duration) -> Option<Report> {
+    fn next(&self, timeout: Duration) -> Option<ChildReport> {
         self.receiver.recv_timeout(timeout).ok()
     }
 }
 
 /// For another thread that has something to report.
 #[derive(Clone)]
-struct ReportSender(SyncSender<Report>);
+struct ReportSender(SyncSender<ChildReport>);
 
 impl ReportSender {
     /// Never waits: a full channel means that the operator's screen has stopped, and drops the report.
     /// False if nobody reads any more.
-    fn send(&self, report: Report) -> bool {
+    fn send(&self, report: ChildReport) -> bool {
         !matches!(self.0.try_send(report), Err(TrySendError::Disconnected(_)))
     }
 }
@@ -287,7 +287,7 @@ impl Child {
         name: &'static str,
         program: &Path,
         words: &[String],
-        reports: &Reports,
+        reports: &ChildReports,
     ) -> Result<Self, Problem> {
         let failed = format!("cannot start {name}");
         let mut process = Command::new(program)
@@ -305,7 +305,7 @@ impl Child {
             forward(output, reports.sender.clone(), move |line| status(name, line)).at(&failed)?;
         }
         if let Some(errors) = process.stderr.take() {
-            let line_of = move |line| Report::Line { process: name, line };
+            let line_of = move |line| ChildReport::Line { process: name, line };
             forward(errors, reports.sender.clone(), line_of).at(&failed)?;
         }
         Ok(Self { name, process, input, last_line: "nothing".to_owned() })
@@ -333,14 +333,14 @@ impl Child {
     /// If the process has ended: how and why, after its last lines have been shown.
     fn ended(
         &mut self,
-        reports: &Reports,
+        reports: &ChildReports,
         screen: &mut Screen,
     ) -> Result<Option<(ExitStatus, Problem)>, Problem> {
         let Some(status) = self.process.try_wait().at(HERE)? else { return Ok(None) };
         // The other child may go on talking.
         let deadline = clock::now() + LAST_LINES;
         while clock::now() < deadline {
-            if let Some(Report::Line { process, line }) = reports.next(LAST_LINES) {
+            if let Some(ChildReport::Line { process, line }) = reports.next(LAST_LINES) {
                 self.remember(process, &line);
                 // Where the operator cannot read any more, the error below still says why.
                 let _ = screen.message(&format!("{process}: {line}"));
@@ -371,15 +371,17 @@ impl Drop for Child {
     }
 }
 
-fn status(process: &'static str, line: String) -> Report {
+fn status(process: &'static str, line: String) -> ChildReport {
     match serde_json::from_str(&line) {
         Ok(StatusLine::Listening { plant_link, ground_stations }) => {
-            Report::Listening { plant_link, ground_stations }
+            ChildReport::Listening { plant_link, ground_stations }
         }
-        Ok(status) => Report::Status(status),
+        Ok(status) => ChildReport::Status(status),
         Err(_) => match serde_json::from_str(&line) {
-            Ok(PlantLine::Pace { paused, speed }) => Report::PaceState(PaceState { paused, speed }),
-            Err(_) => Report::Line { process, line },
+            Ok(PlantLine::Pace { paused, speed }) => {
+                ChildReport::PaceState(PaceState { paused, speed })
+            }
+            Err(_) => ChildReport::Line { process, line },
         },
     }
 }
@@ -387,7 +389,7 @@ fn status(process: &'static str, line: String) -> Report {
 fn forward(
     stream: impl Read + Send + 'static,
     reports: ReportSender,
-    report: impl Fn(String) -> Report + Send + 'static,
+    report: impl Fn(String) -> ChildReport + Send + 'static,
 ) -> io::Result<()> {
     let read = move || {
         for line in BufReader::new(stream).lines().map_while(Result::ok) {

@@ -39,7 +39,7 @@ pub fn fly_udp(
 ) -> Result<End, Problem> {
     let folder = Folder::create()?;
     let (truth, steps) = (folder.0.join("truth.log"), folder.0.join("steps.log"));
-    let logs = Logs::Ticks { truth: &truth, steps: &steps };
+    let logs = TickLogs::Ticks { truth: &truth, steps: &steps };
     let report = fly_processes(program, setup, &Arrangement::UNPINNED, &folder.0, Some(&logs))?;
     merge(&truth, &steps, sink)?;
     Ok(End { time: report.time, on_ground: report.on_ground })
@@ -54,12 +54,12 @@ pub fn time_udp(
     log: Option<&str>,
 ) -> Result<FlightReport, Problem> {
     let folder = Folder::create()?;
-    let logs = log.map(|rate| Logs::Flight { rate });
+    let logs = log.map(|rate| TickLogs::Flight { rate });
     fly_processes(program, setup, arrangement, &folder.0, logs.as_ref())
 }
 
 /// What the processes write.
-enum Logs<'a> {
+enum TickLogs<'a> {
     /// Truth and step log, for a comparison.
     Ticks { truth: &'a Path, steps: &'a Path },
     /// A flight log, of which nothing stays.
@@ -71,7 +71,7 @@ fn fly_processes(
     setup: &FlightSetup,
     arrangement: &Arrangement,
     folder: &Path,
-    logs: Option<&Logs<'_>>,
+    logs: Option<&TickLogs<'_>>,
 ) -> Result<FlightReport, Problem> {
     let (plant_file, control_file) = (folder.join("plant.setup"), folder.join("control.setup"));
     let no_setup = "the setup cannot be written";
@@ -88,11 +88,11 @@ fn fly_processes(
     plant.args(["--until-s", &setup.duration.as_seconds().to_string()]);
     match logs {
         None => {}
-        Some(Logs::Ticks { truth, steps }) => {
+        Some(TickLogs::Ticks { truth, steps }) => {
             autopilot.arg("--step-log").arg(steps);
             plant.arg("--truth-log").arg(truth);
         }
-        Some(Logs::Flight { rate }) => {
+        Some(TickLogs::Flight { rate }) => {
             autopilot.arg("--log-dir").arg(folder.join("logs")).args(["--log-rate", rate]);
         }
     }

@@ -14,7 +14,7 @@ use crate::format::{FILE_HEADER, Field, FieldType, Format, MAGIC, MESSAGE_HEADER
 pub struct Log {
     bytes: Vec<u8>,
     start_us: u64,
-    formats: Vec<Layout>,
+    formats: Vec<TopicLayout>,
     by_name: HashMap<String, usize>,
     topics: Vec<Subscribed>,
     infos: Vec<Info>,
@@ -200,7 +200,7 @@ impl Info {
 
 /// A format and the offsets of its fields in a row.
 #[derive(Debug, Clone)]
-struct Layout {
+struct TopicLayout {
     format: Format,
     /// Indices of the fields by name, of the first if there are several.
     by_name: HashMap<String, usize>,
@@ -214,7 +214,7 @@ struct Layout {
     timestamp: Option<usize>,
 }
 
-impl Layout {
+impl TopicLayout {
     fn new(format: Format) -> Self {
         let mut starts = Vec::with_capacity(format.fields.len());
         let (mut size, mut size_min, mut timestamp) = (0_usize, 0, None);
@@ -262,14 +262,14 @@ impl Layout {
 #[derive(Debug, Clone, Copy)]
 pub struct Topic<'a> {
     bytes: &'a [u8],
-    layout: &'a Layout,
+    layout: &'a TopicLayout,
     multi_id: u8,
     rows: &'a [usize],
 }
 
 #[derive(Debug, Clone, Copy)]
 pub struct Row<'a> {
-    layout: &'a Layout,
+    layout: &'a TopicLayout,
     bytes: &'a [u8],
 }
 
@@ -482,12 +482,12 @@ pub enum Wrong {
 
 /// Reads numbers and texts from the front of a message.
 #[derive(Debug, Clone, Copy)]
-struct Body<'a> {
+struct MessageBody<'a> {
     kind: u8,
     bytes: &'a [u8],
 }
 
-impl<'a> Body<'a> {
+impl<'a> MessageBody<'a> {
     fn take<const N: usize>(&mut self) -> Result<[u8; N], Wrong> {
         let (first, rest) = self.bytes.split_first_chunk::<N>().ok_or_else(|| self.short())?;
         self.bytes = rest;
@@ -529,7 +529,7 @@ impl<'a> Body<'a> {
 }
 
 /// Key and value bytes of an info message (`I`, `M`).
-fn info(mut body: Body<'_>) -> Result<(Field, &[u8]), Wrong> {
+fn info(mut body: MessageBody<'_>) -> Result<(Field, &[u8]), Wrong> {
     let key = body.short_text()?;
     let field = Field::parse(key).ok_or_else(|| Wrong::Key(key.to_owned()))?;
     let value = body.rest();
@@ -584,12 +584,12 @@ struct Parser<'a> {
 }
 
 /// Why a message was rejected.
-enum Stop {
+enum ReadStop {
     Wrong(Wrong),
     Flags(ReadError),
 }
 
-impl From<Wrong> for Stop {
+impl From<Wrong> for ReadStop {
     fn from(wrong: Wrong) -> Self {
         Self::Wrong(wrong)
     }
@@ -609,8 +609,8 @@ impl Parser<'_> {
             let end = body.end;
             match self.take(kind, body) {
                 Ok(()) => self.at = end,
-                Err(Stop::Flags(error)) => return Err(error),
-                Err(Stop::Wrong(wrong)) => {
+                Err(ReadStop::Flags(error)) => return Err(error),
+                Err(ReadStop::Wrong(wrong)) => {
                     if !self.resume(wrong.clone()) {
                         let damage = Damage { offset: self.at, resumed: None, wrong };
                         self.log.damages.push(damage);
@@ -648,10 +648,10 @@ impl Parser<'_> {
         (size <= rest.len()).then_some((kind, start..start + size))
     }
 
-    fn take(&mut self, kind: u8, place: Range<usize>) -> Result<(), Stop> {
+    fn take(&mut self, kind: u8, place: Range<usize>) -> Result<(), ReadStop> {
         let size = place.len();
         let start = place.start;
-        let mut body = Body { kind, bytes: &self.bytes[place] };
+        let mut body = MessageBody { kind, bytes: &self.bytes[place] };
         match kind {
             _ if size == 0 => return Err(Wrong::Message { kind, size }.into()),
             b'B' => self.flags(body)?,
@@ -679,13 +679,13 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn flags(&mut self, mut body: Body<'_>) -> Result<(), Stop> {
+    fn flags(&mut self, mut body: MessageBody<'_>) -> Result<(), ReadStop> {
         body.take::<8>()?;
         let incompatible = body.take::<8>()?;
         for (index, flags) in incompatible.into_iter().enumerate() {
             let unknown = if index == 0 { flags & !DATA_APPENDED } else { flags };
             if unknown != 0 {
-                return Err(Stop::Flags(ReadError::Flags { index, flags: unknown }));
+                return Err(ReadStop::Flags(ReadError::Flags { index, flags: unknown }));
             }
         }
         for _ in 0..3 {
@@ -699,15 +699,15 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn format(&mut self, body: Body<'_>) -> Result<(), Wrong> {
+    fn format(&mut self, body: MessageBody<'_>) -> Result<(), Wrong> {
         let text = body.text()?;
         let format = Format::parse(text).ok_or_else(|| Wrong::Format(text.to_owned()))?;
         self.log.by_name.insert(format.name.clone(), self.log.formats.len());
-        self.log.formats.push(Layout::new(format));
+        self.log.formats.push(TopicLayout::new(format));
         Ok(())
     }
 
-    fn info(&mut self, body: Body<'_>, continued: bool) -> Result<(), Wrong> {
+    fn info(&mut self, body: MessageBody<'_>, continued: bool) -> Result<(), Wrong> {
         let (field, value) = info(body)?;
         let after_us = self.after_us;
         match self.log.infos.last_mut().filter(|last| continued && last.field.name == field.name) {
@@ -720,7 +720,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn subscribe(&mut self, mut body: Body<'_>) -> Result<(), Wrong> {
+    fn subscribe(&mut self, mut body: MessageBody<'_>) -> Result<(), Wrong> {
         let (multi_id, id) = (body.u8()?, body.u16()?);
         let name = body.text()?;
         let format = *self.log.by_name.get(name).ok_or_else(|| Wrong::Topic(name.to_owned()))?;
@@ -737,7 +737,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn parameter(&mut self, body: Body<'_>) -> Result<(), Wrong> {
+    fn parameter(&mut self, body: MessageBody<'_>) -> Result<(), Wrong> {
         let (field, value) = info(body)?;
         let value = match (field.kind, field.array, value.as_array::<4>()) {
             (FieldType::I32, None, Some(bytes)) => {
@@ -750,7 +750,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn row(&mut self, mut body: Body<'_>, start: usize) -> Result<(), Wrong> {
+    fn row(&mut self, mut body: MessageBody<'_>, start: usize) -> Result<(), Wrong> {
         let id = body.u16()?;
         let topic = *self.ids.get(&id).ok_or(Wrong::Row(id))?;
         let topic = &mut self.log.topics[topic];
@@ -767,7 +767,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    fn text(&mut self, mut body: Body<'_>, tagged: bool) -> Result<(), Wrong> {
+    fn text(&mut self, mut body: MessageBody<'_>, tagged: bool) -> Result<(), Wrong> {
         // Levels are written as digits.
         let level = body.u8()?.saturating_sub(b'0').min(7);
         let tag = if tagged { Some(body.u16()?) } else { None };

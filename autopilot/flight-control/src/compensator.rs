@@ -56,13 +56,13 @@ pub struct Handover {
 
 /// The estimator that works.
 #[derive(Debug, Clone)]
-enum Running {
+enum RunningEstimator {
     Neso(Neso),
     LinearEso(LinearEso),
     Incremental(Incremental),
 }
 
-impl Running {
+impl RunningEstimator {
     fn new(law: CompensatorLaw, gains: &Gains, period: ControlPeriod) -> Self {
         match law {
             CompensatorLaw::Neso => Self::Neso(Neso::new(&gains.neso, period)),
@@ -95,7 +95,7 @@ impl Running {
 pub struct Compensator {
     gains: Gains,
     period: ControlPeriod,
-    running: Running,
+    running: RunningEstimator,
     works: CompensatorLaw,
     last: Option<Handover>,
 }
@@ -104,7 +104,7 @@ impl Compensator {
     /// Waits for its first measurement.
     pub fn new(gains: &Gains, period: ControlPeriod) -> Self {
         let works = gains.selection.compensator_law;
-        let running = Running::new(works, gains, period);
+        let running = RunningEstimator::new(works, gains, period);
         Self { gains: *gains, period, running, works, last: None }
     }
 
@@ -128,7 +128,7 @@ impl Compensator {
     pub fn step(&mut self, y: &Vector3<f64>, modelled_acceleration: &Vector3<f64>) -> Estimate {
         let selected = self.gains.selection.compensator_law;
         if selected != self.works {
-            self.running = Running::new(selected, &self.gains, self.period);
+            self.running = RunningEstimator::new(selected, &self.gains, self.period);
             self.works = selected;
             if let Some(last) = &self.last {
                 self.running.estimator().start_from(last);

@@ -23,7 +23,7 @@ pub struct DesignModel {
     aircraft: AircraftModel,
     schedule: Schedule,
     inverse_inertia: Matrix3<f64>,
-    surfaces: Surfaces,
+    surfaces: SurfaceMoments,
     nozzle_pitch: Option<Effector>,
     nozzle_yaw: Option<Effector>,
     thrust_range_n: [f64; 2],
@@ -36,7 +36,7 @@ pub struct DesignModel {
 
 /// The aerodynamic surfaces: left and right ones together, and those that stand alone.
 #[derive(Debug, Clone)]
-struct Surfaces {
+struct SurfaceMoments {
     pairs: ArrayVec<[Effector; 2], { Effector::MAX / 2 }>,
     singles: ArrayVec<Effector, { Effector::MAX }>,
 }
@@ -63,7 +63,7 @@ impl DesignModel {
         let list = &effectors.list;
         let is_surface =
             |effector: &Effector| list.kind(*effector).is_some_and(EffectorKind::is_surface);
-        let surfaces = Surfaces {
+        let surfaces = SurfaceMoments {
             pairs: list.pairs().filter(|[left, _]| is_surface(left)).collect(),
             singles: list.singles().filter(is_surface).collect(),
         };
@@ -174,7 +174,7 @@ impl DesignModel {
     #[inline]
     pub fn surfaces(&self, at: &FlightCondition, positions: &PerEffector<f64>) -> Vector3<f64> {
         let s = &self.aircraft.effectors;
-        let Surfaces { pairs, singles } = &self.surfaces;
+        let SurfaceMoments { pairs, singles } = &self.surfaces;
         let of = |e: Effector| Vector3::new(s.c_roll[e], s.c_pitch[e], s.c_yaw[e]) * positions[e];
         // From minus zero the first term keeps its bits.
         let mut sum = Vector3::repeat(-0.0);

@@ -90,8 +90,8 @@ pub struct Estimator {
     integrals: Integrals,
     history: History,
     /// `None` before the first alignment.
-    ground: Option<Ground>,
-    sources: Sources,
+    ground: Option<GroundFix>,
+    sources: EstimatorSources,
     /// Last believed samples of the inertial sensors.
     rate: Vector3<f64>,
     force: Vector3<f64>,
@@ -111,14 +111,14 @@ pub struct Estimator {
 
 /// The Earth, and the place where the aircraft was at the last update.
 #[derive(Debug, Clone)]
-struct Ground {
+struct GroundFix {
     earth: Earth,
     place: Place,
 }
 
 /// The samples of each sensor that the estimator reads.
 #[derive(Debug, Clone, Default)]
-struct Sources {
+struct EstimatorSources {
     gyro: Source,
     accelerometer: Source,
     gnss: Source,
@@ -129,7 +129,7 @@ struct Sources {
     magnetometer: Source,
 }
 
-impl Sources {
+impl EstimatorSources {
     /// All of them with the sensor that they watch.
     fn all(&self) -> [(SensorKind, &Source); 8] {
         [
@@ -159,7 +159,7 @@ impl Estimator {
             integrals: Integrals::at(SimTime::ZERO),
             history: History::empty(),
             ground: None,
-            sources: Sources::default(),
+            sources: EstimatorSources::default(),
             rate: Vector3::zeros(),
             force: Vector3::zeros(),
             steady_force: Vector3::zeros(),
@@ -322,7 +322,7 @@ impl Estimator {
     }
 
     /// Velocity of the aircraft through the air, m/s, body axes.
-    fn through_air(&self, ground: &Ground) -> Vector3<f64> {
+    fn through_air(&self, ground: &GroundFix) -> Vector3<f64> {
         let wind = ground.place.start_from_ned * self.estimate.wind;
         self.estimate.matrix().tr_mul(&(self.estimate.velocity - wind))
     }

@@ -11,7 +11,7 @@ use crate::aircraft_model::AircraftModel;
 
 /// Lag and rate limit of one servo over one control period.
 #[derive(Debug, Clone, Copy)]
-struct Servo {
+struct ModelledServo {
     effector: Effector,
     /// 1 - exp(-h/τ): fraction of the way covered in one period.
     fraction: f64,
@@ -24,7 +24,7 @@ struct Servo {
 /// Model of the healthy servos; the engine is measured, and where it is not, its last command stands in.
 #[derive(Debug, Clone)]
 pub struct HealthyActuators {
-    servos: ArrayVec<Servo, { Effector::MAX }>,
+    servos: ArrayVec<ModelledServo, { Effector::MAX }>,
     engine: Option<Effector>,
     positions: PerEffector<f64>,
     start: PerEffector<f64>,
@@ -37,7 +37,7 @@ impl HealthyActuators {
         let list = &aircraft.effectors.list;
         let moving = list.all().filter(|effector| list.is_angle(*effector)).map(|effector| {
             let servo = &aircraft.effectors.servos[effector];
-            Servo {
+            ModelledServo {
                 effector,
                 fraction: 1.0 - libm::exp(-h / servo.lag_s),
                 way_max: servo.rate_limit * h,
@@ -54,7 +54,7 @@ impl HealthyActuators {
     /// condition than the design point would look faulty until the modelled servos have caught up. A position
     /// that is not finite is left as it is, one beyond the travel counts as the end of the travel.
     pub fn start_at(&mut self, positions: &PerEffector<f64>) {
-        for &Servo { effector, ends: [min, max], .. } in &self.servos {
+        for &ModelledServo { effector, ends: [min, max], .. } in &self.servos {
             let position = positions[effector];
             if position.is_finite() {
                 self.start[effector] = position.max(min).min(max);
@@ -89,7 +89,7 @@ impl HealthyActuators {
 
     /// Moves the servos for one period towards `commands`, which are inside the travel.
     pub fn advance(&mut self, commands: &PerEffector<f64>) {
-        for &Servo { effector, fraction, way_max, .. } in &self.servos {
+        for &ModelledServo { effector, fraction, way_max, .. } in &self.servos {
             let way = (commands[effector] - self.positions[effector]) * fraction;
             // Comparisons instead of max and min: one instruction each. Unlike clamp they never panic.
             let above = if way < -way_max { -way_max } else { way };

@@ -139,7 +139,7 @@ pub struct IsolationInput<'a> {
 pub struct Isolation {
     period: ControlPeriod,
     asleep: Asleep,
-    awake: Option<Awake>,
+    awake: Option<AwakeIsolation>,
     /// Time until the next sample while asleep, us.
     due_us: u32,
     /// The fault has ended, and no other one has begun: time for which none is looked for, us.
@@ -148,7 +148,7 @@ pub struct Isolation {
 
 /// What is forgotten when the detector sleeps.
 #[derive(Debug, Clone, Default)]
-struct Awake {
+struct AwakeIsolation {
     late: Late,
     sums: Sums,
     /// The estimate of the sample before, rad/s².
@@ -208,7 +208,7 @@ impl Isolation {
             return IsolationLog::default();
         }
         let asleep = self.asleep;
-        let awake = self.awake.get_or_insert_with(|| Awake::new(input, &asleep));
+        let awake = self.awake.get_or_insert_with(|| AwakeIsolation::new(input, &asleep));
         awake.step(input, &asleep, gains, self.period);
         if awake.ended_s >= CALM_S {
             (self.awake, self.rests_us) = (None, Some(RESTS_US));
@@ -248,7 +248,7 @@ impl Isolation {
     }
 }
 
-impl Awake {
+impl AwakeIsolation {
     fn new(input: &IsolationInput<'_>, asleep: &Asleep) -> Self {
         let z2 = input.z2 - asleep.mean;
         let late = Late { stages: [*input.positions; 3], z2, z2_lagged: z2 };

@@ -113,7 +113,7 @@ impl Integral {
 /// The law that flies.
 #[derive(Debug, Clone)]
 #[expect(clippy::large_enum_variant, reason = "there is one, and nothing may allocate")]
-enum Running {
+enum RunningLaw {
     Pid(Pid),
     PidGangedNozzle(PidGangedNozzle),
     Ndi(Ndi),
@@ -122,7 +122,7 @@ enum Running {
     Own,
 }
 
-impl Running {
+impl RunningLaw {
     fn new(law: MainLaw, gains: &Gains, model: &DesignModel) -> Self {
         match law {
             MainLaw::Pid => Self::Pid(Pid::new(&gains.pid)),
@@ -166,7 +166,7 @@ pub struct MainController {
     /// 1 - exp(-h/τ) of the lag on the roll reference.
     lag_fraction: f64,
     references: Option<References>,
-    running: Running,
+    running: RunningLaw,
     flies: MainLaw,
     /// Command of the last step.
     last: Option<MainCommand>,
@@ -186,7 +186,7 @@ impl MainController {
             h,
             lag_fraction: lag_fraction(&gains.references, h),
             references: None,
-            running: Running::new(flies, gains, model),
+            running: RunningLaw::new(flies, gains, model),
             flies,
             last: None,
             transfer: None,
@@ -205,7 +205,7 @@ impl MainController {
     pub fn reset(&mut self, model: &DesignModel) {
         self.references = None;
         self.flies = self.gains.selection.main;
-        self.running = Running::new(self.flies, &self.gains, model);
+        self.running = RunningLaw::new(self.flies, &self.gains, model);
         self.last = None;
         self.transfer = None;
         self.implausible = false;
@@ -250,7 +250,7 @@ impl MainController {
         };
         let switched = selected != self.flies;
         if switched {
-            self.running = Running::new(selected, &self.gains, model);
+            self.running = RunningLaw::new(selected, &self.gains, model);
             self.flies = selected;
             if let Some(last) = &self.last {
                 let own: Option<&mut dyn Law> = match &mut own {

@@ -29,7 +29,7 @@ const NO_PART: usize = PARTS;
 
 /// What an effector gets of one part.
 #[derive(Debug, Clone, Copy)]
-struct Term {
+struct MixerTerm {
     part: usize,
     gain: f64,
 }
@@ -39,9 +39,9 @@ struct Term {
 pub struct Mixer {
     list: EffectorList,
     /// The first part that each effector follows, and its gain: most follow no other.
-    first: PerEffector<Term>,
+    first: PerEffector<MixerTerm>,
     /// What else is followed.
-    further: ArrayVec<(Effector, Term), { Effector::MAX * (PARTS - 1) }>,
+    further: ArrayVec<(Effector, MixerTerm), { Effector::MAX * (PARTS - 1) }>,
     /// Ends of the travel, rad; engine N.
     ends: PerEffector<[f64; 2]>,
     /// How far each part can go before every effector that follows it is at its end.
@@ -52,7 +52,7 @@ impl Mixer {
     /// For the effectors of a validated model.
     pub fn new(effectors: &EffectorModel) -> Self {
         let list = effectors.list;
-        let mut first = PerEffector::from_fn(|_| Term::NONE);
+        let mut first = PerEffector::from_fn(|_| MixerTerm::NONE);
         let mut further = ArrayVec::new();
         for effector in list.all() {
             let AxisGains { roll, pitch, yaw, thrust } = effectors.gains[effector];
@@ -60,8 +60,8 @@ impl Mixer {
             let nozzle = [EffectorKind::NozzlePitch, EffectorKind::NozzleYaw].map(of_kind);
             let gains = [roll, pitch, yaw, thrust, nozzle[0], nozzle[1]];
             let all = gains.into_iter().enumerate().filter(|(_, gain)| *gain != 0.0);
-            let mut all = all.map(|(part, gain)| Term { part, gain });
-            first[effector] = all.next().unwrap_or(Term::NONE);
+            let mut all = all.map(|(part, gain)| MixerTerm { part, gain });
+            first[effector] = all.next().unwrap_or(MixerTerm::NONE);
             further.extend(all.map(|term| (effector, term)));
         }
         let ends = PerEffector::from_fn(|effector| {
@@ -162,7 +162,7 @@ impl Mixer {
         let mut padded = [0.0; 8];
         padded[..PARTS].copy_from_slice(parts);
         // The remainder changes nothing and saves the check of the bound.
-        let of = |term: &Term| term.gain * padded[term.part % 8];
+        let of = |term: &MixerTerm| term.gain * padded[term.part % 8];
         let mut sums =
             PerEffector::first_from_fn(self.list.len(), |effector| of(&self.first[effector]));
         for (effector, term) in &self.further {
@@ -188,7 +188,7 @@ impl Mixer {
         }
         let (mut along, mut length) = ([0.0; PARTS + 1], [0.0; PARTS + 1]);
         let first = self.list.all().map(|effector| (effector, self.first[effector]));
-        for (effector, Term { part, gain }) in first.chain(self.further.iter().copied()) {
+        for (effector, MixerTerm { part, gain }) in first.chain(self.further.iter().copied()) {
             along[part] += gain * increments.positions[effector];
             length[part] += gain * gain;
         }
@@ -208,7 +208,7 @@ impl Mixer {
     }
 }
 
-impl Term {
+impl MixerTerm {
     const NONE: Self = Self { part: NO_PART, gain: 0.0 };
 }
 

@@ -50,7 +50,7 @@ const RETRY_MAX_S: f64 = 320.0;
 
 /// One axis.
 #[derive(Debug, Clone, Copy, Default)]
-struct Axis {
+struct AxisOscillation {
     /// The slow part of the estimate, rad/s².
     slow: f64,
     /// Largest or smallest estimate since the last turn, by `rises`, rad/s².
@@ -85,7 +85,7 @@ struct Axis {
 /// Watches the three axes.
 #[derive(Debug, Clone, Default)]
 pub struct OscillationWatch {
-    axes: [Axis; 3],
+    axes: [AxisOscillation; 3],
 }
 
 /// How much of the quick part of each axis is held back.
@@ -147,7 +147,7 @@ impl OscillationWatch {
     }
 }
 
-impl Axis {
+impl AxisOscillation {
     fn step(&mut self, z2: f64, level: f64, fade: f64, gains: &ReliefGains, h: f64) {
         self.slow += (z2 - self.slow) * (h / (h + gains.yield_lag_s));
         let [mean, variance] = &mut self.asleep;

@@ -111,7 +111,7 @@ pub struct Relieved {
 #[derive(Debug, Clone)]
 pub struct Relief {
     h: f64,
-    awake: Awake,
+    awake: AwakeRelief,
     watch: OscillationWatch,
     /// The estimate that is compensated, rad/s².
     z2: Vector3<f64>,
@@ -120,7 +120,7 @@ pub struct Relief {
 
 /// What is forgotten when the compensator sleeps.
 #[derive(Debug, Clone, Default)]
-struct Awake {
+struct AwakeRelief {
     active: ActiveSet,
     /// s̄, rad/s².
     shortage: f64,
@@ -136,7 +136,7 @@ impl Relief {
     pub fn new(period: ControlPeriod) -> Self {
         Self {
             h: period.as_seconds(),
-            awake: Awake::default(),
+            awake: AwakeRelief::default(),
             watch: OscillationWatch::default(),
             z2: Vector3::zeros(),
             quiet: Quiet::default(),
@@ -145,7 +145,7 @@ impl Relief {
 
     /// Back to the start.
     pub fn reset(&mut self) {
-        self.awake = Awake::default();
+        self.awake = AwakeRelief::default();
         self.watch.reset();
         (self.z2, self.quiet) = (Vector3::zeros(), Quiet::default());
     }
@@ -182,7 +182,7 @@ impl Relief {
         let mixed = mixer.mix(&main, &Compensation::NONE);
         let log = ReliefLog { quiet: self.quiet, ..ReliefLog::default() };
         if fade == 0.0 {
-            self.awake = Awake::default();
+            self.awake = AwakeRelief::default();
             let health = CompensationHealth::default();
             return Relieved { compensation, mixed, log, health };
         }

@@ -79,7 +79,7 @@ pub struct Autopilot {
     latest: Option<Snapshot>,
     /// Requests to the plant without an answer, oldest first.
     open: VecDeque<OpenRequest>,
-    scripts: Scripts,
+    scripts: ScriptState,
     events: EventQueue,
 }
 
@@ -103,7 +103,7 @@ impl Autopilot {
             transitions: Transitions::default(),
             latest: None,
             open: VecDeque::with_capacity(REQUESTS_MAX),
-            scripts: Scripts {
+            scripts: ScriptState {
                 scenario: script.clone(),
                 may_fail: settings.fault_injection,
                 running: None,
@@ -635,7 +635,7 @@ fn time_of_fault(state: &FaultState, before: SimTime) -> SimTime {
 
 /// The script of the flight.
 #[derive(Debug, Clone)]
-struct Scripts {
+struct ScriptState {
     /// The script that begins with each flight.
     scenario: Option<Arc<Script>>,
     /// Scripts may inject faults (`SYS_FAILURE_EN`).

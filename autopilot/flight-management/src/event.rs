@@ -211,19 +211,19 @@ const REPORTED_LIMITS: [Limit; 3] = [Limit::Elevator, Limit::Rudder, Limit::Thru
 /// State of the reports.
 #[derive(Debug, Clone, Default)]
 pub struct Transitions {
-    compensator: Compensator,
+    compensator: CompensatorTransition,
     limits: [Debounced; REPORTED_LIMITS.len()],
     exhausted: [Debounced; Axis::ALL.len()],
     not_held: Debounced,
     thrust_floor: Debounced,
     yields: Debounced,
-    isolation: Isolation,
+    isolation: IsolationTransition,
     /// Of the sensors that have given a sample.
     sensors: [Option<Debounced>; SensorKind::ALL.len()],
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Compensator {
+struct CompensatorTransition {
     reported: bool,
     /// Time since it was reported active, us.
     active_us: u64,
@@ -233,7 +233,7 @@ struct Compensator {
 
 /// What the isolation names.
 #[derive(Debug, Clone, Copy, Default)]
-struct Isolation {
+struct IsolationTransition {
     reported: Option<Verdict>,
     /// Time without a verdict, us.
     without_us: u64,
@@ -268,7 +268,7 @@ impl Debounced {
     }
 }
 
-impl Compensator {
+impl CompensatorTransition {
     fn step(&mut self, log: &StepLog, elapsed_us: u64) -> Option<EventKind> {
         if !self.reported {
             self.reported = log.compensator_active;
@@ -288,7 +288,7 @@ impl Compensator {
     }
 }
 
-impl Isolation {
+impl IsolationTransition {
     /// Reports other effectors or another behaviour at once, the end of a verdict when it has lasted.
     fn step(&mut self, verdict: Option<&Verdict>, elapsed_us: u64) -> Option<EventKind> {
         let named = |verdict: &Verdict| (verdict.effectors, verdict.behaviour);

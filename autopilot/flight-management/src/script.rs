@@ -399,12 +399,12 @@ pub struct Run {
     script: Arc<Script>,
     began: Option<SimTime>,
     /// One for each sequence.
-    places: Vec<Place>,
+    places: Vec<ScriptPlace>,
 }
 
 /// State of a sequence.
 #[derive(Debug, Clone, Copy, Default)]
-struct Place {
+struct ScriptPlace {
     /// Index of the next line.
     next: usize,
     /// When the line before was executed, or the script began.
@@ -425,7 +425,7 @@ pub struct Due {
 
 impl Run {
     pub fn new(script: Arc<Script>) -> Self {
-        let places = vec![Place::default(); script.sequences().len()];
+        let places = vec![ScriptPlace::default(); script.sequences().len()];
         Self { script, began: None, places }
     }
 
@@ -443,7 +443,8 @@ impl Run {
             if !place.due || matches!(line.action, Action::Fault(_)) && !can_ask {
                 continue;
             }
-            *place = Place { next: place.next + 1, since: state.time, excess: None, due: false };
+            *place =
+                ScriptPlace { next: place.next + 1, since: state.time, excess: None, due: false };
             let due = Due { line: line.number, action: line.action };
             if due.action == Action::End {
                 for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {

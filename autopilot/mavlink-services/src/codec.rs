@@ -178,8 +178,8 @@ enum Cut<'a> {
 fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
     while let Some(&first) = rest.first() {
         let layout = match first {
-            MAV_STX_V2 => Layout::v2(rest),
-            MAV_STX => Layout::v1(rest),
+            MAV_STX_V2 => FrameLayout::v2(rest),
+            MAV_STX => FrameLayout::v1(rest),
             _ => {
                 skipped.noise_bytes += 1;
                 *rest = &rest[1..];
@@ -198,7 +198,7 @@ fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
             if frame[end..end + CRC] == crc.to_le_bytes() {
                 *rest = &rest[layout.length..];
                 let payload = &frame[layout.payload_at..end];
-                let Layout { sender, id, .. } = layout;
+                let FrameLayout { sender, id, .. } = layout;
                 return Cut::Frame(Frame { sender, id, payload, bytes: frame });
             }
             &mut skipped.bad_crc
@@ -210,7 +210,7 @@ fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
 }
 
 /// Positions of the parts of a frame.
-struct Layout {
+struct FrameLayout {
     sender: Identity,
     id: u32,
     payload_at: usize,
@@ -219,7 +219,7 @@ struct Layout {
     unknown_flags: bool,
 }
 
-impl Layout {
+impl FrameLayout {
     fn v1(bytes: &[u8]) -> Option<Self> {
         let &[_, length, _, system, component, id] = bytes.first_chunk::<HEADER_V1>()?;
         let payload_length = usize::from(length);

@@ -63,7 +63,7 @@ impl Decision {
 
 /// A command whose outcome is still open.
 #[derive(Debug)]
-struct Open {
+struct PendingCommand {
     from: From,
     /// `None` for a SET_MODE, which has no acknowledgement.
     command: Option<CommandMessage>,
@@ -78,12 +78,12 @@ struct Open {
     /// The mode that it requests.
     mode: Option<Mode>,
     parts: ArrayVec<OpenCommand, { Target::MAX }>,
-    verdict: Verdict,
+    verdict: CommandVerdict,
 }
 
 /// Outcome of a command, from the parts answered so far.
 #[derive(Debug, Default)]
-struct Verdict {
+struct CommandVerdict {
     /// Accepted (the default) until a part is not; once denied, the command stays denied.
     result: MavResult,
     reasons: Reasons,
@@ -101,7 +101,7 @@ struct Verdict {
 
 #[derive(Debug, Default)]
 pub struct CommandService {
-    open: Vec<Open>,
+    open: Vec<PendingCommand>,
     /// The latest numbered simulation step that was accepted.
     numbered_step: Option<(From, CommandMessage)>,
 }
@@ -139,7 +139,8 @@ impl Service for CommandService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        let part_of = |open: &Open| open.parts.iter().position(|part| part.number == number);
+        let part_of =
+            |open: &PendingCommand| open.parts.iter().position(|part| part.number == number);
         // Outcomes of intents without a waiting command are expected.
         let Some(index) = self.open.iter().position(|open| part_of(open).is_some()) else { return };
         let open = &mut self.open[index];
@@ -167,7 +168,7 @@ impl Service for CommandService {
 
     /// Reports progress to the senders of open commands, and gives up those that have been open for too long.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
-        let is_over = |open: &mut Open| now.since(open.since) >= ANSWER_TIMEOUT;
+        let is_over = |open: &mut PendingCommand| now.since(open.since) >= ANSWER_TIMEOUT;
         for open in self.open.extract_if(.., is_over) {
             close(open, now, shared);
         }
@@ -183,7 +184,7 @@ impl Service for CommandService {
 
     /// When the next command needs a progress report or times out.
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        let due = |open: &Open| {
+        let due = |open: &PendingCommand| {
             let over = open.since + ANSWER_TIMEOUT;
             if open.command.is_some() { over.min(open.reported + PROGRESS) } else { over }
         };
@@ -200,7 +201,8 @@ impl CommandService {
         now: WallTime,
         shared: &mut Shared,
     ) -> Result<Option<MavResult>, CommandError> {
-        let is_copy = |open: &&mut Open| open.from == from && open.command == Some(*command);
+        let is_copy =
+            |open: &&mut PendingCommand| open.from == from && open.command == Some(*command);
         if let Some(open) = self.open.iter_mut().find(is_copy) {
             // It gets its own answer together with the first.
             if open.copies >= COPIES_MAX {
@@ -250,7 +252,7 @@ impl CommandService {
         let steers = intents.iter().any(|command| steers(command, shared.aircraft.mode()));
         let mode = intents.iter().find_map(mode_of);
         let parts = intents.into_iter().filter_map(|command| shared.intents.open(command));
-        self.open.push(Open {
+        self.open.push(PendingCommand {
             from,
             command: command.copied(),
             copies: 1,
@@ -260,7 +262,7 @@ impl CommandService {
             steers,
             mode,
             parts: parts.collect(),
-            verdict: Verdict::default(),
+            verdict: CommandVerdict::default(),
         });
         Ok(None)
     }
@@ -310,7 +312,7 @@ pub(super) fn steers(command: &Command, mode: Mode) -> bool {
 }
 
 /// Reports in one text what was not done, and acknowledges each copy. Parts still open count as unanswered.
-fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
+fn close(mut open: PendingCommand, now: WallTime, shared: &mut Shared) {
     for part in &open.parts {
         open.verdict.not_now(part.target(), NO_ANSWER);
     }
@@ -331,7 +333,7 @@ fn close(mut open: Open, now: WallTime, shared: &mut Shared) {
     }
 }
 
-impl Verdict {
+impl CommandVerdict {
     /// Records the outcome of one part.
     fn take(&mut self, part: OpenCommand, outcome: &Outcome, now: WallTime, shared: &mut Shared) {
         let target = part.target();

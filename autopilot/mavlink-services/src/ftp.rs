@@ -40,14 +40,14 @@ const BURST_MAX: usize = 256;
 const ROOM_MIN: usize = 96;
 
 #[derive(Debug, Clone)]
-struct Session {
+struct FtpSession {
     number: u8,
-    file: File,
+    file: FtpFile,
 }
 
 /// Purpose of a session.
 #[derive(Debug, Clone)]
-enum File {
+enum FtpFile {
     Read(Content),
     Write(Upload),
 }
@@ -66,10 +66,10 @@ struct Burst {
 
 /// One client of a ground station.
 #[derive(Debug)]
-struct Client {
+struct FtpClient {
     from: From,
     last_seen: WallTime,
-    sessions: ArrayVec<Session, SESSIONS_MAX>,
+    sessions: ArrayVec<FtpSession, SESSIONS_MAX>,
     burst: Option<Burst>,
     /// The latest request that may be repeated, its answer, and the time of its first copy.
     latest: Option<([u8; LENGTH], Reply, WallTime)>,
@@ -77,7 +77,7 @@ struct Client {
 
 #[derive(Debug, Default)]
 pub struct FtpService {
-    clients: Vec<Client>,
+    clients: Vec<FtpClient>,
     next_burst: WallTime,
 }
 
@@ -130,17 +130,17 @@ impl Service for FtpService {
 }
 
 impl FtpService {
-    fn client(&mut self, from: From, now: WallTime) -> &mut Client {
+    fn client(&mut self, from: From, now: WallTime) -> &mut FtpClient {
         let known = self.clients.iter().position(|client| client.from == from);
         let place = known.unwrap_or_else(|| {
-            let same_peer = |client: &&Client| client.from.peer == from.peer;
+            let same_peer = |client: &&FtpClient| client.from.peer == from.peer;
             if self.clients.iter().filter(same_peer).count() >= CLIENTS_OF_A_PEER_MAX {
                 let oldest =
                     self.clients.iter().filter(same_peer).min_by_key(|client| client.last_seen);
                 let oldest = oldest.map(|client| client.from);
                 self.clients.retain(|client| Some(client.from) != oldest);
             }
-            self.clients.push(Client::new(from));
+            self.clients.push(FtpClient::new(from));
             self.clients.len() - 1
         });
         let client = &mut self.clients[place];
@@ -149,7 +149,7 @@ impl FtpService {
     }
 }
 
-impl Client {
+impl FtpClient {
     fn new(from: From) -> Self {
         let last_seen = WallTime::ZERO;
         Self { from, last_seen, sessions: ArrayVec::new(), burst: None, latest: None }
@@ -192,7 +192,7 @@ impl Client {
         Some(answer.unwrap_or_else(|problem| request.nak(problem)))
     }
 
-    fn session(&self, number: u8) -> Result<&Session, Problem> {
+    fn session(&self, number: u8) -> Result<&FtpSession, Problem> {
         self.sessions
             .iter()
             .find(|session| session.number == number)
@@ -202,15 +202,15 @@ impl Client {
     /// The file that a session reads.
     fn content(&self, number: u8) -> Result<&Content, Problem> {
         match &self.session(number)?.file {
-            File::Read(content) => Ok(content),
-            File::Write(_) => Err(Problem::MAV_FTP_ERR_INVALIDSESSION),
+            FtpFile::Read(content) => Ok(content),
+            FtpFile::Write(_) => Err(Problem::MAV_FTP_ERR_INVALIDSESSION),
         }
     }
 
     fn open(&mut self, request: &Request<'_>, shared: &Shared) -> Result<Reply, Problem> {
         let content = find(request, shared)?;
         let size = u32::try_from(content.len()).unwrap_or(u32::MAX);
-        let number = self.begin(request, File::Read(content))?;
+        let number = self.begin(request, FtpFile::Read(content))?;
         Ok(request.ack(&size.to_le_bytes()).of_session(number))
     }
 
@@ -223,27 +223,27 @@ impl Client {
     ) -> Result<Reply, Problem> {
         let name = writable(request)?;
         // An earlier upload by this client ends.
-        let is_it = |file: &File| matches!(file, File::Write(upload) if upload.name == name);
+        let is_it = |file: &FtpFile| matches!(file, FtpFile::Write(upload) if upload.name == name);
         self.sessions.retain(|session| !is_it(&session.file));
         if self.sessions.is_full() {
             return Err(Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE);
         }
         let upload = shared.scripts.open(name, truncate)?;
-        let number = self.begin(request, File::Write(upload))?;
+        let number = self.begin(request, FtpFile::Write(upload))?;
         Ok(request.ack(&[]).of_session(number))
     }
 
-    fn begin(&mut self, request: &Request<'_>, file: File) -> Result<u8, Problem> {
+    fn begin(&mut self, request: &Request<'_>, file: FtpFile) -> Result<u8, Problem> {
         let is_free = |number: &u8| self.session(*number).is_err();
         let mut numbers = core::iter::once(request.session).chain(0..=u8::MAX);
         let number = numbers.find(is_free).ok_or(Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
-        let opened = self.sessions.try_push(Session { number, file });
+        let opened = self.sessions.try_push(FtpSession { number, file });
         opened.map_err(|_| Problem::MAV_FTP_ERR_NOSESSIONSAVAILABLE)?;
         Ok(number)
     }
 
     fn write(&self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
-        let File::Write(upload) = &self.session(request.session)?.file else {
+        let FtpFile::Write(upload) = &self.session(request.session)?.file else {
             return Err(Problem::MAV_FTP_ERR_INVALIDSESSION);
         };
         if request.size == 0 {
@@ -253,7 +253,7 @@ impl Client {
     }
 
     fn terminate(&mut self, request: &Request<'_>, shared: &mut Shared) -> Result<Reply, Problem> {
-        let is_it = |session: &Session| session.number == request.session;
+        let is_it = |session: &FtpSession| session.number == request.session;
         let place =
             self.sessions.iter().position(is_it).ok_or(Problem::MAV_FTP_ERR_INVALIDSESSION)?;
         self.sessions.remove(place).end(shared);
@@ -315,10 +315,10 @@ impl Client {
     }
 }
 
-impl Session {
+impl FtpSession {
     /// Checks an uploaded script and reports the result to the operator.
     fn end(self, shared: &mut Shared) {
-        if let File::Write(upload) = self.file {
+        if let FtpFile::Write(upload) = self.file {
             shared.scripts.finish(&upload, &mut shared.texts);
         }
     }

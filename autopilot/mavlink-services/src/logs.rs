@@ -39,7 +39,7 @@ const SILENCE: Duration = Duration::from_secs(60);
 #[derive(Debug, Default)]
 pub struct LogService {
     has_folder: bool,
-    clients: Vec<Client>,
+    clients: Vec<LogClient>,
     latest_burst: WallTime,
     next_burst: WallTime,
     next_number: u64,
@@ -69,7 +69,7 @@ impl Service for LogService {
                 self.client(from.peer, now).request_entries(first, last);
             }
             LogRequest::Data { id, offset, count } => {
-                self.client(from.peer, now).request_part(Part::new(id, offset, count));
+                self.client(from.peer, now).request_part(LogPart::new(id, offset, count));
             }
             LogRequest::End => self.client(from.peer, now).end(),
             LogRequest::Erase => {
@@ -84,11 +84,11 @@ impl Service for LogService {
     /// Sends what is due, and forgets stations that are gone.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.clients.retain(|client| shared.peers.knows(client.peer));
-        if now < self.next_burst || !self.clients.iter().any(Client::is_ready) {
+        if now < self.next_burst || !self.clients.iter().any(LogClient::is_ready) {
             return;
         }
         let takes_more =
-            |client: &&Client| client.is_ready() && shared.peers.bulk_room(client.peer) > 0;
+            |client: &&LogClient| client.is_ready() && shared.peers.bulk_room(client.peer) > 0;
         let ready = self.clients.iter().filter(takes_more).count();
         if ready == 0 {
             self.next_burst = now + RETRY;
@@ -119,7 +119,7 @@ impl Service for LogService {
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        self.clients.iter().any(Client::is_ready).then_some(self.next_burst)
+        self.clients.iter().any(LogClient::is_ready).then_some(self.next_burst)
     }
 }
 
@@ -129,7 +129,7 @@ impl LogService {
         self.has_folder = true;
     }
 
-    fn client(&mut self, peer: Peer, now: WallTime) -> &mut Client {
+    fn client(&mut self, peer: Peer, now: WallTime) -> &mut LogClient {
         let known = self.clients.iter().position(|client| client.peer == peer);
         let place = known.unwrap_or_else(|| {
             if self.clients.len() >= CLIENTS_MAX {
@@ -140,7 +140,7 @@ impl LogService {
                 });
                 self.clients.swap_remove(oldest.unwrap_or_default());
             }
-            self.clients.push(Client::new(peer, now));
+            self.clients.push(LogClient::new(peer, now));
             self.clients.len() - 1
         });
         let client = &mut self.clients[place];
@@ -176,7 +176,7 @@ impl LogService {
             shared.texts.reply(severity, now, text);
             return;
         }
-        let waits = |client: &&mut Client| {
+        let waits = |client: &&mut LogClient| {
             client.waiting.as_ref().is_some_and(|job| job.number == done.number)
         };
         let Some(client) = self.clients.iter_mut().find(waits) else { return };
@@ -288,13 +288,13 @@ const BLOCK: usize = 728 * DATA;
 
 /// Bytes read from the disk.
 #[derive(Debug)]
-struct Block {
+struct LogBlock {
     name: String,
     offset: u32,
     bytes: Vec<u8>,
 }
 
-impl Block {
+impl LogBlock {
     /// The bytes of this file from `offset` on; empty if `offset` is outside the block.
     fn rest(&self, name: &str, offset: u32) -> &[u8] {
         let at = offset.checked_sub(self.offset).filter(|_| self.name == name);
@@ -305,7 +305,7 @@ impl Block {
 
 /// Requests of a ground station, and its progress.
 #[derive(Debug)]
-struct Client {
+struct LogClient {
     peer: Peer,
     last_seen: WallTime,
     /// The job whose outcome it waits for.
@@ -316,11 +316,11 @@ struct Client {
     /// Numbers of the entries still to be sent.
     entries: Option<(u16, u16)>,
     /// The parts in the order of transmission; all belong to one log.
-    parts: ArrayVec<Part, PARTS_MAX>,
-    block: Option<Block>,
+    parts: ArrayVec<LogPart, PARTS_MAX>,
+    block: Option<LogBlock>,
 }
 
-impl Client {
+impl LogClient {
     fn new(peer: Peer, last_seen: WallTime) -> Self {
         Self {
             peer,
@@ -344,7 +344,7 @@ impl Client {
     }
 
     /// Requests a part of a log.
-    fn request_part(&mut self, mut part: Part) {
+    fn request_part(&mut self, mut part: LogPart) {
         match &self.listing {
             Some(listing) => part.log = listing.get(usize::from(part.id)).cloned(),
             None => self.request_listing(),
@@ -414,7 +414,7 @@ impl Client {
             }
             (LogTask::Read { name, offset, length }, Ok(LogOutcome::Read(bytes))) => {
                 if bytes.len() >= length {
-                    self.block = Some(Block { name, offset, bytes });
+                    self.block = Some(LogBlock { name, offset, bytes });
                     return Ok(());
                 }
                 self.lose(&name, "has become shorter")
@@ -447,7 +447,7 @@ impl Client {
     /// Ends the transfer of a log that cannot be read any more: its first part gets the end mark, the others are dropped.
     /// Returns a text about it.
     fn lose(&mut self, name: &str, what: &str) -> String {
-        let is_it = |part: &&mut Part| part.log.as_ref().is_some_and(|log| log.name == name);
+        let is_it = |part: &&mut LogPart| part.log.as_ref().is_some_and(|log| log.name == name);
         let Some(part) = self.parts.first_mut().filter(is_it) else {
             return format!("Log {name} {what}");
         };
@@ -545,7 +545,7 @@ const PIECE: u32 = 64 * 1024;
 
 /// A part of a log.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Part {
+struct LogPart {
     /// Number of the log, as the ground station knows it.
     id: u16,
     /// The log, once it is resolved.
@@ -559,7 +559,7 @@ struct Part {
     is_piece: bool,
 }
 
-impl Part {
+impl LogPart {
     fn new(id: u16, offset: u32, count: u32) -> Self {
         let end = u64::from(offset) + u64::from(count);
         Self { id, log: None, is_gone: false, offset, end, is_piece: count <= PIECE }
@@ -577,7 +577,7 @@ impl Part {
 
 /// Adds a new request. A request for another log, or for bytes that are already queued, replaces all
 /// that waits: the ground station has restarted. Gaps elsewhere in the same log wait behind.
-fn add(parts: &mut ArrayVec<Part, PARTS_MAX>, part: Part) {
+fn add(parts: &mut ArrayVec<LogPart, PARTS_MAX>, part: LogPart) {
     if parts.iter().any(|old| old.id != part.id || old.overlaps(&part)) {
         parts.clear();
     }
@@ -589,7 +589,7 @@ fn add(parts: &mut ArrayVec<Part, PARTS_MAX>, part: Part) {
 mod tests {
     use super::*;
 
-    fn offsets(parts: &[Part]) -> Vec<u32> {
+    fn offsets(parts: &[LogPart]) -> Vec<u32> {
         parts.iter().map(|part| part.offset).collect()
     }
 
@@ -597,18 +597,18 @@ mod tests {
     fn gaps_of_one_log_wait_behind_each_other_and_a_new_beginning_replaces_them() {
         let mut parts = ArrayVec::new();
         for gap in 0..20 {
-            add(&mut parts, Part::new(0, gap * 900, 90));
+            add(&mut parts, LogPart::new(0, gap * 900, 90));
         }
         assert_eq!(offsets(&parts).len(), 20);
-        add(&mut parts, Part::new(0, 90, 1_000_000));
+        add(&mut parts, LogPart::new(0, 90, 1_000_000));
         assert_eq!(offsets(&parts), [90], "it covers what waited");
-        add(&mut parts, Part::new(1, 5_000_000, 90));
+        add(&mut parts, LogPart::new(1, 5_000_000, 90));
         assert_eq!(offsets(&parts), [5_000_000], "another log");
         for gap in 0..1000 {
-            add(&mut parts, Part::new(1, gap * 90, 90));
+            add(&mut parts, LogPart::new(1, gap * 90, 90));
         }
         assert_eq!(offsets(&parts).len(), PARTS_MAX);
-        add(&mut parts, Part::new(1, u32::MAX, u32::MAX));
+        add(&mut parts, LogPart::new(1, u32::MAX, u32::MAX));
         assert!(!parts.first().unwrap().is_over());
     }
 }

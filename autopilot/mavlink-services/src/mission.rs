@@ -63,7 +63,7 @@ struct Ended {
 pub struct MissionService {
     /// The plan in force.
     stored: Arc<Stored>,
-    upload: Option<Upload>,
+    upload: Option<PlanUpload>,
     downloads: Downloads,
     waiting: WaitingList,
     ended: Option<Ended>,
@@ -176,7 +176,7 @@ impl Service for MissionService {
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        let upload = self.upload.as_ref().map(Upload::deadline);
+        let upload = self.upload.as_ref().map(PlanUpload::deadline);
         upload.into_iter().chain(self.waiting.next_deadline()).min()
     }
 }
@@ -289,7 +289,7 @@ impl MissionService {
             Ok(draft) => {
                 let from = caller.from;
                 let upload =
-                    Upload { from, draft, requested_at: caller.now, tries: 0, as_int: true };
+                    PlanUpload { from, draft, requested_at: caller.now, tries: 0, as_int: true };
                 caller.answer(self.upload.insert(upload).request(caller.now));
             }
             Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
@@ -448,7 +448,7 @@ const TRIES_MAX: u32 = 5;
 const AGAIN: Duration = Duration::from_millis(200);
 
 #[derive(Debug)]
-struct Upload {
+struct PlanUpload {
     from: From,
     draft: Draft,
     requested_at: WallTime,
@@ -456,7 +456,7 @@ struct Upload {
     as_int: bool,
 }
 
-impl Upload {
+impl PlanUpload {
     /// The request for the next item.
     fn request(&mut self, now: WallTime) -> Encoded {
         self.requested_at = now;

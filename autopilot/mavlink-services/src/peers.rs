@@ -80,7 +80,7 @@ pub struct From {
 }
 
 #[derive(Debug)]
-struct Entry {
+struct PeerEntry {
     peer: Peer,
     address: Address,
     /// Number of the link in signatures: the lowest free one, fixed for as long as the peer is
@@ -98,7 +98,7 @@ struct Entry {
     outbox: Outbox,
 }
 
-impl Entry {
+impl PeerEntry {
     fn can_fall_silent(&self) -> bool {
         !self.configured && !self.address.is_connection()
     }
@@ -123,7 +123,7 @@ impl Entry {
 /// The peers and the messages waiting for each.
 #[derive(Debug)]
 pub struct Peers {
-    entries: Vec<Entry>,
+    entries: Vec<PeerEntry>,
     next: u32,
     crowding: Crowding,
 }
@@ -153,7 +153,7 @@ impl Peers {
         let is_free = |link: &u8| self.entries.iter().all(|entry| entry.link != *link);
         // There are far fewer peers than numbers.
         let link = (0..=u8::MAX).find(is_free).unwrap_or(u8::MAX);
-        self.entries.push(Entry {
+        self.entries.push(PeerEntry {
             peer,
             address,
             link,
@@ -189,7 +189,7 @@ impl Peers {
 
     /// The peer that gives its place to a new one first: one that never sent, then one that did not send for long, then one
     /// that has been silent for long; of several the one that has been silent for longest.
-    fn quietest(&self, among: impl Fn(&Entry) -> bool, now: WallTime) -> Option<&Entry> {
+    fn quietest(&self, among: impl Fn(&PeerEntry) -> bool, now: WallTime) -> Option<&PeerEntry> {
         let quiet = self.entries.iter().filter(|entry| among(entry) && entry.is_quiet(now));
         quiet.min_by_key(|entry| (entry.has_sent, entry.is_settled(), entry.last_seen))
     }
@@ -205,7 +205,7 @@ impl Peers {
     /// Takes the place of one visitor: of a quiet one, or else of the newest. `None` if all are sending and the newest has
     /// not had its place for long.
     fn displace(&mut self, now: WallTime) -> Option<()> {
-        let quiet = self.quietest(Entry::can_fall_silent, now);
+        let quiet = self.quietest(PeerEntry::can_fall_silent, now);
         let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
         let newest = visitors.max_by_key(|entry| entry.since);
         let stayed = || newest.filter(|entry| now.since(entry.since) >= STAY_MIN);
@@ -224,8 +224,9 @@ impl Peers {
     fn admit(&mut self, address: Address, is_local: bool, now: WallTime) -> Option<Peer> {
         let is_connection = address.is_connection();
         let most = if is_connection { CONNECTIONS_MAX } else { VISITORS_MAX };
-        let alike =
-            |entry: &&Entry| !entry.configured && entry.address.is_connection() == is_connection;
+        let alike = |entry: &&PeerEntry| {
+            !entry.configured && entry.address.is_connection() == is_connection
+        };
         let has_room = self.entries.iter().filter(alike).count() < most;
         has_room.then(|| self.add(address, is_local, false, now))
     }
@@ -345,7 +346,7 @@ impl Peers {
 
     /// Whether at least one peer has room for so many announcements, or there is no peer.
     pub fn can_announce(&self, count: usize) -> bool {
-        let has_room = |entry: &Entry| entry.outbox.room() >= ANSWERS_RESERVED + count;
+        let has_room = |entry: &PeerEntry| entry.outbox.room() >= ANSWERS_RESERVED + count;
         self.entries.is_empty() || self.entries.iter().any(has_room)
     }
 
@@ -378,7 +379,7 @@ impl Peers {
         can_send: impl Fn(Address) -> bool,
     ) -> Option<(Address, Vec<u8>)> {
         let mut ready = self.entries.iter_mut().filter(|entry| can_send(entry.address));
-        let mut chosen: Option<&mut Entry> = None;
+        let mut chosen: Option<&mut PeerEntry> = None;
         let entry = loop {
             match ready.next() {
                 Some(entry) if entry.outbox.has_answer() => break entry,

@@ -65,17 +65,17 @@ pub struct Scripts {
     uploads: u64,
     /// Scripts that were sent to the aircraft, the latest one last.
     started: VecDeque<Arc<Script>>,
-    running: Option<Running>,
+    running: Option<RunningScript>,
 }
 
 #[derive(Debug)]
-struct Running {
+struct RunningScript {
     script: Arc<Script>,
     /// For each sequence the index of the next line.
     next: Vec<usize>,
 }
 
-impl Running {
+impl RunningScript {
     fn new(script: Arc<Script>) -> Self {
         let next = vec![0; script.sequences().len()];
         Self { script, next }
@@ -281,7 +281,7 @@ impl Scripts {
         let (severity, text) = event_text::of_script(script.as_deref(), event);
         texts.publish_event(statustext::mav_severity(severity), text);
         match event {
-            ScriptEvent::Began => self.running = script.map(Running::new),
+            ScriptEvent::Began => self.running = script.map(RunningScript::new),
             ScriptEvent::Line(line) => {
                 if let Some(running) = &mut self.running {
                     running.pass(line);

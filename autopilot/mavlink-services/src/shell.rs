@@ -50,7 +50,7 @@ const ROOM_MIN: usize = 96;
 
 #[derive(Debug, Default)]
 pub struct ShellService {
-    sessions: Vec<Session>,
+    sessions: Vec<ShellSession>,
     next_burst: WallTime,
 }
 
@@ -79,7 +79,7 @@ impl Service for ShellService {
     }
 
     fn requester_of(&self, mode: Mode) -> Option<Identity> {
-        let waits = |running: &Running| running.mode == Some(mode);
+        let waits = |running: &RunningCommand| running.mode == Some(mode);
         let session = self.sessions.iter().find(|one| one.running.as_ref().is_some_and(waits));
         session.map(|session| session.from.sender)
     }
@@ -115,7 +115,7 @@ impl Service for ShellService {
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        let of_session = |session: &Session| {
+        let of_session = |session: &ShellSession| {
             if session.is_ready() {
                 return Some(WallTime::ZERO);
             }
@@ -128,7 +128,7 @@ impl Service for ShellService {
 }
 
 impl ShellService {
-    fn session(&mut self, from: From) -> &mut Session {
+    fn session(&mut self, from: From) -> &mut ShellSession {
         let known = self.sessions.iter().position(|session| session.from == from);
         let place = known.unwrap_or_else(|| {
             if self.sessions.len() >= SESSIONS_MAX {
@@ -137,7 +137,7 @@ impl ShellService {
                     self.sessions.swap_remove(place);
                 }
             }
-            self.sessions.push(Session::new(from));
+            self.sessions.push(ShellSession::new(from));
             self.sessions.len() - 1
         });
         &mut self.sessions[place]
@@ -155,7 +155,7 @@ const PROMPT: &str = "two-step> ";
 
 /// The running command, which waits for the aircraft.
 #[derive(Debug)]
-struct Running {
+struct RunningCommand {
     since: WallTime,
     parts: Vec<OpenCommand>,
     /// The text to print when every part is done.
@@ -170,7 +170,7 @@ struct Running {
 }
 
 #[derive(Debug)]
-struct Session {
+struct ShellSession {
     from: From,
     received: WallTime,
     /// The client expects output.
@@ -180,11 +180,11 @@ struct Session {
     buffer: LineBuffer,
     lines: VecDeque<String>,
     refused_lines: usize,
-    running: Option<Running>,
+    running: Option<RunningCommand>,
     output: VecDeque<u8>,
 }
 
-impl Session {
+impl ShellSession {
     fn new(from: From) -> Self {
         Self {
             from,
@@ -256,7 +256,7 @@ impl Session {
         let steers = commands.iter().any(|command| command::steers(command, now_mode));
         let mode = commands.iter().find_map(command::mode_of);
         let parts = commands.into_iter().filter_map(|command| shared.intents.open(command));
-        self.running = Some(Running {
+        self.running = Some(RunningCommand {
             since: now,
             parts: parts.collect(),
             done: text,
@@ -301,7 +301,7 @@ impl Session {
 
     /// Gives up a command that has waited too long for an answer.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
-        let is_over = |running: &&mut Running| now.since(running.since) >= ANSWER_TIMEOUT;
+        let is_over = |running: &&mut RunningCommand| now.since(running.since) >= ANSWER_TIMEOUT;
         let Some(running) = self.running.as_mut().filter(is_over) else { return };
         running.has_failed = true;
         let parts = core::mem::take(&mut running.parts);

@@ -39,7 +39,7 @@ const SNAPSHOT_TIMEOUT: Duration = Duration::from_millis(50);
 
 /// Data for building messages.
 #[derive(Debug, Clone, Copy)]
-struct View<'a> {
+struct TelemetryView<'a> {
     shared: &'a Shared,
     now: WallTime,
 }
@@ -143,7 +143,7 @@ impl Telemetry {
         let home = shared.aircraft.home().copied();
         if let (Some(before), Some(home)) = (self.home, home)
             && before != home
-            && let Some(message) = motion::home_position(&View { shared, now })
+            && let Some(message) = motion::home_position(&TelemetryView { shared, now })
         {
             shared.peers.announce(&message);
         }
@@ -168,7 +168,7 @@ fn send_due(now: WallTime, shared: &mut Shared) {
         if due.is_empty() {
             continue;
         }
-        let messages = row.build(&View { shared, now });
+        let messages = row.build(&TelemetryView { shared, now });
         let messages: Vec<_> = messages.iter().map(Encoded::for_many).collect();
         for peer in due {
             for message in &messages {
@@ -198,7 +198,7 @@ type Interval = Option<Duration>;
 
 /// One message of one peer.
 #[derive(Debug, Clone, Copy, Default)]
-struct Stream {
+struct TelemetryStream {
     /// By SET_MESSAGE_INTERVAL; takes precedence over `grouped`.
     requested: Option<Interval>,
     /// By REQUEST_DATA_STREAM.
@@ -210,19 +210,24 @@ struct Stream {
 #[derive(Debug)]
 struct Rates {
     peer: Peer,
-    streams: [Stream; ROWS],
+    streams: [TelemetryStream; ROWS],
     /// Earliest time at which any message is due.
     next: Option<WallTime>,
 }
 
 impl Rates {
     fn interval(&self, index: usize, defaults: &StreamParameters) -> Interval {
-        let Stream { requested, grouped, .. } = self.streams[index];
+        let TelemetryStream { requested, grouped, .. } = self.streams[index];
         requested.or(grouped).unwrap_or_else(|| TABLE[index].default_interval(defaults))
     }
 
     /// Changes the stream of a row. Its next message is due at once, unless the interval stays the same.
-    fn change(&mut self, index: usize, change: impl Fn(&mut Stream), defaults: &StreamParameters) {
+    fn change(
+        &mut self,
+        index: usize,
+        change: impl Fn(&mut TelemetryStream),
+        defaults: &StreamParameters,
+    ) {
         let before = self.interval(index, defaults);
         change(&mut self.streams[index]);
         let after = self.interval(index, defaults);
@@ -274,7 +279,7 @@ impl PeerRates {
     fn of(&mut self, peer: Peer) -> &mut Rates {
         let place = self.peers.iter().position(|rates| rates.peer == peer);
         let place = place.unwrap_or_else(|| {
-            let mut rates = Rates { peer, streams: [Stream::default(); ROWS], next: None };
+            let mut rates = Rates { peer, streams: [TelemetryStream::default(); ROWS], next: None };
             rates.everything_is_due(&self.defaults);
             self.peers.push(rates);
             self.peers.len() - 1
@@ -448,7 +453,7 @@ pub fn request(
     if is_array && index == fault_list::ARRAY_ID && shared.aircraft.snapshot().is_some() {
         return Ok(fault_list::messages(shared));
     }
-    let view = View { shared, now };
+    let view = TelemetryView { shared, now };
     let mut answer = row.answer(&view, index).map_err(|nothing| {
         CommandError::without_text(match nothing {
             Nothing::Yet => MavResult::MAV_RESULT_TEMPORARILY_REJECTED,

@@ -248,18 +248,18 @@ impl GcsLink {
             let input = self.next_input(channels, &mut buffer, deadline, now).await;
             let now = clock::now();
             match input {
-                Input::Socket(arrival) => self.handle_arrival(&arrival, &buffer, now),
-                Input::Event(event) => {
+                LinkInput::Socket(arrival) => self.handle_arrival(&arrival, &buffer, now),
+                LinkInput::Event(event) => {
                     self.ground.handle_event(&event, now);
                     for _ in 1..EVENTS_IN_A_ROW {
                         let Ok(event) = channels.events.try_recv() else { break };
                         self.ground.handle_event(&event, now);
                     }
                 }
-                Input::Snapshot(snapshot) => self.ground.handle_snapshot(&snapshot, now),
-                Input::LogDone(done) => self.ground.handle_log_done(done, now),
-                Input::Time => {}
-                Input::ControlEnded => return Err(ControlEnded),
+                LinkInput::Snapshot(snapshot) => self.ground.handle_snapshot(&snapshot, now),
+                LinkInput::LogDone(done) => self.ground.handle_log_done(done, now),
+                LinkInput::Time => {}
+                LinkInput::ControlEnded => return Err(ControlEnded),
             }
         }
     }
@@ -282,7 +282,7 @@ impl GcsLink {
         buffer: &mut [u8],
         deadline: Instant,
         now: WallTime,
-    ) -> Input {
+    ) -> LinkInput {
         let Self { ground, sockets, logs, .. } = self;
         let accepts = |connection| ground.accepts_input(connection);
         // Never without a folder.
@@ -295,14 +295,14 @@ impl GcsLink {
         // Not biased: each source gets its turn, also beside a flood of messages.
         tokio::select! {
             arrival = poll_fn(|cx| sockets.poll(cx, buffer, &accepts, now)) => {
-                Input::Socket(arrival)
+                LinkInput::Socket(arrival)
             }
-            event = channels.events.recv() => event.map_or(Input::ControlEnded, Input::Event),
+            event = channels.events.recv() => event.map_or(LinkInput::ControlEnded, LinkInput::Event),
             snapshot = channels.snapshots.recv() => {
-                snapshot.map_or(Input::ControlEnded, |snapshot| Input::Snapshot(Box::new(snapshot)))
+                snapshot.map_or(LinkInput::ControlEnded, |snapshot| LinkInput::Snapshot(Box::new(snapshot)))
             }
-            done = log_done => Input::LogDone(done),
-            () = sleep_until(deadline) => Input::Time,
+            done = log_done => LinkInput::LogDone(done),
+            () = sleep_until(deadline) => LinkInput::Time,
         }
     }
 
@@ -383,7 +383,7 @@ impl GcsLink {
     }
 }
 
-enum Input {
+enum LinkInput {
     Socket(Arrival),
     Event(Event),
     Snapshot(Box<Snapshot>),

@@ -98,7 +98,7 @@ pub fn make_room(folder: &Path, limit: u64) {
         }
     };
     let mut all: u64 = logs.iter().map(|log| log.size).sum();
-    for Log { name, size } in logs {
+    for FolderLog { name, size } in logs {
         if all <= limit {
             return;
         }
@@ -156,7 +156,7 @@ impl LogFolder {
         let (outcomes, done) = mpsc::channel(JOBS_MAX);
         let folder = folder.to_path_buf();
         let read = move || {
-            let mut held = Held::default();
+            let mut held = HeldLog::default();
             while let Some(LogJob { number, task }) = held.next_job(&theirs, HOLD) {
                 held.prepare(&folder, &task);
                 let result = match &task {
@@ -211,9 +211,9 @@ impl Drop for LogFolder {
 
 /// Logs being fetched, the latest last. Their locks keep them from being removed to make room.
 #[derive(Debug, Default)]
-struct Held(Vec<(String, File)>);
+struct HeldLog(Vec<(String, File)>);
 
-impl Held {
+impl HeldLog {
     /// The next job; `None` after the last one. Unlocks all logs when no job comes for `hold`.
     fn next_job(&mut self, jobs: &Receiver<LogJob>, hold: Duration) -> Option<LogJob> {
         loop {
@@ -253,13 +253,13 @@ impl Held {
 
 /// One log in the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
-struct Log {
+struct FolderLog {
     name: String,
     size: u64,
 }
 
 /// The files whose names `is_log` accepts among so many entries of the folder, sorted by name, that is, by age.
-fn logs(folder: &Path, most: usize, is_log: impl Fn(&str) -> bool) -> io::Result<Vec<Log>> {
+fn logs(folder: &Path, most: usize, is_log: impl Fn(&str) -> bool) -> io::Result<Vec<FolderLog>> {
     let mut logs = Vec::new();
     for entry in fs::read_dir(folder)?.take(most) {
         let entry = entry?;
@@ -269,7 +269,7 @@ fn logs(folder: &Path, most: usize, is_log: impl Fn(&str) -> bool) -> io::Result
         }
         // Metadata of the entry itself: the target of a link is not in this folder. The file may be gone by now.
         match entry.metadata() {
-            Ok(data) if data.is_file() => logs.push(Log { name, size: data.len() }),
+            Ok(data) if data.is_file() => logs.push(FolderLog { name, size: data.len() }),
             _ => {}
         }
     }
@@ -278,7 +278,7 @@ fn logs(folder: &Path, most: usize, is_log: impl Fn(&str) -> bool) -> io::Result
 }
 
 /// The flight logs. A folder that does not exist has none.
-fn flight_logs(folder: &Path) -> io::Result<Vec<Log>> {
+fn flight_logs(folder: &Path) -> io::Result<Vec<FolderLog>> {
     match logs(folder, ENTRIES_MAX, |name| flight_log_begun(name).is_some()) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(Vec::new()),
         logs => logs,
@@ -288,7 +288,7 @@ fn flight_logs(folder: &Path) -> io::Result<Vec<Log>> {
 fn list(folder: &Path) -> io::Result<Vec<LogFile>> {
     let logs = flight_logs(folder)?;
     let first = logs.len().saturating_sub(LISTED_MAX);
-    let entry = |Log { name, size }: Log| {
+    let entry = |FolderLog { name, size }: FolderLog| {
         let utc_s = flight_log_begun(&name).unwrap_or_default();
         let utc_s = u32::try_from(utc_s).unwrap_or(u32::MAX);
         LogFile { name, size: u32::try_from(size).unwrap_or(u32::MAX), utc_s }
@@ -371,7 +371,8 @@ impl Tlog {
     pub fn open(folder: &Path, unix_start_us: u64, limit_bytes: u64) -> io::Result<Self> {
         let (path, file) = create(folder, unix_start_us / 1_000_000)?;
         let (entries, theirs) = sync_channel(FRAMES_MAX);
-        let writer = Writer { path, out: BufWriter::new(file), unix_start_us, left: limit_bytes };
+        let writer =
+            TrafficWriter { path, out: BufWriter::new(file), unix_start_us, left: limit_bytes };
         let write = move || writer.run(&theirs);
         let writer = thread::Builder::new().name("traffic log".to_owned()).spawn(write)?;
         Ok(Self { entries: Some(entries), writer: Some(writer), dropped: 0 })
@@ -427,7 +428,7 @@ fn create(folder: &Path, utc_s: u64) -> io::Result<(PathBuf, File)> {
     }
 }
 
-struct Writer {
+struct TrafficWriter {
     path: PathBuf,
     out: BufWriter<File>,
     unix_start_us: u64,
@@ -435,7 +436,7 @@ struct Writer {
     left: u64,
 }
 
-impl Writer {
+impl TrafficWriter {
     fn run(mut self, entries: &Receiver<Entry>) {
         if let Err(error) = self.write_all(entries) {
             warn!(file = %self.path.display(), %error, "the traffic log ends");

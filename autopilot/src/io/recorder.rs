@@ -343,7 +343,7 @@ struct LogThread {
 }
 
 struct OpenLog {
-    encoder: Encoder<LogFile>,
+    encoder: Encoder<RecordedFile>,
     /// The lock of its file beyond its end.
     lock: Option<File>,
     path: PathBuf,
@@ -412,7 +412,7 @@ impl LogThread {
         }
         make_room(folder, *limit_bytes);
         let path = folder.join(log_name(clock::utc_seconds(), &begin.header.session));
-        let log = LogFile::create(&path).and_then(|file| {
+        let log = RecordedFile::create(&path).and_then(|file| {
             let lock = file.file.try_clone().ok();
             let mut encoder = Encoder::begin(file, begin, parameters, *rate)?;
             encoder.flush()?;
@@ -433,7 +433,7 @@ impl LogThread {
     }
 
     /// Applies an operation to the log; if it fails, the log ends.
-    fn write(&mut self, what: impl FnOnce(&mut Encoder<LogFile>) -> io::Result<()>) {
+    fn write(&mut self, what: impl FnOnce(&mut Encoder<RecordedFile>) -> io::Result<()>) {
         let Some(log) = self.log.as_mut() else { return };
         if let Err(problem) = what(&mut log.encoder) {
             warn!(%problem, log = %log.path.display(), "the flight log ends here");
@@ -488,14 +488,14 @@ impl LogThread {
 /// A log file. Each call of [`Write::write`] is one message; a piece ends between two messages, so that a piece without
 /// room can be removed again.
 #[derive(Debug)]
-struct LogFile {
+struct RecordedFile {
     file: File,
     buffer: Vec<u8>,
     /// Bytes of the file that are whole messages.
     whole: u64,
 }
 
-impl LogFile {
+impl RecordedFile {
     /// Creates a new file and locks it: a locked log is not removed.
     fn create(path: &Path) -> io::Result<Self> {
         let file = OpenOptions::new().write(true).create_new(true).open(path)?;
@@ -519,7 +519,7 @@ impl LogFile {
     }
 }
 
-impl Write for LogFile {
+impl Write for RecordedFile {
     fn write(&mut self, message: &[u8]) -> io::Result<usize> {
         if self.buffer.len() + message.len() > BUFFER_BYTES {
             self.pass_on()?;
@@ -549,7 +549,7 @@ mod tests {
     fn messages_arrive_in_order_and_a_file_is_not_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("log");
-        let mut file = LogFile::create(&path).unwrap();
+        let mut file = RecordedFile::create(&path).unwrap();
         let message = [7; 1000];
         for _ in 0..1000 {
             file.write_all(&message).unwrap();
@@ -559,7 +559,7 @@ mod tests {
         let bytes = std::fs::read(&path).unwrap();
         assert_eq!(bytes.len(), 1_000_003);
         assert_eq!(&bytes[1_000_000..], b"end");
-        assert_eq!(LogFile::create(&path).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
+        assert_eq!(RecordedFile::create(&path).unwrap_err().kind(), io::ErrorKind::AlreadyExists);
     }
 
     #[test]
@@ -608,7 +608,7 @@ mod tests {
     #[test]
     fn a_full_disk_is_an_error_that_leaves_the_output_usable() {
         let file = OpenOptions::new().write(true).open("/dev/full").unwrap();
-        let mut log = LogFile { file, buffer: Vec::new(), whole: 0 };
+        let mut log = RecordedFile { file, buffer: Vec::new(), whole: 0 };
         log.write_all(b"message").unwrap();
         assert_eq!(log.flush().unwrap_err().kind(), io::ErrorKind::StorageFull);
         assert!(log.buffer.is_empty());

@@ -253,21 +253,21 @@ impl From<KeyChange> for Change {
 
 /// State shared by writer and owner.
 #[derive(Debug, Default)]
-struct Shared {
-    state: Mutex<State>,
+struct SharedStore {
+    state: Mutex<StoreState>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct StoreState {
     /// The latest change; it supersedes an earlier one that was not written yet.
     next: Option<Change>,
     outcome: Option<Saved>,
     has_ended: bool,
 }
 
-impl Shared {
-    fn lock(&self) -> MutexGuard<'_, State> {
+impl SharedStore {
+    fn lock(&self) -> MutexGuard<'_, StoreState> {
         // The state is consistent at every moment, even if a thread has panicked.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -276,7 +276,7 @@ impl Shared {
 /// Writes a file saved for the next start. Dropping it waits until everything is written.
 #[derive(Debug)]
 pub struct Store {
-    shared: Arc<Shared>,
+    shared: Arc<SharedStore>,
     writer: Option<JoinHandle<()>>,
     name: &'static str,
 }
@@ -284,7 +284,7 @@ pub struct Store {
 impl Store {
     /// Starts the writer of a file, which messages call `name`.
     pub fn open(file: OwnFile, name: &'static str) -> io::Result<Self> {
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(SharedStore::default());
         let theirs = Arc::clone(&shared);
         let write = move || write_all(&theirs, &file, name);
         let writer = thread::Builder::new().name(name.to_owned()).spawn(write)?;
@@ -311,15 +311,15 @@ impl Drop for Store {
     }
 }
 
-fn write_all(shared: &Shared, file: &OwnFile, name: &str) {
+fn write_all(shared: &SharedStore, file: &OwnFile, name: &str) {
     loop {
-        let is_idle = |state: &mut State| state.next.is_none() && !state.has_ended;
+        let is_idle = |state: &mut StoreState| state.next.is_none() && !state.has_ended;
         let state = shared.changed.wait_while(shared.lock(), is_idle);
         let state = state.unwrap_or_else(PoisonError::into_inner);
         if state.next.is_none() {
             return;
         }
-        let can_gather = |state: &mut State| {
+        let can_gather = |state: &mut StoreState| {
             !state.has_ended && matches!(&state.next, Some(Change::Save(save)) if !save.at_once)
         };
         let gathered = shared.changed.wait_timeout_while(state, GATHER, can_gather);

@@ -27,11 +27,11 @@ struct Differences {
     /// Lost in the first folder only, and in the second only: how many, and the first runs.
     lost: [(u64, Vec<i64>); 2],
     /// Of each measure: runs in which it differs, sum and largest of the differences, sum of the magnitudes in A.
-    measures: BTreeMap<String, Change>,
+    measures: BTreeMap<String, RunChange>,
 }
 
 #[derive(Debug, Default, Clone, Copy)]
-struct Change {
+struct RunChange {
     runs: u64,
     sum: f64,
     largest: f64,
@@ -255,7 +255,8 @@ fn report(
             }
         }
         let mut changed: Vec<_> = measures.iter().filter(|(_, change)| change.runs > 0).collect();
-        let relative = |change: &Change| change.sum.abs() / change.magnitude.max(f64::MIN_POSITIVE);
+        let relative =
+            |change: &RunChange| change.sum.abs() / change.magnitude.max(f64::MIN_POSITIVE);
         changed.sort_by(|a, b| relative(b.1).total_cmp(&relative(a.1)));
         for (name, change) in changed.iter().take(LISTED) {
             let _ = writeln!(

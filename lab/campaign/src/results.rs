@@ -18,9 +18,9 @@ fn sources(aircraft: &Aircraft) -> Vec<Vec<usize>> {
     };
     let of = |column: &Column| {
         let is_meant = |name: &str| match column.source {
-            Source::Median(measure) | Source::Mean(measure) => name == measure,
-            Source::Sum(prefix) => is_angle(name, prefix),
-            Source::Largest(prefix) => name.starts_with(prefix),
+            ColumnSource::Median(measure) | ColumnSource::Mean(measure) => name == measure,
+            ColumnSource::Sum(prefix) => is_angle(name, prefix),
+            ColumnSource::Largest(prefix) => name.starts_with(prefix),
         };
         let all = aircraft.measures.iter().enumerate();
         all.filter(|(_, (name, _))| is_meant(name)).map(|(place, _)| place).collect()
@@ -30,7 +30,7 @@ fn sources(aircraft: &Aircraft) -> Vec<Vec<usize>> {
 
 /// What a column of the scorecard is made of.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+enum ColumnSource {
     /// The median of a measure over the flights that were kept.
     Median(&'static str),
     /// The mean of a measure over all flights.
@@ -49,25 +49,30 @@ pub struct Column {
     pub unit: &'static str,
     /// Unit of a measure over the unit of the column.
     factor: f64,
-    source: Source,
+    source: ColumnSource,
 }
 
-const fn column(name: &'static str, unit: &'static str, factor: f64, source: Source) -> Column {
+const fn column(
+    name: &'static str,
+    unit: &'static str,
+    factor: f64,
+    source: ColumnSource,
+) -> Column {
     Column { name, unit, factor, source }
 }
 
 /// What is compared in the report: detection, transient, steady flight, control.
 pub const SCORECARD: [Column; 10] = [
-    column("detection delay", "s", 1.0, Source::Median("detection_delay")),
-    column("missed faults", "%", 100.0, Source::Mean("fault_missed")),
-    column("false alarms before the fault", "1/h", 1.0, Source::Mean("false_alarms")),
-    column("largest roll error", "deg", DEG_PER_RAD, Source::Median("peak_roll_error")),
-    column("recovery of roll", "s", 1.0, Source::Median("recovery_time_roll")),
-    column("steady roll error", "deg", DEG_PER_RAD, Source::Median("steady_offset_roll")),
-    column("altitude lost", "m", 1.0, Source::Median("altitude_lost")),
-    column("travel", "deg", DEG_PER_RAD, Source::Sum("travel_")),
-    column("reversals", "1/s", 1.0, Source::Sum("reversals_")),
-    column("longest at a limit", "%", 1.0, Source::Largest("at_limit_")),
+    column("detection delay", "s", 1.0, ColumnSource::Median("detection_delay")),
+    column("missed faults", "%", 100.0, ColumnSource::Mean("fault_missed")),
+    column("false alarms before the fault", "1/h", 1.0, ColumnSource::Mean("false_alarms")),
+    column("largest roll error", "deg", DEG_PER_RAD, ColumnSource::Median("peak_roll_error")),
+    column("recovery of roll", "s", 1.0, ColumnSource::Median("recovery_time_roll")),
+    column("steady roll error", "deg", DEG_PER_RAD, ColumnSource::Median("steady_offset_roll")),
+    column("altitude lost", "m", 1.0, ColumnSource::Median("altitude_lost")),
+    column("travel", "deg", DEG_PER_RAD, ColumnSource::Sum("travel_")),
+    column("reversals", "1/s", 1.0, ColumnSource::Sum("reversals_")),
+    column("longest at a limit", "%", 1.0, ColumnSource::Largest("at_limit_")),
 ];
 
 /// Ends of all runs, the measures that the specification names, and those of the scorecard.
@@ -139,7 +144,7 @@ impl Results {
             let values =
                 places.iter().filter_map(|place| row.measures.get(*place).copied().flatten());
             let value = match column.source {
-                Source::Largest(_) => values.reduce(f64::max),
+                ColumnSource::Largest(_) => values.reduce(f64::max),
                 _ => values.reduce(|sum, value| sum + value),
             };
             list.push(value.map_or(f64::NAN, |value| value * column.factor));
@@ -148,7 +153,7 @@ impl Results {
 
     /// A column of the scorecard for one law over flights; `None` where no flight has a value.
     pub fn score(&self, place: usize, flights: Range<usize>, law: usize) -> Option<f64> {
-        let is_mean = matches!(SCORECARD[place].source, Source::Mean(_));
+        let is_mean = matches!(SCORECARD[place].source, ColumnSource::Mean(_));
         let value = |flight| self.scores[place][flight * self.laws + law];
         let counted = flights.filter(|flight| is_mean || self.end(*flight, law) == RunEnd::Kept);
         let values = counted.map(value).filter(|value| value.is_finite());

@@ -126,7 +126,7 @@ pub struct Store {
 
 /// The content of a part.
 #[derive(Debug, Serialize, Deserialize)]
-struct Part<'a> {
+struct StorePart<'a> {
     head: Cow<'a, Head>,
     rows: Cow<'a, [Row]>,
 }
@@ -193,7 +193,7 @@ impl Store {
     /// Writes a part: it is there whole, or not at all.
     pub fn write(&self, part: u64, rows: &[Row]) -> Result<(), Problem> {
         let path = self.path(part);
-        let content = Part { head: Cow::Borrowed(&self.head), rows: Cow::Borrowed(rows) };
+        let content = StorePart { head: Cow::Borrowed(&self.head), rows: Cow::Borrowed(rows) };
         let content = postcard::to_stdvec(&content).at(path.display())?;
         let mut bytes = MARK.to_vec();
         bytes.extend((content.len() as u64).to_le_bytes());
@@ -239,7 +239,7 @@ impl Store {
     }
 
     /// The rows of a whole part, if it is the one of this name in this campaign.
-    fn check(&self, part: u64, whole: Part<'_>, path: &Path) -> Result<Vec<Row>, Problem> {
+    fn check(&self, part: u64, whole: StorePart<'_>, path: &Path) -> Result<Vec<Row>, Problem> {
         self.compare(&whole.head, path)?;
         let rows = whole.rows.into_owned();
         let range = self.range(part);
@@ -315,7 +315,7 @@ impl Head {
 }
 
 /// What the bytes of a whole part say; `None` where a killed program, or a disk, has left something else.
-fn decode(bytes: &[u8]) -> Option<Part<'_>> {
+fn decode(bytes: &[u8]) -> Option<StorePart<'_>> {
     let rest = bytes.strip_prefix(MARK)?;
     let (length, rest) = rest.split_first_chunk::<8>()?;
     let (crc, content) = rest.split_first_chunk::<4>()?;

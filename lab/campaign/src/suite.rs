@@ -27,7 +27,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
         let store = Store::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;
         let groups = crate::write(&plan, &store)?;
-        flown.push(Flown { name, plan, groups });
+        flown.push(FlownCampaign { name, plan, groups });
     }
     let text = table(&flown);
     OutFolder::create(folder)?.write_markdown(TABLE, &text)?;
@@ -37,7 +37,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
 }
 
 /// A campaign of the suite that was flown.
-struct Flown {
+struct FlownCampaign {
     name: &'static str,
     plan: Plan,
     groups: Vec<Group>,
@@ -63,7 +63,7 @@ fn plans(
 }
 
 /// Losses of every law in every campaign, and the medians of the first measure of each.
-fn table(flown: &[Flown]) -> String {
+fn table(flown: &[FlownCampaign]) -> String {
     let mut text = "Flights lost:\n\n".to_owned();
     let flights = |_: &Plan, groups: &[Group]| {
         let flights = groups.first().map_or(0, |group| group.flown + group.failed);
@@ -89,12 +89,12 @@ fn table(flown: &[Flown]) -> String {
 /// A table with a column for each campaign and a row for each law.
 fn push_table(
     text: &mut String,
-    flown: &[Flown],
+    flown: &[FlownCampaign],
     about: impl Fn(&Plan, &[Group]) -> String,
     cell: impl Fn(Option<&Group>) -> String,
 ) {
     text.push_str("| law |");
-    for Flown { name, plan, groups } in flown {
+    for FlownCampaign { name, plan, groups } in flown {
         let number = name.trim_start_matches("ftc-").trim_start_matches('0');
         let _ = write!(text, " FTC-{number} {} |", about(plan, groups));
     }
@@ -102,7 +102,7 @@ fn push_table(
     let laws: Vec<&str> = flown.first().map_or_else(Vec::new, |first| first.plan.laws());
     for (law, name) in laws.iter().enumerate() {
         let _ = write!(text, "| {name} |");
-        for Flown { groups, .. } in flown {
+        for FlownCampaign { groups, .. } in flown {
             let _ = write!(text, " {} |", cell(groups.get(law)));
         }
         text.push('\n');

@@ -60,7 +60,7 @@ const MARK: &str = "# Written by `sitl campaign tune`; do not edit.";
 
 /// Mean cost of the flights of a set with one set of gains, and how many are lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Score {
+struct TuneScore {
     cost: f64,
     lost: u32,
 }
@@ -219,7 +219,7 @@ fn score(
     law: usize,
     gains: &[(&str, f64)],
     progress: &Progress,
-) -> Result<Score, Problem> {
+) -> Result<TuneScore, Problem> {
     let laws = plan.laws().len() as u64;
     let one = |flight: u64| -> Result<(f64, bool), Problem> {
         let run = plan.run(flight * laws + law as u64)?;
@@ -235,7 +235,7 @@ fn score(
         (0..plan.flights()).into_par_iter().map(one).collect::<Result<_, _>>()?;
     let cost = flown.iter().map(|(cost, _)| cost).sum::<f64>() / flown.len() as f64;
     let lost = flown.iter().filter(|(_, is_lost)| *is_lost).count();
-    Ok(Score { cost, lost: u32::try_from(lost).unwrap_or(u32::MAX) })
+    Ok(TuneScore { cost, lost: u32::try_from(lost).unwrap_or(u32::MAX) })
 }
 
 /// Cost of a flight.

@@ -35,7 +35,7 @@ const MARK: &str = "# Written by `sitl campaign worst`; do not edit.";
 
 /// What is searched for one law in one combination of the other listed values.
 #[derive(Debug, Clone)]
-struct Case {
+struct WorstCase {
     /// Values as the specification has them, drawn ones at their medians.
     run: Run,
     /// End of the range that is searched; `None` in the search over all drawn variables.
@@ -70,7 +70,7 @@ pub fn run(
             ));
         }
     };
-    let search = |case: &Case| match (place, case.towards) {
+    let search = |case: &WorstCase| match (place, case.towards) {
         (Some(place), Some(end)) => outwards(plan, case, place, mildest(plan, place, from), end),
         _ => evolve(plan, case),
     };
@@ -118,7 +118,7 @@ fn mildest(plan: &Plan, place: usize, from: Option<f64>) -> f64 {
 }
 
 /// A case for each law, combination and end of the range.
-fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<Case>, Problem> {
+fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<WorstCase>, Problem> {
     let [low, high] = plan.variables()[place].range().unwrap_or_default();
     let begin = mildest(plan, place, from);
     if !(low..=high).contains(&begin) {
@@ -134,10 +134,10 @@ fn cases_over(plan: &Plan, place: usize, from: Option<f64>) -> Result<Vec<Case>,
 }
 
 /// A case for each law and combination of listed values, without those of `place`.
-fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Problem> {
+fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<WorstCase>, Problem> {
     let samples = u64::from(plan.file.spec.samples);
     let laws = plan.laws().len() as u64;
-    let mut cases: Vec<Case> = Vec::new();
+    let mut cases: Vec<WorstCase> = Vec::new();
     for flight in (0..plan.flights()).step_by(usize::try_from(samples)?) {
         for law in 0..laws {
             let mut run = plan.drawn(flight * laws + law)?;
@@ -151,12 +151,12 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<Case>, Problem> {
                     *value = Value::Number(0.0);
                 }
             }
-            let is_same = |other: &Case| {
+            let is_same = |other: &WorstCase| {
                 let Run { airframe, law, values, .. } = &other.run;
                 (*airframe, *law) == (run.airframe, run.law) && *values == run.values
             };
             if !cases.iter().any(is_same) {
-                cases.push(Case { run, towards: None });
+                cases.push(WorstCase { run, towards: None });
             }
         }
     }
@@ -173,7 +173,7 @@ fn flown(plan: &Plan, case: &Run, values: Vec<Value>) -> Result<(Run, Outcome), 
 /// Steps outwards to the first value that is not survived, and halves the last step.
 fn outwards(
     plan: &Plan,
-    case: &Case,
+    case: &WorstCase,
     place: usize,
     begin: f64,
     end: f64,
@@ -263,7 +263,7 @@ impl ObjFunc for Likelihood<'_> {
     }
 }
 
-fn evolve(plan: &Plan, case: &Case) -> Result<Found, Problem> {
+fn evolve(plan: &Plan, case: &WorstCase) -> Result<Found, Problem> {
     let drawn = plan.variables().iter().filter(|variable| variable.is_drawn()).count();
     let likelihood =
         Likelihood { plan, case: &case.run, bounds: vec![[-FARTHEST, FARTHEST]; drawn] };
@@ -281,7 +281,7 @@ fn evolve(plan: &Plan, case: &Case) -> Result<Found, Problem> {
 
 fn row(
     plan: &Plan,
-    (case, searched): (&Case, Option<usize>),
+    (case, searched): (&WorstCase, Option<usize>),
     Found { loss, kept_to }: &Found,
     scenario: Option<String>,
 ) -> Vec<Cell> {

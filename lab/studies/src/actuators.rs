@@ -56,23 +56,26 @@ struct Property {
 /// Positions of the effector over time, deg, and what was commanded.
 struct Response {
     property: String,
-    signal: &'static Signal,
+    signal: &'static TestSignal,
     /// Time, s; command, ideal actuator, actuator with the property, deg.
     rows: Vec<[f64; 4]>,
 }
 
 /// What the effector is commanded.
-struct Signal {
+struct TestSignal {
     name: &'static str,
     seconds: f64,
     /// Between -1 and 1.
     at: fn(time_s: f64) -> f64,
 }
 
-const STEP: Signal =
-    Signal { name: "step", seconds: STEP_S, at: |time_s| f64::from(u8::from(time_s >= STEP_AT_S)) };
+const STEP: TestSignal = TestSignal {
+    name: "step",
+    seconds: STEP_S,
+    at: |time_s| f64::from(u8::from(time_s >= STEP_AT_S)),
+};
 
-const TRIANGLE: Signal = Signal {
+const TRIANGLE: TestSignal = TestSignal {
     name: "triangle",
     seconds: TRIANGLE_S,
     at: |time_s| {

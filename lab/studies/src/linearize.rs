@@ -228,7 +228,7 @@ impl Local<'_> {
         airframe.aero.derivatives().map_or(tables, |a| [a.alpha_linear_rad, a.alpha_max_rad])
     }
 
-    fn airframe_model(&self, slopes: &PerEffector<Slopes>) -> AirframeModel {
+    fn airframe_model(&self, slopes: &PerEffector<ModelSlopes>) -> AirframeModel {
         let trim = self.plant.trim();
         let alpha = trim.alpha_rad;
         let still = Body::zero();
@@ -271,12 +271,12 @@ impl Local<'_> {
     }
 
     /// What the effectors add to a coefficient in the trim, by their slopes.
-    fn in_trim(&self, slopes: &PerEffector<Slopes>, of: fn(&Slopes) -> f64) -> f64 {
+    fn in_trim(&self, slopes: &PerEffector<ModelSlopes>, of: fn(&ModelSlopes) -> f64) -> f64 {
         let (list, trim) = (&self.plant.dynamics().airframe().effectors, self.plant.trim());
         list.all().map(|effector| of(&slopes[effector]) * trim.positions[effector]).sum()
     }
 
-    fn lift_model(&self, slopes: &PerEffector<Slopes>) -> LiftModel {
+    fn lift_model(&self, slopes: &PerEffector<ModelSlopes>) -> LiftModel {
         let (alpha, still) = (self.plant.trim().alpha_rad, Body::zero());
         let d_alpha = difference(ANGLE_STEP_RAD, |d| self.trimmed(alpha + d, 0.0, still));
         let d_q = difference(RATE_STEP_RAD_S, |d| self.trimmed(alpha, 0.0, Body::new(0.0, d, 0.0)));
@@ -292,11 +292,11 @@ impl Local<'_> {
     }
 
     /// What each surface does around the trim; zeros for what is none.
-    fn slopes(&self) -> PerEffector<Slopes> {
+    fn slopes(&self) -> PerEffector<ModelSlopes> {
         let (list, trim) = (&self.plant.dynamics().airframe().effectors, self.plant.trim());
         PerEffector::from_fn(|effector: Effector| {
             if !list.kind(effector).is_some_and(EffectorKind::is_surface) {
-                return Slopes::default();
+                return ModelSlopes::default();
             }
             difference(ANGLE_STEP_RAD, |d| {
                 let mut positions = trim.positions();
@@ -319,9 +319,9 @@ impl Local<'_> {
         turns.then_some(EngineModel { roll_zero_n_m, roll_per_thrust_m })
     }
 
-    fn effector_model(&self, slopes: &PerEffector<Slopes>) -> EffectorModel {
+    fn effector_model(&self, slopes: &PerEffector<ModelSlopes>) -> EffectorModel {
         let Airframe { effectors: list, servos, gains, .. } = self.plant.dynamics().airframe();
-        let column = |of: fn(&Slopes) -> f64| {
+        let column = |of: fn(&ModelSlopes) -> f64| {
             PerEffector::from_fn(|effector| rounded(of(&slopes[effector])))
         };
         let servo = |effector: Effector| {
@@ -355,7 +355,7 @@ impl Local<'_> {
 }
 
 #[derive(Clone, Copy, Default)]
-struct Slopes {
+struct ModelSlopes {
     lift: f64,
     roll: f64,
     pitch: f64,
@@ -363,10 +363,10 @@ struct Slopes {
 }
 
 /// Central difference of the coefficients of lift and moments.
-fn difference(step: f64, at: impl Fn(f64) -> Coefficients) -> Slopes {
+fn difference(step: f64, at: impl Fn(f64) -> Coefficients) -> ModelSlopes {
     let (above, below) = (at(step), at(-step));
     let slope = |a: f64, b: f64| (a - b) / (2.0 * step);
-    Slopes {
+    ModelSlopes {
         lift: slope(above.lift, below.lift),
         roll: slope(above.roll, below.roll),
         pitch: slope(above.pitch, below.pitch),

@@ -94,7 +94,7 @@ struct Laws {
 }
 
 /// A loop with what it can stand, and flights that confirm it.
-struct Row {
+struct LoopRow {
     effectors: &'static str,
     margins: Margins,
     flights: Option<Flights>,
@@ -217,7 +217,7 @@ impl MarginsArgs {
                 let loops = Loops { settled, linear, group, amplitude: self.amplitude, period_s };
                 fly(&loops, &margins)
             });
-            rows.push(Row { effectors: kind.key(), margins, flights });
+            rows.push(LoopRow { effectors: kind.key(), margins, flights });
         }
         let eigenvalues = linear
             .eigenvalues(period_s)
@@ -289,8 +289,8 @@ impl Loops<'_> {
         let (periods, window) = (periods as usize, (periods / 10.0) as usize);
         let mut disturbed = self.settled.copy();
         disturbed.disturb(self.amplitude);
-        let mut disturbed = Changed::new(self.group, gain, delay, disturbed);
-        let mut twin = Changed::new(self.group, gain, delay, self.settled.copy());
+        let mut disturbed = ChangedLoop::new(self.group, gain, delay, disturbed);
+        let mut twin = ChangedLoop::new(self.group, gain, delay, self.settled.copy());
         let [mut first, mut middle, mut last] =
             [Swing::default(), Swing::default(), Swing::default()];
         for period in 0..periods {
@@ -311,7 +311,7 @@ impl Loops<'_> {
 }
 
 /// A loop whose commands are changed on their way.
-struct Changed<'a> {
+struct ChangedLoop<'a> {
     group: &'a [usize],
     gain: f64,
     flies: ClosedLoop,
@@ -319,7 +319,7 @@ struct Changed<'a> {
     under_way: VecDeque<PerEffector<f64>>,
 }
 
-impl<'a> Changed<'a> {
+impl<'a> ChangedLoop<'a> {
     fn new(group: &'a [usize], gain: f64, delay: usize, flies: ClosedLoop) -> Self {
         let steady = flies.commands();
         let under_way = std::iter::repeat_n(steady, delay).collect();
@@ -358,12 +358,12 @@ impl Swing {
     }
 }
 
-fn table(name: &str, rows: &[Row], eigenvalues: &[Complex<f64>]) -> String {
+fn table(name: &str, rows: &[LoopRow], eigenvalues: &[Complex<f64>]) -> String {
     let mut text = format!(
         "## {name}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
          |---|---|---|---|---|---|---|\n"
     );
-    for Row { effectors, margins, flights } in rows {
+    for LoopRow { effectors, margins, flights } in rows {
         let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
         let number = |value: Option<f64>, digits: usize| {
             value.map_or("none".to_owned(), |value| format!("{value:.digits$}"))

@@ -31,12 +31,12 @@ pub fn header() -> String {
 #[derive(Debug, Clone)]
 pub struct Columns {
     names: Vec<String>,
-    sources: Vec<Source>,
+    sources: Vec<CellSource>,
 }
 
 /// Where a column comes from.
 #[derive(Debug, Clone, Copy)]
-enum Source {
+enum CellSource {
     /// A place in [`Row`].
     Row(usize),
     /// What is left of an effector's position.
@@ -57,22 +57,22 @@ impl Columns {
         for (place, column) in Row::NAMES.iter().enumerate() {
             if is_position(column) {
                 if !is_position(before) {
-                    columns.add("", effectors, Source::Position);
+                    columns.add("", effectors, CellSource::Position);
                 }
             } else if is_command(column) {
                 if !is_command(before) {
-                    columns.add("cmd_", effectors, Source::Command);
+                    columns.add("cmd_", effectors, CellSource::Command);
                 }
             } else if !is_of_missing_nozzle(column, effectors) {
                 columns.names.push((*column).to_owned());
-                columns.sources.push(Source::Row(place));
+                columns.sources.push(CellSource::Row(place));
             }
             before = column;
         }
         columns
     }
 
-    fn add(&mut self, prefix: &str, effectors: &EffectorList, source: fn(Effector) -> Source) {
+    fn add(&mut self, prefix: &str, effectors: &EffectorList, source: fn(Effector) -> CellSource) {
         for effector in effectors.all() {
             self.names.push(format!("{prefix}{}", name(effectors, effector)));
             self.sources.push(source(effector));
@@ -88,9 +88,9 @@ impl Columns {
     pub fn push(&self, text: &mut String, row: &Row, truth: &Truth, log: &StepLog) {
         let row = row.values();
         let values = self.sources.iter().map(|source| match *source {
-            Source::Row(place) => row[place],
-            Source::Position(effector) => truth.deflections[effector],
-            Source::Command(effector) => log.commands[effector],
+            CellSource::Row(place) => row[place],
+            CellSource::Position(effector) => truth.deflections[effector],
+            CellSource::Command(effector) => log.commands[effector],
         });
         *text += &line(values);
     }
@@ -151,7 +151,7 @@ mod tests {
         assert!(columns.names.iter().all(|name| !name.contains("nozzle")), "{:?}", columns.names);
         let engine = airframe.effectors.only(EffectorKind::Engine).unwrap();
         let place = columns.names.iter().position(|name| name == "cmd_thrust_n").unwrap();
-        assert!(matches!(columns.sources[place], Source::Command(found) if found == engine));
+        assert!(matches!(columns.sources[place], CellSource::Command(found) if found == engine));
         assert_eq!(columns.names.len(), COUNT - 2 * 2 - 2);
     }
 

@@ -2,7 +2,7 @@ use icd::fault::AirframePart;
 use icd::{Body, tvc_jet};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Panel, Panels, PerPart, Piece, Remainder};
+use super::{Panel, Panels, PerPart, Remainder, TornPiece};
 use crate::Airframe;
 use crate::rigid_body::{MassProperties, Wrench};
 
@@ -39,20 +39,23 @@ fn without(part: AirframePart, lost: f64) -> Remainder {
 
 #[test]
 fn a_piece_has_its_part_of_the_tapered_panel() {
-    let all = Piece::of(AirframePart::RightWing, panel(), 1.0, 2_000.0);
+    let all = TornPiece::of(AirframePart::RightWing, panel(), 1.0, 2_000.0);
     near(all.area_m2, 6.0);
     near(all.mass_kg, 200.0);
     // Centroid of a trapezium from its wider side: (1 + 2 τ) / (3 (1 + τ)) = 4/9 of the span.
     vector_near(&all.centroid_m, &Vector3::new(-4.0 / 9.0, 1.0 + 3.0 * 4.0 / 9.0, 0.0));
     // Outer half: chords 0.5 to 0.75 of the root's; 0.3125 of 0.75.
-    near(Piece::of(AirframePart::RightWing, panel(), 0.5, 2_000.0).area_m2, 6.0 * 0.3125 / 0.75);
+    near(
+        TornPiece::of(AirframePart::RightWing, panel(), 0.5, 2_000.0).area_m2,
+        6.0 * 0.3125 / 0.75,
+    );
 }
 
 #[test]
 fn mass_centre_and_inertia_are_those_of_the_rest() {
     // A rest that is known: 1800 kg of a body about the origin, and a rod that was counted with it.
     let rest = Matrix3::from_diagonal(&Vector3::new(1_000.0, 2_000.0, 2_500.0));
-    let piece = Piece::of(AirframePart::RightWing, panel(), 1.0, 2_000.0);
+    let piece = TornPiece::of(AirframePart::RightWing, panel(), 1.0, 2_000.0);
     let total_kg = 1_800.0 + piece.mass_kg;
     // About the origin, which is then the centre of gravity of neither.
     let together = MassProperties::new(total_kg, rest + piece.inertia()).expect("possible");

@@ -179,11 +179,11 @@ fn read_case(
         return Err(key(INITIAL, "velocity_ned_m_s", "is missing, and so is the table"));
     };
     let initial = initial.read(earth)?;
-    let reader = Reader { airframe: &airframe };
+    let reader = CaseReader { airframe: &airframe };
     let given = plant.controls.take().unwrap_or_default();
     let given = reader.at_start(&given, initial.is_trimmed)?;
     let step_tables = std::mem::take(&mut plant.control_step);
-    let grid = Grid::new(&case, options, plant.duration_s)?;
+    let grid = StepGrid::new(&case, options, plant.duration_s)?;
     let mut steps = Vec::new();
     for table in step_tables {
         let at = grid.time(table.at_s)?;
@@ -216,13 +216,13 @@ fn read_case(
 }
 
 /// Steps and rows of a case.
-struct Grid {
+struct StepGrid {
     step_us: u32,
     output_us: u64,
     duration: SimTime,
 }
 
-impl Grid {
+impl StepGrid {
     fn new(
         case: &CaseTable,
         options: &CaseOptions,
@@ -371,11 +371,11 @@ const THROTTLE: &str = "throttle_percent";
 const COMMANDS: [&str; 3] = ["aileron", "elevator", "rudder"];
 
 /// Reads controls for an aircraft.
-struct Reader<'a> {
+struct CaseReader<'a> {
     airframe: &'a Airframe,
 }
 
-impl Reader<'_> {
+impl CaseReader<'_> {
     /// The controls at the start. An engine has to be among them, unless a trim finds its thrust.
     fn at_start(
         &self,

@@ -28,12 +28,12 @@ pub(super) struct FaultySensors {
     capacity: usize,
     /// Samples of the last period, as they would be without faults.
     last: Option<Sensors>,
-    states: [State; Sensors::SENSORS],
+    states: [FaultySensor; Sensors::SENSORS],
 }
 
 /// The fault of one sensor.
 #[derive(Debug, Clone)]
-struct State {
+struct FaultySensor {
     /// Onset of the fault that acts.
     onset: Option<SimTime>,
     /// The samples from before the onset, or from before the gap.
@@ -49,7 +49,7 @@ impl FaultySensors {
     pub fn new(period_us: u32, seed: u64, run: u64) -> Self {
         // At most some thousand periods.
         let capacity = (micros(DELAY_MAX_S) / u64::from(period_us)) as usize + 2;
-        let states = SensorKind::ALL.map(|sensor| State {
+        let states = SensorKind::ALL.map(|sensor| FaultySensor {
             onset: None,
             before: None,
             noise: [0.0; 3],

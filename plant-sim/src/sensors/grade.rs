@@ -133,7 +133,7 @@ impl Grade {
 }
 
 /// A key of a sensor's table.
-struct Key {
+struct GradeKey {
     name: &'static str,
     /// A number with this key times this is in SI units.
     to_si: f64,
@@ -144,7 +144,13 @@ struct Key {
 
 macro_rules! key {
     ($name:expr, $to_si:expr, $min:expr, $max:expr, $field:ident) => {
-        Key { name: $name, to_si: $to_si, min: $min, max: $max, place: |errors| &mut errors.$field }
+        GradeKey {
+            name: $name,
+            to_si: $to_si,
+            min: $min,
+            max: $max,
+            place: |errors| &mut errors.$field,
+        }
     };
 }
 
@@ -164,35 +170,35 @@ macro_rules! in_unit {
 
 const PERCENT: f64 = 0.01;
 
-static OF_ALL: [Key; 4] = [
+static OF_ALL: [GradeKey; 4] = [
     key!("rate_hz", 1.0, 0.01, 10_000.0, rate_hz),
     key!("delay_ms", 1.0e-3, 0.0, 2_000.0, delay_s),
     key!("instability_time_s", 1.0, 0.1, 1.0e6, instability_time_s),
     key!("scale_percent", PERCENT, 0.0, 50.0, scale),
 ];
-const AXES: Key = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
+const AXES: GradeKey = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
 
-static GYRO: [Key; 7] =
+static GYRO: [GradeKey; 7] =
     in_unit!("deg_s", DEG, 100.0, AXES, key!("noise_density_deg_s", DEG, 0.0, 10.0, density));
-static ACCELEROMETER: [Key; 7] =
+static ACCELEROMETER: [GradeKey; 7] =
     in_unit!("m_s2", 1.0, 100.0, AXES, key!("noise_density_m_s2", 1.0, 0.0, 10.0, density));
-static ATTITUDE: [Key; 5] = in_unit!("deg", DEG, 90.0);
-static GNSS: [Key; 7] = in_unit!(
+static ATTITUDE: [GradeKey; 5] = in_unit!("deg", DEG, 90.0);
+static GNSS: [GradeKey; 7] = in_unit!(
     "m",
     1.0,
     10_000.0,
     key!("vertical_factor", 1.0, 0.0, 100.0, vertical_factor),
     key!("velocity_noise_m_s", 1.0, 0.0, 100.0, velocity_noise_m_s)
 );
-static PRESSURE: [Key; 5] = in_unit!("pa", 1.0, 50_000.0);
-static VANES: [Key; 5] = in_unit!("deg", DEG, 45.0);
-static ENGINE_MONITOR: [Key; 6] =
+static PRESSURE: [GradeKey; 5] = in_unit!("pa", 1.0, 50_000.0);
+static VANES: [GradeKey; 5] = in_unit!("deg", DEG, 45.0);
+static ENGINE_MONITOR: [GradeKey; 6] =
     in_unit!("n", 1.0, 1.0e6, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise));
-static MAGNETOMETER: [Key; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
+static MAGNETOMETER: [GradeKey; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
 
 /// The keys of a sensor's table.
-fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static Key> {
-    let own: &'static [Key] = match sensor {
+fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
+    let own: &'static [GradeKey] = match sensor {
         SensorKind::Gyro => &GYRO,
         SensorKind::Accelerometer => &ACCELEROMETER,
         SensorKind::Attitude => &ATTITUDE,

@@ -33,15 +33,15 @@ pub const SUM_INPUTS_MAX: usize = 31;
 /// Sums of terms over one list of inputs.
 #[derive(Debug, Clone)]
 pub struct Sums {
-    axes: Vec<Axis>,
-    grids: Vec<Grid>,
+    axes: Vec<TableAxis>,
+    grids: Vec<TableGrid>,
     /// The terms of each output.
-    sums: Vec<Vec<Term>>,
+    sums: Vec<Vec<TableTerm>>,
 }
 
 /// An input with breakpoints, in the SI unit of the input.
 #[derive(Debug, Clone, PartialEq)]
-struct Axis {
+struct TableAxis {
     input: usize,
     breakpoints: Vec<f64>,
     per_width: Vec<f64>,
@@ -62,7 +62,7 @@ struct Spot {
 
 /// Functions of one table at one set of inputs.
 #[derive(Debug, Clone)]
-struct Grid {
+struct TableGrid {
     /// Indices of the axes, the slowest first.
     axes: Vec<usize>,
     /// Distance of neighbours along each axis in `values`.
@@ -80,7 +80,7 @@ struct Grid {
 /// A product in a sum. A missing factor is the number one: without a branch the loop over all
 /// terms is twice as fast.
 #[derive(Debug, Clone)]
-struct Term {
+struct TableTerm {
     factor: f64,
     value: usize,
     inputs: [usize; PRODUCT_MAX],
@@ -97,7 +97,7 @@ impl Sums {
     /// Resolves every name. `inputs` are the known inputs by their names in SI units, as in `alpha_rad`; files may use
     /// `alpha_deg` instead.
     pub fn new(tables: &[Table], sums: &[SumText<'_>], inputs: &[String]) -> Result<Self, Problem> {
-        let mut build = Build { tables, inputs, uses: Vec::new(), axes: Vec::new() };
+        let mut build = LookupBuild { tables, inputs, uses: Vec::new(), axes: Vec::new() };
         let mut products = Vec::new();
         for (output, sum) in sums.iter().enumerate() {
             for text in sum.terms {
@@ -124,7 +124,7 @@ impl Sums {
             let mut inputs = [SUM_INPUTS_MAX; PRODUCT_MAX];
             inputs.iter_mut().zip(&product.inputs).for_each(|(place, input)| *place = *input);
             let value = value.unwrap_or(VALUES_MAX);
-            sums[output].push(Term { factor: product.factor, value, inputs });
+            sums[output].push(TableTerm { factor: product.factor, value, inputs });
         }
         Ok(Self { axes: build.axes, grids, sums })
     }
@@ -152,7 +152,7 @@ impl Sums {
     }
 }
 
-impl Axis {
+impl TableAxis {
     #[inline]
     fn find(&self, input: f64) -> Spot {
         let (x, sign) = if self.odd && input < 0.0 { (-input, -1.0) } else { (input, 1.0) };
@@ -176,7 +176,7 @@ impl Axis {
     }
 }
 
-impl Grid {
+impl TableGrid {
     #[inline]
     fn interpolate(&self, spots: &[Spot; AXES_MAX], out: &mut [f64]) {
         let mut base = 0;
@@ -217,20 +217,20 @@ struct Product {
 }
 
 /// Functions of a table at the same inputs.
-struct Use {
+struct AxisUse {
     table: usize,
     axes: Vec<usize>,
     functions: Vec<usize>,
 }
 
-struct Build<'a> {
+struct LookupBuild<'a> {
     tables: &'a [Table],
     inputs: &'a [String],
-    uses: Vec<Use>,
-    axes: Vec<Axis>,
+    uses: Vec<AxisUse>,
+    axes: Vec<TableAxis>,
 }
 
-impl Build<'_> {
+impl LookupBuild<'_> {
     fn product(&mut self, text: &str) -> Result<Product, String> {
         let mut product = Product { factor: 1.0, function: None, inputs: Vec::new() };
         for factor in factors(text)? {
@@ -296,9 +296,9 @@ impl Build<'_> {
             }
             axes.push(self.axis(table, k, input, unit));
         }
-        let same = |other: &Use| other.table == table && other.axes == axes;
+        let same = |other: &AxisUse| other.table == table && other.axes == axes;
         let index = self.uses.iter().position(same).unwrap_or_else(|| {
-            self.uses.push(Use { table, axes, functions: Vec::new() });
+            self.uses.push(AxisUse { table, axes, functions: Vec::new() });
             self.uses.len() - 1
         });
         Ok((index, index_or_push(&mut self.uses[index].functions, function)))
@@ -315,14 +315,14 @@ impl Build<'_> {
         let (outside, odd) = (table.outside, table.odd_in == Some(k));
         index_or_push(
             &mut self.axes,
-            Axis { input, breakpoints, per_width, per_mean_width, outside, odd },
+            TableAxis { input, breakpoints, per_width, per_mean_width, outside, odd },
         )
     }
 
     /// The uses of tables with their values side by side.
-    fn grids(&self) -> Vec<Grid> {
+    fn grids(&self) -> Vec<TableGrid> {
         let mut first = 0;
-        let grid = |used: &Use| {
+        let grid = |used: &AxisUse| {
             let table = &self.tables[used.table];
             let width = used.functions.len().next_multiple_of(LANES);
             let mut values = Vec::new();
@@ -341,7 +341,14 @@ impl Build<'_> {
                 let half = corners.len() / 2;
                 corners[half..].iter_mut().for_each(|corner| *corner += stride);
             }
-            Grid { axes: used.axes.clone(), strides, corners, values, width, first: first - width }
+            TableGrid {
+                axes: used.axes.clone(),
+                strides,
+                corners,
+                values,
+                width,
+                first: first - width,
+            }
         };
         self.uses.iter().map(grid).collect()
     }

@@ -21,14 +21,14 @@ use crate::noise::{Normals, Source};
 
 /// Two lags T in a row, each state scaled to unit variance of the first; the gust is √3 y1 + (1 − √3) y2.
 #[derive(Debug, Clone, Copy, Default)]
-struct SecondOrder {
+struct SecondOrderFilter {
     pub y1: f64,
     pub y2: f64,
 }
 
 /// Motion of the filters in one period: transition and Cholesky factor of the noise.
 #[derive(Debug, Clone, Copy)]
-struct Transition {
+struct FilterTransition {
     /// exp(-h/T).
     pub decay: f64,
     /// h/T.
@@ -38,7 +38,7 @@ struct Transition {
     pub l22: f64,
 }
 
-impl Transition {
+impl FilterTransition {
     /// Of a double pole at -1/T over h = ratio T. Stationary covariance of (y1, y2): ((1, ½), (½, ½)).
     pub fn new(ratio: f64) -> Self {
         let decay = libm::exp(-ratio);
@@ -53,8 +53,8 @@ impl Transition {
     }
 }
 
-impl SecondOrder {
-    pub fn step(&mut self, t: &Transition, n1: f64, n2: f64) {
+impl SecondOrderFilter {
+    pub fn step(&mut self, t: &FilterTransition, n1: f64, n2: f64) {
         let (y1, y2) = (self.y1, self.y2);
         self.y1 = t.decay * y1 + t.l11 * n1;
         self.y2 = t.decay * (t.ratio * y1 + y2) + (t.l21 * n1 + t.l22 * n2);
@@ -140,7 +140,7 @@ impl Noise {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Field {
     along: f64,
-    across: [SecondOrder; 2],
+    across: [SecondOrderFilter; 2],
     roll: f64,
     /// v_g and w_g behind the lags of r_g and q_g.
     lagged: [f64; 2],
@@ -157,10 +157,10 @@ impl Field {
         (along, across): (f64, [[f64; 2]; 2]),
         noise: &mut Noise,
     ) -> Gust {
-        let horizontal = Transition::new(way_m / scales.horizontal_m);
+        let horizontal = FilterTransition::new(way_m / scales.horizontal_m);
         let vertical = match scales.vertical_m == scales.horizontal_m {
             true => horizontal,
-            false => Transition::new(way_m / scales.vertical_m),
+            false => FilterTransition::new(way_m / scales.vertical_m),
         };
         self.along = horizontal.decay * self.along + horizontal.l11 * along;
         let before = self.across;
@@ -227,8 +227,8 @@ impl Lag {
     /// The lagged gust one period after it was `lagged`: `before` is the gust then, `noise` its excitation since.
     pub fn next(
         &self,
-        t: &Transition,
-        before: &SecondOrder,
+        t: &FilterTransition,
+        before: &SecondOrderFilter,
         lagged: f64,
         [n1, n2]: &[f64; 2],
         own: &mut Normals,
@@ -241,7 +241,7 @@ impl Lag {
 
     /// Row of the transition matrix that makes the next x of (y1, y2, x): variation of constants with
     /// y1 = e^-s, y2 = s e^-s.
-    fn row(&self, t: &Transition) -> Vector3<f64> {
+    fn row(&self, t: &FilterTransition) -> Vector3<f64> {
         let k = self.speed;
         let own = libm::exp(-k * t.ratio);
         let (response, ramp) = if (k - 1.0).abs() < NEARLY_EQUAL {
@@ -260,7 +260,7 @@ impl Lag {
     /// Third row of the Cholesky factor of the noise in a period; the first two are those of `t`.
     ///
     /// The noise adds the stationary covariance less its transition over the period.
-    fn spread(&self, t: &Transition, row: &Vector3<f64>) -> [f64; 3] {
+    fn spread(&self, t: &FilterTransition, row: &Vector3<f64>) -> [f64; 3] {
         let first = Vector3::new(t.decay, 0.0, 0.0);
         let second = Vector3::new(t.decay * t.ratio, t.decay, 0.0);
         let p = &self.stationary;

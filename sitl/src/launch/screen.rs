@@ -41,7 +41,7 @@ pub(super) struct Screen {
     terminal: Option<Terminal>,
     drawn: Option<Instant>,
     /// The last plain line, and when that was.
-    shown: Option<(Instant, Change)>,
+    shown: Option<(Instant, ScreenChange)>,
     /// Wall time and simulation time when the speed was measured last.
     measured: Option<(Instant, f64)>,
     /// Log of the present flight.
@@ -50,7 +50,7 @@ pub(super) struct Screen {
 
 /// What makes a plain line worth printing before its time.
 #[derive(Clone, PartialEq)]
-struct Change {
+struct ScreenChange {
     compensator_active: bool,
     plant: PlantState,
     pace: PaceState,
@@ -118,7 +118,7 @@ impl Screen {
     /// A line for the file, if it is time for one or something has changed.
     fn print_plain_line(&mut self, now: Instant) -> io::Result<()> {
         let Some(flight) = &self.state.flight else { return Ok(()) };
-        let change = Change {
+        let change = ScreenChange {
             compensator_active: flight.compensator_active,
             plant: flight.plant,
             pace: self.state.pace,

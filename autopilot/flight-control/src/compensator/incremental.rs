@@ -32,7 +32,7 @@ gain_set! {
 
 /// The filter of one axis, and what the last tick measured.
 #[derive(Debug, Clone, Copy, Default)]
-struct Channel {
+struct IncrementalChannel {
     z2: f64,
     z2_rate: f64,
     /// Last measured rate, rad/s.
@@ -44,7 +44,7 @@ struct Channel {
 /// Three channels: roll, pitch, yaw.
 #[derive(Debug, Clone)]
 pub struct Incremental {
-    channels: [Channel; 3],
+    channels: [IncrementalChannel; 3],
     started: bool,
     h: f64,
     /// h ω_n².
@@ -57,7 +57,7 @@ impl Incremental {
     /// Waits for its first measurement.
     pub fn new(gains: &IncrementalGains, period: ControlPeriod) -> Self {
         let mut new = Self {
-            channels: [Channel::default(); 3],
+            channels: [IncrementalChannel::default(); 3],
             started: false,
             h: period.as_seconds(),
             h_w2: 0.0,
@@ -96,7 +96,7 @@ impl Estimator for Incremental {
 
     fn start_from(&mut self, from: &Handover) {
         for (axis, channel) in self.channels.iter_mut().enumerate() {
-            *channel = Channel {
+            *channel = IncrementalChannel {
                 z2: from.estimate.z2[axis],
                 z2_rate: 0.0,
                 y: from.y[axis],
@@ -107,7 +107,7 @@ impl Estimator for Incremental {
     }
 
     fn states(&mut self, visit: &mut Visitor<'_>) {
-        for Channel { z2, z2_rate, y, a } in &mut self.channels {
+        for IncrementalChannel { z2, z2_rate, y, a } in &mut self.channels {
             for state in [z2, z2_rate, y, a] {
                 visit(state);
             }

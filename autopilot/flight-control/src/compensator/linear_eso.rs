@@ -21,7 +21,7 @@ gain_set! {
 
 /// z, z2 and the modelled acceleration of the last tick of one axis.
 #[derive(Debug, Clone, Copy, Default)]
-struct Channel {
+struct LinearChannel {
     z: f64,
     z2: f64,
     a: f64,
@@ -30,7 +30,7 @@ struct Channel {
 /// Three channels: roll, pitch, yaw.
 #[derive(Debug, Clone)]
 pub struct LinearEso {
-    channels: [Channel; 3],
+    channels: [LinearChannel; 3],
     started: bool,
     h: f64,
     /// h ω_o²: h times the gain of the extended state.
@@ -43,7 +43,7 @@ impl LinearEso {
     /// Waits for its first measurement.
     pub fn new(gains: &LinearEsoGains, period: ControlPeriod) -> Self {
         let mut new = Self {
-            channels: [Channel::default(); 3],
+            channels: [LinearChannel::default(); 3],
             started: false,
             h: period.as_seconds(),
             h_l2: 0.0,
@@ -70,9 +70,9 @@ impl Estimator for LinearEso {
             if self.started {
                 let prediction = channel.z + self.h * (channel.z2 + 0.5 * (a + channel.a));
                 let e = self.gain * (prediction - y);
-                *channel = Channel { z: y + e, z2: channel.z2 - self.h_l2 * e, a };
+                *channel = LinearChannel { z: y + e, z2: channel.z2 - self.h_l2 * e, a };
             } else {
-                *channel = Channel { z: y, z2: 0.0, a };
+                *channel = LinearChannel { z: y, z2: 0.0, a };
             }
         }
         self.started = true;
@@ -83,13 +83,13 @@ impl Estimator for LinearEso {
     fn start_from(&mut self, from: &Handover) {
         for (axis, channel) in self.channels.iter_mut().enumerate() {
             let (z, z2) = (from.estimate.z[axis], from.estimate.z2[axis]);
-            *channel = Channel { z, z2, a: from.modelled_acceleration[axis] };
+            *channel = LinearChannel { z, z2, a: from.modelled_acceleration[axis] };
         }
         self.started = true;
     }
 
     fn states(&mut self, visit: &mut Visitor<'_>) {
-        for Channel { z, z2, a } in &mut self.channels {
+        for LinearChannel { z, z2, a } in &mut self.channels {
             for state in [z, z2, a] {
                 visit(state);
             }

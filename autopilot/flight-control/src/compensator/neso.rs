@@ -53,7 +53,7 @@ pub struct Channel {
 
 /// β₁, β₂, δ and the period, with what the implicit step needs.
 #[derive(Debug, Clone, Copy)]
-struct Step {
+struct NesoStep {
     h: f64,
     h_beta_2: f64,
     /// A = 1 + h β₁.
@@ -67,7 +67,7 @@ struct Step {
     linear_gain: f64,
 }
 
-impl Step {
+impl NesoStep {
     fn new(gains: &NesoGains, period: ControlPeriod) -> Self {
         let h = period.as_seconds();
         let (beta_1, beta_2) = (gains.beta_1(), gains.beta_2());
@@ -105,7 +105,7 @@ impl Channel {
     /// Implements Eq. (22): e = z - y, ż = z2 + f + U - β₁ g₁(e), ż2 = -β₂ g₂(e), with `a_k` = f + U now
     /// and the trapezoidal mean of it over the period. Implicit, because the steep root near zero would
     /// make an explicit step chatter.
-    fn step(&mut self, y: f64, a_k: f64, step: &Step) {
+    fn step(&mut self, y: f64, a_k: f64, step: &NesoStep) {
         let prediction = self.z + step.h * (self.z2 + 0.5 * (a_k + self.a));
         let (e, g_2) = step.solve(prediction - y);
         self.z = y + e;
@@ -121,7 +121,7 @@ impl Channel {
 pub struct Neso {
     channels: [Channel; 3],
     started: bool,
-    step: Step,
+    step: NesoStep,
     period: ControlPeriod,
 }
 
@@ -131,14 +131,14 @@ impl Neso {
         Self {
             channels: [Channel::default(); 3],
             started: false,
-            step: Step::new(gains, period),
+            step: NesoStep::new(gains, period),
             period,
         }
     }
 
     /// Takes new gains; the estimates stay.
     pub fn set_gains(&mut self, gains: &NesoGains) {
-        self.step = Step::new(gains, self.period);
+        self.step = NesoStep::new(gains, self.period);
     }
 
     /// z: estimated body rates, rad/s.

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::covariance::{Row, STEADY_WIND, VELOCITY, WIND};
 use super::updates::{PitotReading, Present};
-use super::{Estimator, Ground, air};
+use super::{Estimator, GroundFix, air};
 
 /// The change of the gusts over this time shows their size, µs: long against what the filter needs to follow them.
 const LOOK_EVERY_US: u64 = 1_000_000;
@@ -138,7 +138,7 @@ impl Estimator {
         present: &Present,
         reading: &PitotReading,
     ) -> bool {
-        let Some(Ground { place, .. }) = &self.ground else { return true };
+        let Some(GroundFix { place, .. }) = &self.ground else { return true };
         let steady = self.estimate.velocity - place.start_from_ned * self.estimate.steady_wind;
         let Some(flow) = air::speed(&present.matrix.tr_mul(&steady)) else { return true };
         let along = present.matrix * flow.gradient;

@@ -10,7 +10,7 @@ use super::gusts::Gusts;
 use super::history::{History, Integrals};
 use super::noise::priors;
 use super::strapdown::Estimate;
-use super::{Estimator, Ground, air, updates};
+use super::{Estimator, GroundFix, air, updates};
 use crate::navigation::Validity;
 
 /// Two fixes for an acceleration are at least this far apart, s.
@@ -155,7 +155,7 @@ impl Estimator {
         self.history = History::empty();
         self.history.remember(&self.integrals);
         self.steady_force = self.force;
-        self.ground = Some(Ground { earth, place });
+        self.ground = Some(GroundFix { earth, place });
         self.alignments = self.alignments.saturating_add(1);
         self.find_place();
     }

@@ -11,7 +11,7 @@ use super::covariance::{
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
-use super::{Estimator, Ground, SourceHealth, UPDATE_EVERY_US};
+use super::{Estimator, GroundFix, SourceHealth, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
 /// Largest speed that is believed, m/s.
@@ -156,7 +156,7 @@ impl Estimator {
 
     /// Row and innovation of an axis of a GNSS velocity, m/s, NED.
     fn velocity_row(&self, measured: &Vector3<f64>, since: &Since, axis: usize) -> (Row, f64) {
-        let Some(Ground { place, .. }) = &self.ground else { return (Row::empty(), 0.0) };
+        let Some(GroundFix { place, .. }) = &self.ground else { return (Row::empty(), 0.0) };
         let along: Vector3<f64> = place.start_from_ned.column(axis).into();
         let then = self.estimate.velocity - since.velocity;
         // δv(t - d) = δv + S × θ + A b, where S = ∫ C f over the delay, what the acceleration has without gravity, and A = ∫ C, about
@@ -186,7 +186,7 @@ impl Estimator {
             }
             self.sources.gnss_velocity.believe(ratio);
         } else if self.sources.gnss_velocity.reject(now, ratio, self.gains.reopen_s)
-            && let Some(Ground { place, .. }) = &self.ground
+            && let Some(GroundFix { place, .. }) = &self.ground
         {
             self.estimate.velocity = place.start_from_ned * measured + since.velocity;
             for axis in 0..3 {
@@ -242,7 +242,7 @@ impl Estimator {
             return;
         }
         let Some(age) = age(sample.time, now) else { return };
-        let Some(Ground { place, .. }) = &self.ground else { return };
+        let Some(GroundFix { place, .. }) = &self.ground else { return };
         let up = place.up();
         let [.., altitude] = place.coordinates(&self.estimate.position);
         let then = altitude - up.dot(&self.estimate.velocity) * age;
@@ -289,7 +289,7 @@ impl Estimator {
     /// The same of a gradient.
     pub(super) fn row_along(&self, present: &Present, gradient: &Vector3<f64>) -> Option<Row> {
         let along = present.matrix * gradient;
-        let Ground { place, .. } = self.ground.as_ref()?;
+        let GroundFix { place, .. } = self.ground.as_ref()?;
         let wind = -place.start_from_ned.tr_mul(&along);
         let relative = present.matrix * present.through_air;
         let row = Row::empty()
@@ -427,7 +427,7 @@ impl Estimator {
 
     /// The Earth's field, computed anew where the aircraft has moved far enough.
     fn find_field(&mut self) {
-        let Some(Ground { place, .. }) = &self.ground else { return };
+        let Some(GroundFix { place, .. }) = &self.ground else { return };
         let position = self.estimate.position;
         let is_near =
             |at: Vector3<f64>| (position - at).norm_squared() < FIELD_EVERY_M * FIELD_EVERY_M;

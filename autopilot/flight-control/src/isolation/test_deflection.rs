@@ -22,14 +22,14 @@ const RATE_MAX_RAD_S: f64 = 0.2;
 #[derive(Debug, Clone, Default)]
 pub struct TestDeflection {
     proposed: Option<[Effector; 2]>,
-    running: Option<Running>,
+    running: Option<RunningTest>,
     /// Time until the next one may begin, s.
     pause_s: f64,
     tests: u32,
 }
 
 #[derive(Debug, Clone, Copy)]
-struct Running {
+struct RunningTest {
     effectors: [Effector; 2],
     /// Largest deflection of each, rad.
     size_rad: [f64; 2],
@@ -73,7 +73,7 @@ impl TestDeflection {
             let begins = self.proposed.take().filter(|_| rates.amax() < RATE_MAX_RAD_S);
             self.running = begins.and_then(|effectors| {
                 let size_rad = sizes(effectors, commands, model, at, size_rad)?;
-                Some(Running { effectors, size_rad, since_s: 0.0, now_rad: 0.0 })
+                Some(RunningTest { effectors, size_rad, since_s: 0.0, now_rad: 0.0 })
             });
         }
         let Some(running) = &mut self.running else { return added };

@@ -460,7 +460,7 @@ impl Ramp {
 }
 
 /// The leg as seen from the aircraft.
-struct View {
+struct MissionView {
     from: Horizontal,
     to: Horizontal,
     along: Horizontal,
@@ -469,7 +469,7 @@ struct View {
     length_m: f64,
 }
 
-impl View {
+impl MissionView {
     fn new(leg: &Leg, situation: &Situation) -> Self {
         let seen = |site: &Site| situation.horizon().offset(site);
         let (from, to) = (seen(&leg.from), seen(&leg.to));
@@ -508,7 +508,7 @@ impl Leg {
     /// One tick: the command, or `None` when the waypoint is reached.
     fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
         let (rules, guidance) = (situation.rules, situation.rules.guidance());
-        let mut view = View::new(self, situation);
+        let mut view = MissionView::new(self, situation);
         let wide = || rules.navigation.acceptance_m.max(view.anticipation_m(situation));
         let acceptance_m = self.acceptance_m.unwrap_or_else(wide);
         let distance_m = view.to.norm();
@@ -530,7 +530,7 @@ impl Leg {
             }
             self.phase = LegPhase::ToWaypoint;
             self.from = situation.horizon().site;
-            view = View::new(self, situation);
+            view = MissionView::new(self, situation);
         } else if is_reached {
             if let Some(ramp) = &self.ramp {
                 demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);

@@ -198,9 +198,9 @@ pub enum LogRequest {
 }
 
 /// Reads a payload, zero-extended.
-struct Fields([u8; PAYLOAD_MAX]);
+struct MessageFields([u8; PAYLOAD_MAX]);
 
-impl Fields {
+impl MessageFields {
     fn new(payload: &[u8]) -> Self {
         let mut fields = [0; PAYLOAD_MAX];
         fields[..payload.len()].copy_from_slice(payload);
@@ -256,7 +256,7 @@ impl Fields {
 
 /// The message in a frame and its target; `None` if the autopilot does not handle it.
 pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
-    let f = Fields::new(frame.payload);
+    let f = MessageFields::new(frame.payload);
     /// A message whose definition contains no enum, so that the library can read every payload.
     macro_rules! by_library {
         ($message:ident, $definition:ident) => {{
@@ -320,7 +320,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
 }
 
 /// Setpoints and stick positions.
-fn reference(id: u32, f: &Fields) -> Option<(Identity, Message)> {
+fn reference(id: u32, f: &MessageFields) -> Option<(Identity, Message)> {
     Some(match id {
         wire::SET_POSITION_TARGET_GLOBAL_INT_DATA::ID => {
             (f.target(50), Message::SetPositionGlobal(position_target(f, f.i32(4), f.i32(8))))
@@ -340,12 +340,12 @@ fn reference(id: u32, f: &Fields) -> Option<(Identity, Message)> {
     })
 }
 
-fn position_target<P>(f: &Fields, x: P, y: P) -> PositionTarget<P> {
+fn position_target<P>(f: &MessageFields, x: P, y: P) -> PositionTarget<P> {
     let (velocity, yaw) = (f.floats(16), f.f32(40));
     PositionTarget { x, y, z: f.f32(12), velocity, yaw, ignored: f.u16(48), frame: f.u8(52) }
 }
 
-fn mission(id: u32, f: &Fields) -> Option<(Identity, Message)> {
+fn mission(id: u32, f: &MessageFields) -> Option<(Identity, Message)> {
     Some(match id {
         wire::MISSION_REQUEST_LIST_DATA::ID => {
             (f.target(0), Message::MissionRequestList(f.list(2)))
@@ -370,7 +370,7 @@ fn mission(id: u32, f: &Fields) -> Option<(Identity, Message)> {
     })
 }
 
-fn mission_item<P>(f: &Fields, x: P, y: P) -> MissionItem<P> {
+fn mission_item<P>(f: &MessageFields, x: P, y: P) -> MissionItem<P> {
     let words = ItemWords {
         seq: f.u16(28),
         command: f.u16(30),
@@ -382,7 +382,7 @@ fn mission_item<P>(f: &Fields, x: P, y: P) -> MissionItem<P> {
     MissionItem { params: f.floats(0), x, y, z: f.f32(24), words }
 }
 
-fn log(id: u32, f: &Fields) -> Option<(Identity, Message)> {
+fn log(id: u32, f: &MessageFields) -> Option<(Identity, Message)> {
     let (target, request) = match id {
         wire::LOG_REQUEST_LIST_DATA::ID => {
             (f.target(4), LogRequest::List { first: f.u16(0), last: f.u16(2) })

@@ -33,7 +33,7 @@ pub struct SavedPlanError {
 /// The file: the number of items, and the items. The number reveals a truncated file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct SavedPlanFile {
     count: usize,
     #[serde(default)]
     item: Vec<SavedItem>,
@@ -63,7 +63,7 @@ impl SavedPlan {
     /// The plan in `text`, which comes from `file`.
     pub fn from_text(file: &str, text: &str) -> Result<Self, SavedPlanError> {
         let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
-        let File { count, item } = toml::from_str(text)
+        let SavedPlanFile { count, item } = toml::from_str(text)
             .map_err(|error| refuse(error.to_string().trim_end().replace('\n', " ")))?;
         if item.len() != count {
             return Err(refuse(format!("count = {count}, but there are {} items", item.len())));
@@ -92,7 +92,7 @@ pub(super) fn to_text(plan: &Stored) -> String {
         y: item.y,
         z: item.z,
     });
-    let file = File { count: plan.items.len(), item: item.collect() };
+    let file = SavedPlanFile { count: plan.items.len(), item: item.collect() };
     let items = toml::to_string(&file).expect("numbers and booleans are TOML");
     format!("{HEADER}{items}")
 }

@@ -28,7 +28,7 @@ const ANSWER_TIMEOUT: Duration = Duration::from_millis(700);
 
 /// A command that waits for the plant.
 #[derive(Debug)]
-struct Open {
+struct OpenFault {
     from: From,
     command: OpenCommand,
     target: Target,
@@ -51,7 +51,7 @@ pub(super) struct Answer {
 /// The commands that wait for the plant, and the values as published.
 #[derive(Debug, Default)]
 pub(super) struct FaultParameters {
-    open: Vec<Open>,
+    open: Vec<OpenFault>,
     published: Vec<(Target, u8)>,
 }
 
@@ -108,7 +108,7 @@ impl FaultParameters {
         for request in requests {
             let command = shared.intents.open(PlantAction::Fault(request).into());
             let command = command.ok_or("Not set: too many commands are waiting")?;
-            self.open.push(Open { from, command, target, value, since: now, is_done: false });
+            self.open.push(OpenFault { from, command, target, value, since: now, is_done: false });
         }
         Ok(true)
     }
@@ -133,7 +133,7 @@ impl FaultParameters {
                 return None;
             }
         };
-        let Open { from, target, .. } = self.open.remove(place);
+        let OpenFault { from, target, .. } = self.open.remove(place);
         let refused = Some(format!("Fault refused: {}: {refused}", target.name(effectors)));
         Some(Answer { from, target, refused })
     }
@@ -145,12 +145,12 @@ impl FaultParameters {
         faults: &FaultList,
         effectors: &EffectorList,
     ) -> Vec<Answer> {
-        let is_over = |open: &mut Open| {
+        let is_over = |open: &mut OpenFault| {
             let is_there = open.is_done && value(open.target, faults) == open.value;
             is_there || now.since(open.since) >= ANSWER_TIMEOUT
         };
         let over = self.open.extract_if(.., is_over);
-        over.map(|Open { from, target, is_done, value: set, .. }| {
+        over.map(|OpenFault { from, target, is_done, value: set, .. }| {
             let refused = if is_done {
                 (value(target, faults) != set).then(|| not_as_set(target, faults, effectors))
             } else {

@@ -195,7 +195,7 @@ pub enum RecordError {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Table {
+struct KeyTable {
     key: String,
     #[serde(default)]
     timestamp: u64,
@@ -208,7 +208,7 @@ impl KeyRecord {
     /// Reads the text of a key file.
     pub fn from_text(text: &str) -> Result<Self, RecordError> {
         // The parser's error would quote the line, and with it the key.
-        let table: Table = toml::from_str(text).map_err(|_| RecordError::Form)?;
+        let table: KeyTable = toml::from_str(text).map_err(|_| RecordError::Form)?;
         let key = Key::from_hex(&table.key).ok_or(RecordError::Key)?;
         let time = |name, units| Timestamp::new(units).ok_or(RecordError::Timestamp(name, units));
         let timestamp = time("timestamp", table.timestamp)?;

@@ -11,7 +11,7 @@ use icd::{Attitude, EulerAngles, Ned};
 
 use crate::codec::Encoded;
 use crate::convert;
-use crate::telemetry::View;
+use crate::telemetry::TelemetryView;
 use flight_management::event::Snapshot;
 
 /// Whether the samples of a sensor count.
@@ -133,7 +133,7 @@ const SATELLITES: u8 = 16;
 const DILUTION: u16 = 100;
 
 /// GPS_RAW_INT: what the receiver says. Its accuracy is that which the estimator assumes; the receiver of the ideal unit has no errors.
-pub fn gps_raw_int(view: &View, state: &Snapshot) -> Encoded {
+pub fn gps_raw_int(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let nothing = wire::GPS_RAW_INT_DATA {
         time_usec: state.time.as_micros(),
         fix_type: wire::GpsFixType::GPS_FIX_TYPE_NO_FIX,
@@ -190,7 +190,7 @@ pub fn altitude(state: &Snapshot) -> Encoded {
 }
 
 /// HOME_POSITION, once home is known.
-pub fn home_position(view: &View) -> Option<Encoded> {
+pub fn home_position(view: &TelemetryView) -> Option<Encoded> {
     let home = view.shared.aircraft.home()?;
     let position = home.position.0;
     Some(Encoded::new(&wire::HOME_POSITION_DATA {

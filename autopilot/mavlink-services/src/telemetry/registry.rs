@@ -10,7 +10,7 @@ use ::mavlink::dialects::common as wire;
 use crate::aircraft::Aircraft;
 use crate::codec::Encoded;
 use crate::modes;
-use crate::telemetry::{View, motion, status};
+use crate::telemetry::{TelemetryView, motion, status};
 use flight_management::event::Snapshot;
 use flight_management::parameters::StreamParameters;
 
@@ -69,13 +69,13 @@ enum Build {
     /// The same, while what it says is known.
     Measured(fn(&Snapshot) -> Option<Encoded>),
     /// Built from the state of the flight and other data.
-    Flight(fn(&View, &Snapshot) -> Encoded),
+    Flight(fn(&TelemetryView, &Snapshot) -> Encoded),
     /// Several of the same id, built from the state of the flight.
     Group(fn(&Snapshot) -> Vec<Encoded>),
     /// Built from what is known of the aircraft also without a flight.
     Aircraft(fn(&Aircraft) -> Encoded),
     /// Built from data that are known also without a flight.
-    Known(fn(&View) -> Option<Encoded>),
+    Known(fn(&TelemetryView) -> Option<Encoded>),
     /// A list, built item by item, from 1.
     Listed(fn(u8) -> Option<Encoded>),
 }
@@ -91,7 +91,7 @@ pub enum Nothing {
 
 impl Row {
     /// The messages at this moment; none without a flight where the message needs one.
-    pub fn build(&self, view: &View) -> Vec<Encoded> {
+    pub fn build(&self, view: &TelemetryView) -> Vec<Encoded> {
         let state = view.shared.aircraft.snapshot();
         match self.build {
             Build::State(build) => state.map(build).into_iter().collect(),
@@ -105,7 +105,7 @@ impl Row {
     }
 
     /// The messages that answer a request; `index` selects an item of a list, 0 all of it.
-    pub fn answer(&self, view: &View, index: u8) -> Result<Vec<Encoded>, Nothing> {
+    pub fn answer(&self, view: &TelemetryView, index: u8) -> Result<Vec<Encoded>, Nothing> {
         if let Build::Listed(build) = self.build
             && index != 0
         {

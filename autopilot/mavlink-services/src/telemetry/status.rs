@@ -19,7 +19,7 @@ use icd::{Attitude, Effector, EffectorKind, EulerAngles, PerEffector};
 use crate::aircraft::{Aircraft, Phase};
 use crate::codec::Encoded;
 use crate::fault_list::float_array;
-use crate::telemetry::View;
+use crate::telemetry::TelemetryView;
 use crate::telemetry::motion::{calibrated_m_s, known};
 use crate::{convert, heartbeat};
 use flight_management::event::Snapshot;
@@ -44,7 +44,7 @@ fn thrust_fraction(thrust_n: f64, model: &AircraftModel) -> f64 {
     if max > min { (thrust_n - min) / (max - min) } else { 0.0 }
 }
 
-pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
+pub fn vfr_hud(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let (motion, model) = (known(state), &view.shared.model);
     let velocity = motion.velocity.0;
     let engine = model.effectors.list.only(EffectorKind::Engine);
@@ -61,7 +61,7 @@ pub fn vfr_hud(view: &View, state: &Snapshot) -> Encoded {
 }
 
 /// SERVO_OUTPUT_RAW: the outputs are the effectors in order; unused ones are 0.
-pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
+pub fn servo_output_raw(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let list = &view.shared.model.effectors.list;
     let pulse = |place: usize| {
         let effector = Effector::from_index(place).filter(|effector| list.contains(*effector));
@@ -95,7 +95,7 @@ pub fn servo_output_raw(view: &View, state: &Snapshot) -> Encoded {
     })
 }
 
-pub fn actuator_output_status(view: &View, state: &Snapshot) -> Encoded {
+pub fn actuator_output_status(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let list = &view.shared.model.effectors.list;
     let mut actuator = [0.0; 32];
     for (output, effector) in actuator.iter_mut().zip(list.all()) {
@@ -217,7 +217,7 @@ pub fn vectors(state: &Snapshot) -> Vec<Encoded> {
 
 /// ATTITUDE_TARGET: the roll reference that the law tracks. The laws have no pitch or heading reference, so
 /// those two angles are the present ones.
-pub fn attitude_target(view: &View, state: &Snapshot) -> Encoded {
+pub fn attitude_target(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let present = known(state).attitude;
     let attitude =
         Attitude::from_euler(EulerAngles { phi: state.log.roll_reference_rad, ..present });
@@ -330,7 +330,7 @@ fn validity(aircraft: &Aircraft) -> Validity {
 
 /// SYS_STATUS. A sensor is healthy while its measurement is valid, and where the estimator flies, while that uses it; control while the
 /// aircraft flies and has not been terminated. The same condition makes it ready.
-pub fn sys_status(view: &View) -> Option<Encoded> {
+pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
     let enabled = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = &view.shared.aircraft;
     // A geofence that is switched off: MAVProxy reports a breach of one that is absent.
@@ -393,7 +393,7 @@ const SUPPLY_LEFT_PCT: i8 = 100;
 
 /// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
 /// full, so that a ground station has a number to show. Its current is "unknown".
-pub fn battery_status(_: &View) -> Option<Encoded> {
+pub fn battery_status(_: &TelemetryView) -> Option<Encoded> {
     Some(Encoded::new(&wire::BATTERY_STATUS_DATA {
         battery_function: wire::MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
         mavtype: wire::MavBatteryType::MAV_BATTERY_TYPE_LION,
@@ -411,7 +411,7 @@ pub fn battery_status(_: &View) -> Option<Encoded> {
 
 /// ESTIMATOR_STATUS. Where the estimator flies: its innovations over their gates, one standard deviation of the position, and what is
 /// wrong with a source. Where the navigation unit is ideal there is no innovation and no error. Outputs are good while they are valid.
-pub fn estimator_status(view: &View, state: &Snapshot) -> Encoded {
+pub fn estimator_status(view: &TelemetryView, state: &Snapshot) -> Encoded {
     let estimate = &state.motion().estimate;
     let valid = validity(&view.shared.aircraft);
     let mut flags = Estimate::empty();
@@ -518,7 +518,7 @@ const CAPABILITIES: Capability = Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
     .union(Capability::MAV_PROTOCOL_CAPABILITY_FLIGHT_TERMINATION)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_MAVLINK2);
 
-pub fn autopilot_version(_: &View) -> Option<Encoded> {
+pub fn autopilot_version(_: &TelemetryView) -> Option<Encoded> {
     Some(Encoded::new(&wire::AUTOPILOT_VERSION_DATA {
         capabilities: CAPABILITIES,
         flight_sw_version: FLIGHT_SW_VERSION,
@@ -528,7 +528,7 @@ pub fn autopilot_version(_: &View) -> Option<Encoded> {
 }
 
 /// PROTOCOL_VERSION: the autopilot reads MAVLink 1 and 2, and sends MAVLink 2.
-pub fn protocol_version(_: &View) -> Option<Encoded> {
+pub fn protocol_version(_: &TelemetryView) -> Option<Encoded> {
     Some(Encoded::new(&wire::PROTOCOL_VERSION_DATA {
         version: 200,
         min_version: 100,
@@ -538,7 +538,7 @@ pub fn protocol_version(_: &View) -> Option<Encoded> {
 }
 
 /// SYSTEM_TIME: the clock of this computer, zero if it is not known, and the simulation time of the flight.
-pub fn system_time(view: &View) -> Option<Encoded> {
+pub fn system_time(view: &TelemetryView) -> Option<Encoded> {
     let time = view.shared.aircraft.snapshot().map(|state| state.time);
     let start = view.shared.host.unix_start_us;
     Some(Encoded::new(&wire::SYSTEM_TIME_DATA {
@@ -548,12 +548,12 @@ pub fn system_time(view: &View) -> Option<Encoded> {
 }
 
 /// COMPONENT_METADATA: location of the descriptions of parameters, effectors and events.
-pub fn component_metadata(view: &View) -> Option<Encoded> {
+pub fn component_metadata(view: &TelemetryView) -> Option<Encoded> {
     let time = view.shared.aircraft.snapshot().map(|state| state.time);
     Some(view.shared.metadata.message(time.map_or(0, convert::boot_ms)))
 }
 
 /// HEARTBEAT, on request; it is also sent once a second.
-pub fn heartbeat(view: &View) -> Option<Encoded> {
+pub fn heartbeat(view: &TelemetryView) -> Option<Encoded> {
     Some(heartbeat::message(view.shared.host.identity, &view.shared.aircraft))
 }

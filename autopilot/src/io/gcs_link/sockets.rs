@@ -213,7 +213,7 @@ impl Udp {
 #[derive(Debug)]
 pub(super) struct TcpServer {
     listener: TcpListener,
-    clients: Vec<Client>,
+    clients: Vec<TcpClient>,
     next: u32,
     /// The connection to poll first.
     turn: usize,
@@ -221,7 +221,7 @@ pub(super) struct TcpServer {
 }
 
 #[derive(Debug)]
-struct Client {
+struct TcpClient {
     connection: Connection,
     remote: SocketAddr,
     stream: TcpStream,
@@ -265,7 +265,7 @@ impl TcpServer {
 
     /// A connection whose peer no longer accepts data.
     pub(super) fn stalled(&self, now: WallTime) -> Option<Connection> {
-        let stalled = |client: &&Client| {
+        let stalled = |client: &&TcpClient| {
             !client.unsent.is_empty() && now.since(client.stalled_since) > STALL_MAX
         };
         self.clients.iter().find(stalled).map(|client| client.connection)
@@ -315,7 +315,7 @@ impl TcpServer {
             self.next = self.next.wrapping_add(1);
             let unsent = Vec::new();
             let client =
-                Client { connection, remote, stream, unsent, stalled_since: now, broken: false };
+                TcpClient { connection, remote, stream, unsent, stalled_since: now, broken: false };
             self.clients.push(client);
             return Poll::Ready(Arrival::Opened { connection, from: remote });
         }
@@ -334,7 +334,7 @@ fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     socket.listen(BACKLOG)
 }
 
-impl Client {
+impl TcpClient {
     /// Writes waiting data, as far as the system accepts them. True if it accepted any.
     fn write(&mut self) -> bool {
         match self.stream.try_write(&self.unsent) {

@@ -97,7 +97,7 @@ fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_no_station_requ
     use crate::io::log_folder::make_room;
     let folder = tempfile::tempdir().unwrap();
     let (first, second) = (put(folder.path(), FIRST, 100), put(folder.path(), SECOND, 100));
-    let mut held = Held::default();
+    let mut held = HeldLog::default();
     let read = LogTask::Read { name: FIRST.to_owned(), offset: 0, length: 10 };
     held.prepare(folder.path(), &read);
     held.prepare(folder.path(), &read);
@@ -121,7 +121,7 @@ fn a_log_that_is_being_fetched_is_not_removed_to_make_room_until_no_station_requ
 #[test]
 fn logs_that_are_held_are_few_and_may_be_erased() {
     let folder = tempfile::tempdir().unwrap();
-    let mut held = Held::default();
+    let mut held = HeldLog::default();
     for second in 10..30 {
         let name = format!("20261121-0800{second}-000000aa.ulg");
         put(folder.path(), &name, 1);

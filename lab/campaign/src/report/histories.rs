@@ -25,7 +25,7 @@ const PANELS: [HistoryPanel; 3] = [
 ];
 
 /// A loss that was flown again.
-struct History {
+struct LostFlight {
     law: usize,
     run: usize,
     curves: [Vec<Point>; PANELS.len()],
@@ -36,7 +36,7 @@ pub(super) fn section(sources: &Sources<'_>, airframe: usize) -> Markup {
     let nearest: Vec<(usize, usize)> = (0..sources.plan.laws().len())
         .filter_map(|law| Some((law, nearest(sources, airframe, law)?)))
         .collect();
-    let histories: Vec<History> =
+    let histories: Vec<LostFlight> =
         nearest.iter().filter_map(|(law, flight)| fly(sources, *law, *flight)).collect();
     if histories.is_empty() {
         return html! { p { "No law lost the aircraft." } };
@@ -84,14 +84,14 @@ fn nearest(sources: &Sources<'_>, airframe: usize, law: usize) -> Option<usize> 
         .map(|found| found.1)
 }
 
-fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
+fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<LostFlight> {
     let plan = sources.plan;
     let run = flight * plan.laws().len() + law;
     let drawn = plan.run(run as u64).ok()?;
     let setup = plan.setup(&drawn).ok()?;
     let limits = setup.plant.airframe.limits;
     let model = DesignModel::new(setup.model);
-    let mut history = History { law, run, curves: Default::default() };
+    let mut history = LostFlight { law, run, curves: Default::default() };
     let (mut steps, mut is_lost) = (0_u64, false);
     let flown = closed_loop::fly(&setup, &mut |record| {
         if is_lost {
@@ -109,7 +109,7 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<History> {
     flown.ok().map(|_| history)
 }
 
-fn figure(sources: &Sources<'_>, histories: &[History]) -> String {
+fn figure(sources: &Sources<'_>, histories: &[LostFlight]) -> String {
     let laws = sources.plan.laws();
     let ink = |law: usize| Ink::new(COLOURS[law % COLOURS.len()], Pattern::Solid);
     let legend: Vec<(&str, Ink)> = histories.iter().map(|h| (laws[h.law], ink(h.law))).collect();

@@ -12,7 +12,7 @@ pub type Point = (f64, f64);
 pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<Point> {
     let width = (to - from) / COLUMNS as f64;
     let mut thinned = Vec::new();
-    let mut column: Option<Column> = None;
+    let mut column: Option<PixelColumn> = None;
     for point in points {
         if !(from..=to).contains(&point.0) {
             continue;
@@ -22,7 +22,7 @@ pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<
         match &mut column {
             Some(column) if column.index == index => column.take(point),
             open => {
-                if let Some(full) = open.replace(Column::new(index, point)) {
+                if let Some(full) = open.replace(PixelColumn::new(index, point)) {
                     full.give(&mut thinned);
                 }
             }
@@ -37,7 +37,7 @@ pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<
 
 /// One column of pixels.
 #[derive(Clone, Copy)]
-struct Column {
+struct PixelColumn {
     index: usize,
     first: Point,
     last: Point,
@@ -45,7 +45,7 @@ struct Column {
     high: Point,
 }
 
-impl Column {
+impl PixelColumn {
     fn new(index: usize, point: Point) -> Self {
         Self { index, first: point, last: point, low: point, high: point }
     }

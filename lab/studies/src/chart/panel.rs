@@ -133,7 +133,7 @@ impl Default for Panel<'_> {
 
 /// A frame on the page and the values at its edges.
 #[derive(Clone, Copy)]
-struct Frame {
+struct PanelFrame {
     x: (f64, f64),
     y: (f64, f64),
     top: f64,
@@ -141,7 +141,7 @@ struct Frame {
     bottom: f64,
 }
 
-impl Frame {
+impl PanelFrame {
     fn at_x(&self, x: f64) -> f64 {
         LEFT + (self.right - LEFT) * (x - self.x.0) / (self.x.1 - self.x.0)
     }
@@ -196,8 +196,13 @@ impl Panel<'_> {
     /// Draws it `width` wide with its upper left corner at `corner`.
     pub fn draw(&self, drawing: &mut Drawing, corner: Point, width: f64) {
         let top = self.top();
-        let frame =
-            Frame { x: self.x, y: self.y, top, right: width - RIGHT, bottom: top + self.height };
+        let frame = PanelFrame {
+            x: self.x,
+            y: self.y,
+            top,
+            right: width - RIGHT,
+            bottom: top + self.height,
+        };
         drawing.open(corner);
         drawing.text((LEFT, 19.0), "start", r#" font-size="15" font-weight="bold""#, &self.title);
         let bands = joined(&self.bands, APART * (self.x.1 - self.x.0) / (frame.right - LEFT));
@@ -223,7 +228,7 @@ impl Panel<'_> {
         drawing.close();
     }
 
-    fn draw_axes(&self, drawing: &mut Drawing, frame: &Frame) {
+    fn draw_axes(&self, drawing: &mut Drawing, frame: &PanelFrame) {
         const GRID: &str = r##"stroke="#e2e2e2""##;
         let (x_ticks, decimals) = ticks(frame.x);
         for tick in x_ticks {
@@ -247,14 +252,14 @@ impl Panel<'_> {
     }
 }
 
-fn draw_band(drawing: &mut Drawing, frame: &Frame, band: &Band) {
+fn draw_band(drawing: &mut Drawing, frame: &PanelFrame, band: &Band) {
     let Some((from, to)) = frame.span(band.span) else { return };
     let style = format!(r#"fill="{}" fill-opacity="0.16""#, band.colour);
     let right = to.max(from + 1.0);
     drawing.rectangle((from, frame.top), (right, frame.bottom), &style, &band.label);
 }
 
-fn draw_band_label(drawing: &mut Drawing, frame: &Frame, band: &Band) {
+fn draw_band_label(drawing: &mut Drawing, frame: &PanelFrame, band: &Band) {
     let Some((from, to)) = frame.span(band.span) else { return };
     if to - from > LETTER * band.label.chars().count() as f64 + 8.0 {
         // White around the letters keeps them readable above a curve.
@@ -266,7 +271,7 @@ fn draw_band_label(drawing: &mut Drawing, frame: &Frame, band: &Band) {
 }
 
 /// Draws a limit; its label is on the side of the curves.
-fn draw_rule(drawing: &mut Drawing, frame: &Frame, rule: &Rule) {
+fn draw_rule(drawing: &mut Drawing, frame: &PanelFrame, rule: &Rule) {
     if !(frame.y.0..=frame.y.1).contains(&rule.value) {
         return;
     }
@@ -278,7 +283,7 @@ fn draw_rule(drawing: &mut Drawing, frame: &Frame, rule: &Rule) {
     drawing.text((frame.right - 5.0, y), "end", r##" fill="#8a5a00""##, &rule.label);
 }
 
-fn draw_marks(drawing: &mut Drawing, frame: &Frame, marks: &[Mark]) {
+fn draw_marks(drawing: &mut Drawing, frame: &PanelFrame, marks: &[Mark]) {
     let (mut numbers, mut drawn) = (Vec::new(), Vec::new());
     let is_near = |x: f64, others: &[f64], apart| others.iter().any(|at| (x - at).abs() < apart);
     for mark in marks {
@@ -298,7 +303,7 @@ fn draw_marks(drawing: &mut Drawing, frame: &Frame, marks: &[Mark]) {
     }
 }
 
-fn draw_symbols(drawing: &mut Drawing, frame: &Frame, symbols: &[Symbol]) {
+fn draw_symbols(drawing: &mut Drawing, frame: &PanelFrame, symbols: &[Symbol]) {
     let mut before = (f64::NEG_INFINITY, f64::NEG_INFINITY);
     for symbol in symbols {
         let (x, y) = frame.at(symbol.at);

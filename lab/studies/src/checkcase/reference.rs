@@ -60,11 +60,11 @@ pub struct Quantity {
     /// Group of the manifest that names the core simulators.
     pub group: &'static str,
     pub unit: &'static str,
-    kind: Kind,
+    kind: QuantityKind,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum QuantityKind {
     North,
     East,
     Attitude,
@@ -77,17 +77,17 @@ const fn column(
     unit: &'static str,
     column: &'static str,
 ) -> Quantity {
-    Quantity { name, group, unit, kind: Kind::Column(column) }
+    Quantity { name, group, unit, kind: QuantityKind::Column(column) }
 }
 
 pub const QUANTITIES: [Quantity; 13] = [
-    Quantity { name: "pos_n", group: "pos", unit: "m", kind: Kind::North },
-    Quantity { name: "pos_e", group: "pos", unit: "m", kind: Kind::East },
+    Quantity { name: "pos_n", group: "pos", unit: "m", kind: QuantityKind::North },
+    Quantity { name: "pos_e", group: "pos", unit: "m", kind: QuantityKind::East },
     column("alt", "pos", "m", "alt_m"),
     column("vn", "vel", "m/s", "vn_mps"),
     column("ve", "vel", "m/s", "ve_mps"),
     column("vd", "vel", "m/s", "vd_mps"),
-    Quantity { name: "att", group: "att", unit: "deg", kind: Kind::Attitude },
+    Quantity { name: "att", group: "att", unit: "deg", kind: QuantityKind::Attitude },
     column("p", "rate", "rad/s", "p_rps"),
     column("q", "rate", "rad/s", "q_rps"),
     column("r", "rate", "rad/s", "r_rps"),
@@ -224,13 +224,13 @@ impl Reference<'_> {
     fn distance(&self, quantity: Quantity, a: &Trajectory, b: &Trajectory, i: usize) -> f64 {
         let at = |trajectory: &Trajectory, name: &str| trajectory.columns[name][i];
         match quantity.kind {
-            Kind::Column(name) => at(a, name) - at(b, name),
-            Kind::Attitude => quaternion_angle(&a.attitude[i], &b.attitude[i]).to_degrees(),
-            Kind::North | Kind::East => {
+            QuantityKind::Column(name) => at(a, name) - at(b, name),
+            QuantityKind::Attitude => quaternion_angle(&a.attitude[i], &b.attitude[i]).to_degrees(),
+            QuantityKind::North | QuantityKind::East => {
                 let latitude = at(b, "lat_deg").to_radians();
                 let radii = self.radii(latitude);
                 let altitude_m = at(b, "alt_m");
-                if quantity.kind == Kind::North {
+                if quantity.kind == QuantityKind::North {
                     let way = at(a, "lat_deg") - at(b, "lat_deg");
                     return way.to_radians() * (radii.meridian_m + altitude_m);
                 }
@@ -251,9 +251,9 @@ impl Reference<'_> {
 impl Quantity {
     fn is_in(&self, trajectory: &Trajectory) -> bool {
         match self.kind {
-            Kind::North | Kind::East => trajectory.columns.contains_key("lat_deg"),
-            Kind::Attitude => !trajectory.attitude.is_empty(),
-            Kind::Column(name) => trajectory.columns.contains_key(name),
+            QuantityKind::North | QuantityKind::East => trajectory.columns.contains_key("lat_deg"),
+            QuantityKind::Attitude => !trajectory.attitude.is_empty(),
+            QuantityKind::Column(name) => trajectory.columns.contains_key(name),
         }
     }
 }

@@ -73,7 +73,7 @@ pub struct Measures {
     model: DesignModel,
     observer: ObserverMode,
     ticks: f64,
-    errors: [Sums; 6],
+    errors: [MeasureSums; 6],
     effectors: Used,
     /// When a fault acted first, s, and the altitude then, m.
     fault: Option<(f64, f64)>,
@@ -89,12 +89,12 @@ pub struct Measures {
     healthy: [Spread; 3],
     /// z2 - F from the fault on.
     estimate: [Spread; 3],
-    activation: Activation,
+    activation: ActivationTimes,
     last_s: f64,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Sums {
+struct MeasureSums {
     absolute: f64,
     squares: f64,
     timed: f64,
@@ -127,7 +127,7 @@ impl Spread {
 }
 
 #[derive(Debug, Clone, Copy, Default)]
-struct Activation {
+struct ActivationTimes {
     is_active: bool,
     toggles: f64,
     false_alarms: f64,
@@ -149,7 +149,7 @@ impl Measures {
             model: DesignModel::new(*model),
             observer,
             ticks: 0.0,
-            errors: [Sums::default(); 6],
+            errors: [MeasureSums::default(); 6],
             effectors: Used::new(airframe),
             fault: None,
             peaks: [0.0; 6],
@@ -159,7 +159,7 @@ impl Measures {
             transient: Default::default(),
             healthy: [Spread::default(); 3],
             estimate: [Spread::default(); 3],
-            activation: Activation::default(),
+            activation: ActivationTimes::default(),
             last_s: 0.0,
         }
     }
@@ -257,7 +257,7 @@ impl Measures {
     }
 
     fn track_activation(&mut self, t_s: f64, now: bool) {
-        let Activation { is_active, toggles, false_alarms, detected_s } = &mut self.activation;
+        let ActivationTimes { is_active, toggles, false_alarms, detected_s } = &mut self.activation;
         *toggles += f64::from(u8::from(now != *is_active));
         match self.fault {
             None => *false_alarms += f64::from(u8::from(now && !*is_active)),
@@ -363,7 +363,7 @@ impl Measures {
     }
 
     fn detection(&self, all: &mut Vec<Metric>) {
-        let Activation { toggles, false_alarms, detected_s, .. } = self.activation;
+        let ActivationTimes { toggles, false_alarms, detected_s, .. } = self.activation;
         let broken = self.fault.is_some();
         let healthy_s = self.fault.map_or(self.ticks * self.period_s, |(at_s, _)| at_s);
         let missed = f64::from(u8::from(detected_s.is_none()));

@@ -69,7 +69,7 @@ const DIVERGING_SHARE: f64 = 0.5;
 const END_SHARE: f64 = 0.08;
 
 /// What a panel shows.
-struct Signal {
+struct FigureSignal {
     title: &'static str,
     y_label: &'static str,
     value: fn(&Row) -> f64,
@@ -82,7 +82,7 @@ struct Signal {
 }
 
 /// A body rate; what the others differ from.
-const P: Signal = Signal {
+const P: FigureSignal = FigureSignal {
     title: "Roll rate p",
     y_label: "p, deg/s",
     value: |row| row.p_rad_s / DEG,
@@ -90,11 +90,15 @@ const P: Signal = Signal {
     ends_when_lost: true,
     span_min: 2.0,
 };
-const Q: Signal =
-    Signal { title: "Pitch rate q", y_label: "q, deg/s", value: |row| row.q_rad_s / DEG, ..P };
-const R: Signal =
-    Signal { title: "Yaw rate r", y_label: "r, deg/s", value: |row| row.r_rad_s / DEG, ..P };
-const PSI: Signal = Signal {
+const Q: FigureSignal = FigureSignal {
+    title: "Pitch rate q",
+    y_label: "q, deg/s",
+    value: |row| row.q_rad_s / DEG,
+    ..P
+};
+const R: FigureSignal =
+    FigureSignal { title: "Yaw rate r", y_label: "r, deg/s", value: |row| row.r_rad_s / DEG, ..P };
+const PSI: FigureSignal = FigureSignal {
     title: "Yaw angle",
     y_label: "psi, deg",
     value: |row| row.psi_rad / DEG,
@@ -102,14 +106,14 @@ const PSI: Signal = Signal {
     span_min: 10.0,
     ..P
 };
-const PHI: Signal = Signal {
+const PHI: FigureSignal = FigureSignal {
     title: "Roll angle",
     y_label: "phi, deg",
     value: |row| row.phi_rad / DEG,
     span_min: 10.0,
     ..P
 };
-const ALTITUDE: Signal = Signal {
+const ALTITUDE: FigureSignal = FigureSignal {
     title: "Altitude",
     y_label: "altitude, m",
     value: |row| row.altitude_m,
@@ -180,7 +184,12 @@ fn response<const N: usize>(
     Figure { name, caption, svg: sheet(&title, &legend, 2, &panels) }
 }
 
-fn response_panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> Panel<'static> {
+fn response_panel(
+    flown: &Flown,
+    letter: char,
+    signal: &FigureSignal,
+    end_s: f64,
+) -> Panel<'static> {
     let curve = |trace: &Trace, to_s: f64| points(trace, signal, end_s, to_s);
     let (no_fault, compensated) = (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
     let lost = flown.pid_only.lost_at().filter(|_| signal.ends_when_lost);
@@ -209,7 +218,7 @@ fn response_panel(flown: &Flown, letter: char, signal: &Signal, end_s: f64) -> P
 }
 
 /// The signal up to `to_s`, thinned for a panel that ends at `end_s`.
-fn points(trace: &Trace, signal: &Signal, end_s: f64, to_s: f64) -> Vec<Point> {
+fn points(trace: &Trace, signal: &FigureSignal, end_s: f64, to_s: f64) -> Vec<Point> {
     let raw = trace.window(0.0, to_s).iter().map(|s| (s.row.t_s, (signal.value)(&s.row)));
     if signal.is_heading { thin(unwrap(raw, 360.0), 0.0, end_s) } else { thin(raw, 0.0, end_s) }
 }

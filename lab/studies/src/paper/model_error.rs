@@ -33,15 +33,15 @@ const SETTLED_DEG: (f64, f64) = (7.0, 13.0);
 const SETTLED_S: f64 = 10.0;
 
 #[derive(Debug, Clone)]
-struct Changed {
+struct ChangedAircraft {
     name: String,
     airframe: Airframe,
-    kind: Kind,
+    kind: ChangeKind,
 }
 
 /// Where a changed aircraft belongs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Kind {
+enum ChangeKind {
     Single,
     /// All of them; the flag says whether the draw counts for the claim.
     Joint {
@@ -52,7 +52,7 @@ enum Kind {
 
 /// One run with one aircraft.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Verdict {
+struct ChangeVerdict {
     lost: bool,
     activated: bool,
     /// Mean roll at the end, rad.
@@ -63,12 +63,12 @@ struct Verdict {
 #[derive(Debug, Clone)]
 struct Judged {
     name: String,
-    kind: Kind,
+    kind: ChangeKind,
     case: u32,
     /// Not flown for the draws that only the curve needs.
-    no_fault: Option<Verdict>,
-    pid_only: Verdict,
-    compensated: Verdict,
+    no_fault: Option<ChangeVerdict>,
+    pid_only: ChangeVerdict,
+    compensated: ChangeVerdict,
 }
 
 /// Survivors among the joint draws of one half width.
@@ -141,30 +141,39 @@ pub fn campaign(cases: &[Case; 2], seed: u64, extent: &Extent) -> Result<ModelEr
 }
 
 /// The aircraft of the claim and of the curve.
-fn aircraft(nominal: &Airframe, seed: u64, extent: &Extent) -> Result<Vec<Changed>, Problem> {
+fn aircraft(
+    nominal: &Airframe,
+    seed: u64,
+    extent: &Extent,
+) -> Result<Vec<ChangedAircraft>, Problem> {
     let mut all = Vec::new();
     let singles = DERIVATIVES.into_iter().flat_map(|name| FACTORS.map(|factor| (name, factor)));
     for (name, factor) in singles.step_by(extent.single_stride) {
         let airframe = single(nominal, name, factor)?;
-        all.push(Changed { name: format!("{name} at {factor}"), airframe, kind: Kind::Single });
+        all.push(ChangedAircraft {
+            name: format!("{name} at {factor}"),
+            airframe,
+            kind: ChangeKind::Single,
+        });
     }
     for half_width in extent.widths {
         for draw in 0..extent.draws {
             let airframe = joint(nominal, *half_width, seed, draw)?;
             let of_claim = *half_width == CLAIM_WIDTH && draw < CLAIM_DRAWS;
             let name = format!("draw {draw} at {:.0} %", 100.0 * half_width);
-            let kind = Kind::Joint { half_width: *half_width, of_claim };
-            all.push(Changed { name, airframe, kind });
+            let kind = ChangeKind::Joint { half_width: *half_width, of_claim };
+            all.push(ChangedAircraft { name, airframe, kind });
         }
     }
     Ok(all)
 }
 
-fn judge(case: &Case, changed: &Changed) -> Result<Judged, Problem> {
+fn judge(case: &Case, changed: &ChangedAircraft) -> Result<Judged, Problem> {
     let case = case.with_airframe(changed.airframe.clone());
     let fly =
         |run: Run| verdict(&case, run).at(format_args!("case {}, {}", case.number, changed.name));
-    let of_claim = matches!(changed.kind, Kind::Single | Kind::Joint { of_claim: true, .. });
+    let of_claim =
+        matches!(changed.kind, ChangeKind::Single | ChangeKind::Joint { of_claim: true, .. });
     Ok(Judged {
         name: format!("case {}, {}", case.number, changed.name),
         kind: changed.kind,
@@ -176,7 +185,7 @@ fn judge(case: &Case, changed: &Changed) -> Result<Judged, Problem> {
 }
 
 /// Flies one run and keeps only the verdict: thousands of traces would fill the memory.
-fn verdict(case: &Case, run: Run) -> Result<Verdict, Problem> {
+fn verdict(case: &Case, run: Run) -> Result<ChangeVerdict, Problem> {
     let settled_from_s = case.duration_s() - SETTLED_S;
     let (mut lost, mut activated, mut sum, mut count) = (false, false, 0.0, 0.0);
     let limits = case.setup.plant.airframe.limits;
@@ -189,12 +198,12 @@ fn verdict(case: &Case, run: Run) -> Result<Verdict, Problem> {
             count += 1.0;
         }
     })?;
-    Ok(Verdict { lost, activated, settled_rad: sum / count })
+    Ok(ChangeVerdict { lost, activated, settled_rad: sum / count })
 }
 
 fn claim_5(judged: &[Judged]) -> Vec<ClaimResult> {
-    let single: Vec<&Judged> = judged.iter().filter(|j| j.kind == Kind::Single).collect();
-    let of_claim = |j: &&Judged| matches!(j.kind, Kind::Joint { of_claim: true, .. });
+    let single: Vec<&Judged> = judged.iter().filter(|j| j.kind == ChangeKind::Single).collect();
+    let of_claim = |j: &&Judged| matches!(j.kind, ChangeKind::Joint { of_claim: true, .. });
     let joint: Vec<&Judged> = judged.iter().filter(of_claim).collect();
     [claim_5_of("one derivative at 0.9 or 1.1", &single), claim_5_of("joint draw at 5 %", &joint)]
         .concat()
@@ -238,9 +247,9 @@ fn claim_5_of(what: &str, judged: &[&Judged]) -> Vec<ClaimResult> {
 fn survival(judged: &[Judged]) -> Vec<SurvivalPoint> {
     let mut points: Vec<SurvivalPoint> = Vec::new();
     for j in judged {
-        let Kind::Joint { half_width, .. } = j.kind else { continue };
+        let ChangeKind::Joint { half_width, .. } = j.kind else { continue };
         let same = |p: &&mut SurvivalPoint| p.case == j.case && p.half_width == half_width;
-        let survived = |verdict: &Verdict| u32::from(!verdict.lost);
+        let survived = |verdict: &ChangeVerdict| u32::from(!verdict.lost);
         let (compensated, pid_only) = (survived(&j.compensated), survived(&j.pid_only));
         match points.iter_mut().find(same) {
             Some(point) => {
@@ -315,35 +324,37 @@ fn uniform(generator: &mut ChaCha8Rng) -> f64 {
 mod tests {
     use super::*;
 
-    const GOOD: Verdict = Verdict { lost: false, activated: false, settled_rad: 10.0 * DEG };
+    const GOOD: ChangeVerdict =
+        ChangeVerdict { lost: false, activated: false, settled_rad: 10.0 * DEG };
 
-    fn judged(kind: Kind, compensated_lost: bool, pid_lost: bool) -> Judged {
+    fn judged(kind: ChangeKind, compensated_lost: bool, pid_lost: bool) -> Judged {
         Judged {
             name: "draw".to_owned(),
             kind,
             case: 2,
             no_fault: Some(GOOD),
-            pid_only: Verdict { lost: pid_lost, activated: true, ..GOOD },
-            compensated: Verdict { lost: compensated_lost, activated: true, ..GOOD },
+            pid_only: ChangeVerdict { lost: pid_lost, activated: true, ..GOOD },
+            compensated: ChangeVerdict { lost: compensated_lost, activated: true, ..GOOD },
         }
     }
 
-    fn joint_draw(half_width: f64) -> Kind {
-        Kind::Joint { half_width, of_claim: true }
+    fn joint_draw(half_width: f64) -> ChangeKind {
+        ChangeKind::Joint { half_width, of_claim: true }
     }
 
     #[test]
     fn the_claim_fails_for_each_thing_that_must_not_happen() {
-        let good = judged(Kind::Single, false, true);
+        let good = judged(ChangeKind::Single, false, true);
         let passes = |j: Judged| claim_5_of("", &[&j]).iter().map(|r| r.pass).collect::<Vec<_>>();
         assert_eq!(passes(good.clone()), [true; 5]);
-        assert!(!passes(judged(Kind::Single, true, true))[0]);
-        assert!(!passes(judged(Kind::Single, false, false))[1]);
-        let woken = Judged { no_fault: Some(Verdict { activated: true, ..GOOD }), ..good.clone() };
+        assert!(!passes(judged(ChangeKind::Single, true, true))[0]);
+        assert!(!passes(judged(ChangeKind::Single, false, false))[1]);
+        let woken =
+            Judged { no_fault: Some(ChangeVerdict { activated: true, ..GOOD }), ..good.clone() };
         assert!(!passes(woken)[2]);
-        let flat = Verdict { settled_rad: 6.9 * DEG, ..GOOD };
+        let flat = ChangeVerdict { settled_rad: 6.9 * DEG, ..GOOD };
         assert!(!passes(Judged { compensated: flat, ..good.clone() })[3]);
-        let steep = Verdict { settled_rad: 13.1 * DEG, ..GOOD };
+        let steep = ChangeVerdict { settled_rad: 13.1 * DEG, ..GOOD };
         assert!(!passes(Judged { compensated: steep, ..good })[4]);
     }
 
@@ -353,7 +364,7 @@ mod tests {
             judged(joint_draw(0.05), false, true),
             judged(joint_draw(0.05), true, true),
             judged(joint_draw(0.20), true, false),
-            judged(Kind::Single, true, true),
+            judged(ChangeKind::Single, true, true),
         ];
         let points = survival(&all);
         assert_eq!(points.len(), 2);
@@ -365,9 +376,11 @@ mod tests {
     fn the_campaign_has_the_size_that_the_claim_asks_for() {
         let nominal = Airframe::from_toml("tvc_jet.toml", aircraft::DEFAULT_AIRFRAME).unwrap();
         let all = aircraft(&nominal, 1, &Extent::FULL).unwrap();
-        let singles = all.iter().filter(|c| c.kind == Kind::Single).count();
-        let of_claim =
-            all.iter().filter(|c| matches!(c.kind, Kind::Joint { of_claim: true, .. })).count();
+        let singles = all.iter().filter(|c| c.kind == ChangeKind::Single).count();
+        let of_claim = all
+            .iter()
+            .filter(|c| matches!(c.kind, ChangeKind::Joint { of_claim: true, .. }))
+            .count();
         assert_eq!((singles, of_claim, all.len()), (56, 100, 56 + 5 * 200));
     }
 

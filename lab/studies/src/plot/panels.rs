@@ -59,7 +59,7 @@ pub fn groups(flight: &Flight) -> Vec<Group> {
 
 /// One signal of a panel.
 #[derive(Clone, Copy)]
-struct Signal<'a> {
+struct PanelSignal<'a> {
     topic: &'a str,
     column: &'a str,
     scale: f64,
@@ -73,12 +73,12 @@ const fn signal<'a>(
     scale: f64,
     name: &'static str,
     ink: Ink,
-) -> Signal<'a> {
-    Signal { topic, column, scale, name, ink }
+) -> PanelSignal<'a> {
+    PanelSignal { topic, column, scale, name, ink }
 }
 
-fn curves(flight: &Flight, signals: &[Signal<'_>]) -> Vec<Curve> {
-    let curve = |signal: &Signal<'_>| {
+fn curves(flight: &Flight, signals: &[PanelSignal<'_>]) -> Vec<Curve> {
+    let curve = |signal: &PanelSignal<'_>| {
         let points = flight.thinned(signal.topic, signal.column, signal.scale)?;
         Some(Curve { name: signal.name, ink: signal.ink, points })
     };
@@ -91,7 +91,7 @@ fn state<'a>(
     [measured, estimated, truth]: [&'a str; 3],
     scale: f64,
     name: &'static str,
-) -> Vec<Signal<'a>> {
+) -> Vec<PanelSignal<'a>> {
     if !flight.is_estimated() {
         return vec![signal("sensors", measured, scale, name, MAIN)];
     }
@@ -118,7 +118,7 @@ fn panel(
 }
 
 /// A panel of signals: title, label of the values, smallest span, height.
-type Plan<'a> = (&'static str, &'static str, f64, f64, &'a [Signal<'a>]);
+type Plan<'a> = (&'static str, &'static str, f64, f64, &'a [PanelSignal<'a>]);
 
 fn group(flight: &Flight, title: &'static str, caption: &str, plans: &[Plan<'_>]) -> Group {
     let panels = plans.iter().filter_map(|(title, y_label, span_min, height, signals)| {

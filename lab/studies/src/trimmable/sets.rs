@@ -28,13 +28,13 @@ pub struct Set {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct File {
+struct SetsFile {
     set: Vec<Set>,
 }
 
 /// Reads a file of sets; `file` stands for it in messages.
 pub fn read(file: &str, text: &str) -> Result<Vec<Set>, Problem> {
-    let File { set: sets } = toml::from_str(text).at(file)?;
+    let SetsFile { set: sets } = toml::from_str(text).at(file)?;
     if sets.is_empty() {
         return Err(problem!("{file}: expected at least one [[set]]"));
     }

@@ -146,7 +146,7 @@ fn a_long_tick_spreads_like_two_short_ones() {
 
 fn check_spread(axis: &Lag) {
     let added = |ratio: f64| {
-        let t = Transition::new(ratio);
+        let t = FilterTransition::new(ratio);
         let row = axis.row(&t);
         let [l31, l32, l33] = axis.spread(&t, &row);
         #[rustfmt::skip]
@@ -175,8 +175,9 @@ fn the_output_has_the_bits_of_the_root() {
 #[test]
 fn two_short_ticks_spread_like_one_long_tick() {
     // Covariance that one tick adds, against that of two half ticks.
-    let (one, half) = (Transition::new(0.02), Transition::new(0.01));
-    let added = |t: &Transition| [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22];
+    let (one, half) = (FilterTransition::new(0.02), FilterTransition::new(0.01));
+    let added =
+        |t: &FilterTransition| [t.l11 * t.l11, t.l11 * t.l21, t.l21 * t.l21 + t.l22 * t.l22];
     let [a, b, c] = added(&half);
     let (e2, r) = (half.decay * half.decay, half.ratio);
     let twice = [a + e2 * a, b + e2 * (r * a + b), c + e2 * (r * r * a + 2.0 * r * b + c)];

@@ -11,7 +11,7 @@ fn period(micros: u32) -> ControlPeriod {
 
 /// Time until z2 reaches 90 % of a constant F that no model explains, and its overshoot.
 fn response(f: f64, period: ControlPeriod) -> (f64, f64) {
-    let step = Step::new(&gains(), period);
+    let step = NesoStep::new(&gains(), period);
     let mut channel = Channel::default();
     let (mut t90, mut peak, mut y) = (f64::INFINITY, 0.0_f64, 0.0);
     for k in 1..=3000 {
@@ -64,7 +64,7 @@ proptest! {
         e_minus in -5.0..5.0_f64, w0 in 1.0..200.0_f64, kb in 0.5..4.0_f64, width in 1.0e-4..0.5_f64,
     ) {
         let gains = NesoGains { bandwidth: w0, rate_factor: kb, fal_width: width };
-        let step = Step::new(&gains, period(2_000));
+        let step = NesoStep::new(&gains, period(2_000));
         let (e, g_2) = step.solve(e_minus);
         prop_assert!((g_2 - fal(e, width)).abs() < 1.0e-9 * (1.0 + g_2.abs()));
         let left = e + step.h * gains.beta_1() * e + step.h * step.h * gains.beta_2() * fal(e, width);
@@ -73,7 +73,7 @@ proptest! {
 
     #[test]
     fn mirrored_measurements_give_mirrored_estimates_to_the_bit(y in -2.0..2.0_f64, a in -5.0..5.0_f64) {
-        let step = Step::new(&gains(), period(2_000));
+        let step = NesoStep::new(&gains(), period(2_000));
         let (mut one, mut other) = (Channel::default(), Channel::default());
         for k in 0..50 {
             let y = y * f64::from(k);

@@ -39,7 +39,7 @@ fn step(controller: &mut MainController, state: &NavigationState, demand: &Deman
 
 /// What only the integrators ask for, in level flight on the reference.
 fn integrals(controller: &MainController) -> &Pid {
-    let crate::main_controller::Running::Pid(pid) = &controller.running else {
+    let crate::main_controller::RunningLaw::Pid(pid) = &controller.running else {
         panic!("the PID flies")
     };
     pid

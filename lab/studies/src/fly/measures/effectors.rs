@@ -11,7 +11,7 @@ const LANES: usize = 8;
 /// Sums of every effector.
 #[derive(Debug, Clone)]
 pub(super) struct Used {
-    blocks: [Block; Effector::MAX / LANES],
+    blocks: [EffectorBlock; Effector::MAX / LANES],
     count: usize,
     has_last: bool,
 }
@@ -21,7 +21,7 @@ type Lanes = [f64; LANES];
 
 /// Sums of some effectors.
 #[derive(Debug, Clone, Copy, Default)]
-struct Block {
+struct EffectorBlock {
     /// Commands at or beyond these are at a limit.
     limits: [Lanes; 2],
     neutral: Lanes,
@@ -56,7 +56,7 @@ pub(super) struct Use {
 impl Used {
     /// Before the first tick.
     pub(super) fn new(airframe: &Airframe) -> Self {
-        let mut blocks = [Block::default(); Effector::MAX / LANES];
+        let mut blocks = [EffectorBlock::default(); Effector::MAX / LANES];
         for effector in airframe.effectors.all() {
             let servo = &airframe.servos[effector];
             let (block, lane) = place(effector);
@@ -110,7 +110,7 @@ impl Used {
     }
 }
 
-impl Block {
+impl EffectorBlock {
     fn command(&mut self, commands: &Lanes, period_s: f64) {
         for (lane, &command) in commands.iter().enumerate() {
             let step = command - self.last[lane];
