@@ -319,29 +319,22 @@ impl Lacking<'_> {
     /// Tables of the faults that every flight would have of such effectors; `None` if the campaign is about one of them: it is varied,
     /// or the only one, or another one follows it, whose number would have a gap before it.
     fn faults(&mut self, settings: &[Setting], vary: &[Variable]) -> Option<Vec<String>> {
-        let mut faults = Vec::new();
+        let mut lacking = BTreeSet::new();
         for Setting { key, value } in settings {
-            let name = value.as_str().unwrap_or_default();
-            let Some(fault) = key.strip_suffix(EFFECTOR).filter(|_| self.has(key, name)) else {
-                continue;
-            };
-            let keys = settings.iter().map(|setting| &setting.key);
-            let mut others = keys.chain(vary.iter().flat_map(Variable::keys));
-            let is_varied = vary.iter().any(|variable| variable.key.starts_with(fault));
-            let follows = |other: &Setting| {
-                let name = other.value.as_str().unwrap_or_default();
-                is_target(&other.key)
-                    && !self.list.lacks(name)
-                    && number_of(&other.key) > number_of(key)
-            };
-            let has_next = settings.iter().any(follows)
-                || vary.iter().flat_map(Variable::keys).any(|set| number_of(set) > number_of(key));
-            if is_varied || has_next || !others.any(|other| other != key && is_target(other)) {
-                return None;
+            if self.has(key, value.as_str().unwrap_or_default()) {
+                lacking.extend(number_of(key));
             }
-            faults.push(fault.to_owned());
         }
-        Some(faults)
+        let keys = settings.iter().map(|setting| &setting.key);
+        let keys = keys.chain(vary.iter().flat_map(Variable::keys));
+        let numbers = keys.filter_map(|key| number_of(key));
+        let last = numbers.filter(|number| !lacking.contains(number)).max();
+        let is_varied = |fault: u32| vary.iter().any(|v| number_of(&v.key) == Some(fault));
+        let is_subject = |fault: &u32| is_varied(*fault) || last.is_none_or(|last| *fault < last);
+        if lacking.iter().any(is_subject) {
+            return None;
+        }
+        Some(lacking.iter().map(|fault| format!("plant.fault.{fault}.")).collect())
     }
 
     /// The values of a listed variable that name no such effector, and whose cases do not.
