@@ -446,7 +446,7 @@ impl Dynamics {
 
     /// Takes away parts of the airframe and fuel: the fraction of the span that each part has lost, and what is burnt, kg; of parts
     /// that [`Airframe::parts`](crate::Airframe::parts) lets go.
-    pub fn take_away(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
+    pub fn remove_lost_mass(&mut self, torn_off: &PerPart<f64>, burnt_kg: f64) {
         self.remainder = self.airframe.without(torn_off, burnt_kg).map(Box::new);
     }
 }

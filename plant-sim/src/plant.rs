@@ -215,7 +215,7 @@ impl Plant {
         };
         let positions = plant.trim.positions();
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
-        plant.feel_hinge_moments();
+        plant.update_hinge_moments();
         plant.schedule(faults)?;
         plant.with_faults(Faults::apply_due);
         plant.observe();
@@ -393,7 +393,7 @@ impl Plant {
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
             if arrival_us <= now_us {
-                self.let_commands_arrive();
+                self.deliver_due_commands();
             }
             if event_us <= now_us {
                 self.with_faults(Faults::apply_due);
@@ -432,7 +432,7 @@ impl Plant {
         let torn_off = self.faults.torn_off(self.time);
         if torn_off != self.losses.torn_off {
             self.losses.torn_off = torn_off;
-            self.take_away();
+            self.remove_lost_mass();
         }
         self.receive();
     }
@@ -487,8 +487,8 @@ impl Plant {
             let due = SimTime::from_micros(now.as_micros() + path.delay_us);
             path.pending.push(due, path.sent);
         }
-        self.feel_hinge_moments();
-        self.let_commands_arrive();
+        self.update_hinge_moments();
+        self.deliver_due_commands();
     }
 
     /// When the next command arrives.
@@ -497,7 +497,7 @@ impl Plant {
     }
 
     /// Hands every command that is due to the servos and their faults.
-    fn let_commands_arrive(&mut self) {
+    fn deliver_due_commands(&mut self) {
         for path in &mut self.paths {
             if let Some(command) = path.pending.due(self.time) {
                 self.faults.command_one(path.effector, path.pass(command), self.time);
@@ -507,7 +507,7 @@ impl Plant {
     }
 
     /// Sets the travel that the hinge moments leave at the present dynamic pressure.
-    fn feel_hinge_moments(&mut self) {
+    fn update_hinge_moments(&mut self) {
         let pressure_pa = self.truth.dynamic_pressure_pa();
         for path in &mut self.paths {
             path.travel = path.servo.travel_at(pressure_pa);
@@ -558,7 +558,7 @@ impl Plant {
         let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.initial_kg);
         if burnt_kg != self.losses.burnt_kg {
             self.losses.burnt_kg = burnt_kg;
-            self.take_away();
+            self.remove_lost_mass();
         }
         let Some(engine) = self.dynamics.jet().engine() else { return };
         if burnt_kg >= fuel.initial_kg {
@@ -566,9 +566,9 @@ impl Plant {
         }
     }
 
-    fn take_away(&mut self) {
+    fn remove_lost_mass(&mut self) {
         let before = self.dynamics.shift_m();
-        self.dynamics.take_away(&self.losses.torn_off, self.losses.burnt_kg);
+        self.dynamics.remove_lost_mass(&self.losses.torn_off, self.losses.burnt_kg);
         let moved = self.dynamics.shift_m() - before;
         let rigid = &mut self.state.rigid;
         rigid.position += rigid.e_from_body() * moved;

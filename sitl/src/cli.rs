@@ -53,7 +53,7 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
     host_io::console::show();
     let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| refuse(&error));
     if let Some(own) = &own {
-        cli.bring(own);
+        cli.set_own_law(own);
     }
     let ended = run(&cli, own.as_ref()).and_then(|code| match host_io::console::finish() {
         Ok(()) => Ok(code),
@@ -81,15 +81,15 @@ impl Cli {
     }
 
     /// Takes a law that the program brings.
-    pub fn bring(&mut self, own: &OwnLaw) {
+    pub fn set_own_law(&mut self, own: &OwnLaw) {
         match &mut self.command {
-            None => self.launch.bring(own),
-            Some(SitlCommand::Live(args)) => args.bring(own),
-            Some(SitlCommand::Autopilot(args)) => args.laws.bring(own),
-            Some(SitlCommand::Fly(args)) => args.options.laws.bring(own),
-            Some(SitlCommand::Study(study)) => study.bring(own),
-            Some(SitlCommand::Aircraft(AircraftCommand::Margins(args))) => args.bring(own),
-            Some(SitlCommand::Log(LogCommand::Replay(args))) => args.bring(own),
+            None => self.launch.set_own_law(own),
+            Some(SitlCommand::Live(args)) => args.set_own_law(own),
+            Some(SitlCommand::Autopilot(args)) => args.laws.set_own_law(own),
+            Some(SitlCommand::Fly(args)) => args.options.laws.set_own_law(own),
+            Some(SitlCommand::Study(study)) => study.set_own_law(own),
+            Some(SitlCommand::Aircraft(AircraftCommand::Margins(args))) => args.set_own_law(own),
+            Some(SitlCommand::Log(LogCommand::Replay(args))) => args.set_own_law(own),
             // A campaign gets the law when it runs; the others fly none.
             Some(_) => {}
         }
@@ -98,7 +98,7 @@ impl Cli {
 
 impl StudyCommand {
     /// Takes a law that the program brings.
-    fn bring(&mut self, own: &OwnLaw) {
+    fn set_own_law(&mut self, own: &OwnLaw) {
         let laws = match self {
             Self::Mission(args) => &mut args.laws,
             Self::Paper(_) | Self::PaperEstimated(_) => {
@@ -107,13 +107,13 @@ impl StudyCommand {
             // They fly no law.
             _ => return,
         };
-        laws.bring(own);
+        laws.set_own_law(own);
     }
 }
 
 #[derive(Debug, Subcommand)]
 enum SitlCommand {
-    /// Fly live for ground stations, as without a command; more options there
+    /// Fly live for ground stations, as without a command; all its options
     Live(Box<LaunchArgs>),
     /// Fly a scenario to its end and report the outcome
     Fly(Box<FlyArgs>),

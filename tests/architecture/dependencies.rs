@@ -202,3 +202,39 @@ fn no_crate_turns_on_std_in_nalgebra() {
         assert!(features.contains(&"libm-force"), "libm-force is off: {line}");
     }
 }
+
+/// `cargo deny check` knows more and runs each night; what `cargo tree` tells is checked with each change.
+#[test]
+fn every_dependency_has_a_licence_that_deny_toml_accepts_and_comes_from_the_registry() {
+    let deny = std::fs::read_to_string(root().join("deny.toml")).expect("deny.toml");
+    let (_, list) = deny.split_once("\nallow = [").expect("a list of licences");
+    let (list, rest) = list.split_once(']').expect("an end of the list");
+    let accepted: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+    assert!(accepted.contains(&"MIT"), "{accepted:?}");
+    let whole = ["--workspace", "--all-features", "--target", "all", "--no-dedupe"];
+    let lines = tree(&[&whole[..], &["--format", "{p}|{l}"]].concat());
+    let lines: BTreeSet<String> = lines.into_iter().collect();
+    assert!(lines.len() > 200, "{} packages", lines.len());
+    for line in &lines {
+        let (package, licence) = line.rsplit_once('|').expect("package and licence");
+        let name = package.split(' ').next().unwrap_or_default();
+        let place = package.split('(').nth(1).filter(|place| !place.starts_with("proc-macro"));
+        let own = root().display().to_string();
+        assert!(
+            place.is_none_or(|place| place.starts_with(&own)),
+            "{package}: not of the registry"
+        );
+        let exception = rest.contains(&format!("crate = \"{name}\", allow = [\"{licence}\"]"));
+        let one = |either: &str| {
+            either
+                .split(" OR ")
+                .flat_map(|each| each.split('/'))
+                .any(|each| accepted.contains(&each))
+        };
+        let all = licence.split(" AND ").all(|each| one(each.trim_matches(['(', ')'])));
+        assert!(place.is_some() || all || exception, "{package}: licence {licence:?}");
+    }
+    let features = tree(&[&whole[..4], &["--edges", "normal,build,dev,features"]].concat());
+    let std = features.iter().find(|line| line.starts_with("nalgebra feature \"std\""));
+    assert_eq!(std, None, "`std` changes nalgebra's bits");
+}

@@ -302,7 +302,7 @@ impl FlightControl {
                 self.main_only.advance(&self.mixer.mix_main_only(main));
             }
             // Follows along, so that a switch to the literal observer in flight starts from the truth.
-            ObserverMode::Informed => self.main_only.stand_like(&self.applied),
+            ObserverMode::Informed => self.main_only.copy_positions(&self.applied),
         }
     }
 }

@@ -101,7 +101,7 @@ impl HealthyActuators {
     }
 
     /// Stands where another model of the same servos stands.
-    pub fn stand_like(&mut self, other: &Self) {
+    pub fn copy_positions(&mut self, other: &Self) {
         self.positions = other.positions;
     }
 }

@@ -271,7 +271,7 @@ impl Navigator {
     }
 
     /// The parts without a valid sample from those that have one: rates and attitude from each other, air and ground from each other
-    /// with the last known wind, the altitude from the satellites. A law cannot bring a value to its reference that never changes.
+    /// with the last known wind, the altitude from the satellites. A law cannot set_own_law a value to its reference that never changes.
     fn stand_in(&mut self, before: &NavigationState, gnss_altitude_m: f64) {
         let Self { state: s, wind } = self;
         // Microseconds between two ticks.

@@ -24,7 +24,6 @@ pub struct Intent {
     /// Number that [`crate::event::EventKind::Outcome`] repeats, less than [`FIRST_SCRIPT_REQUEST`].
     pub number: u32,
     /// The command.
-    #[serde(rename = "wish")]
     pub command: Command,
 }
 

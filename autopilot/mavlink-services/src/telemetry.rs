@@ -309,7 +309,7 @@ impl PeerRates {
         }
     }
 
-    /// Follows the list of peers and the parameters: changed defaults bring distant due times closer, and start and stop
+    /// Follows the list of peers and the parameters: changed defaults set_own_law distant due times closer, and start and stop
     /// streams.
     fn follow(&mut self, now: WallTime, defaults: StreamParameters, peers: &Peers) {
         if self.defaults != defaults {

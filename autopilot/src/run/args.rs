@@ -80,7 +80,7 @@ pub struct LawArgs {
 
 impl LawArgs {
     /// Takes a law that the program brings; it flies unless `--law` names another one.
-    pub fn bring(&mut self, own: &OwnLaw) {
+    pub fn set_own_law(&mut self, own: &OwnLaw) {
         self.law.get_or_insert(MainLaw::Own);
         self.own = Some(own.clone());
     }

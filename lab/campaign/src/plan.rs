@@ -122,8 +122,8 @@ impl Plan {
         for spec in specs {
             let one = Aircraft::read(spec, &file, &scenario, flights)?;
             let too_many = || problem!("{}: more than {RUNS_MAX} runs", file.name);
-            let of_it = one.combinations.checked_mul(u64::from(file.spec.samples));
-            flights = of_it.and_then(|of_it| of_it.checked_add(flights)).ok_or_else(too_many)?;
+            let own = one.combinations.checked_mul(u64::from(file.spec.samples));
+            flights = own.and_then(|own| own.checked_add(flights)).ok_or_else(too_many)?;
             if flights.checked_mul(file.spec.law.len() as u64).is_none_or(|runs| runs > RUNS_MAX) {
                 return Err(too_many());
             }
@@ -263,9 +263,9 @@ impl Plan {
         let airframe = self.aircraft.partition_point(|aircraft| aircraft.first <= flight) - 1;
         let aircraft = &self.aircraft[airframe];
         let spec = &self.file.spec;
-        let of_it = flight - aircraft.first;
+        let own = flight - aircraft.first;
         let samples = u64::from(spec.samples);
-        let (mut combination, sample) = (of_it / samples, of_it % samples);
+        let (mut combination, sample) = (own / samples, own % samples);
         let sample = u32::try_from(sample).unwrap_or(u32::MAX);
         let mut values = vec![Value::Number(f64::NAN); spec.vary.len()];
         // The last variable of the specification changes fastest.

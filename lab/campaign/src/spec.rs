@@ -223,7 +223,7 @@ impl SpecFile {
     ) -> Result<Self, Problem> {
         let file = Self::read(name)?;
         let file = match own {
-            Some(own) => file.bring(own)?,
+            Some(own) => file.set_own_law(own)?,
             None => file,
         };
         file.flying(args)?.with(&args.settings)
@@ -289,7 +289,7 @@ impl SpecFile {
 
     /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW` to 9, and where none does, it is one
     /// law more. Its name belongs to the text of the specification.
-    pub fn bring(self, own: &OwnLaw) -> Result<Self, Problem> {
+    pub fn set_own_law(self, own: &OwnLaw) -> Result<Self, Problem> {
         let Self { name, mut text, folder, spec, .. } = self;
         let is_own = |set: &toml::Table| set.get("CTL_LAW").and_then(number) == Some(9.0);
         let mut sets = [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));

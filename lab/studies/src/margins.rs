@@ -123,8 +123,8 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
 
 impl MarginsArgs {
     /// Takes a law that the program brings; it is looked at unless `--law` names another one.
-    pub fn bring(&mut self, own: &OwnLaw) {
-        self.laws.bring(own);
+    pub fn set_own_law(&mut self, own: &OwnLaw) {
+        self.laws.set_own_law(own);
     }
 
     fn all_laws(&self, list: &EffectorList) -> Vec<Laws> {

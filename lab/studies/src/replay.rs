@@ -49,7 +49,7 @@ pub struct ReplayArgs {
 
 impl ReplayArgs {
     /// Takes a law that the program brings; it flies where the log has one.
-    pub fn bring(&mut self, own: &OwnLaw) {
+    pub fn set_own_law(&mut self, own: &OwnLaw) {
         self.own = Some(own.clone());
     }
 }

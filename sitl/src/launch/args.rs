@@ -19,16 +19,16 @@ use super::screen::Advice;
 #[derive(Debug, Clone, Default, clap::Args, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct LaunchArgs {
-    /// What is flown: nominal, case1, case2, or a file [default: nominal]
+    /// nominal, case1, case2 or a file [default: nominal]
     #[arg(long, value_name = "NAME|FILE")]
     scenario: Option<String>,
     /// Script of faults and events that begins with each flight, instead of the scenario's
     #[arg(long, value_name = "FILE")]
     script: Option<String>,
-    /// Whether the compensator acts: off, armed or always [default: armed]
+    /// Compensator: off, armed or always [default: armed]
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
-    /// Main controller: pid, pid-ganged-nozzle, ndi, lqr, own [default: pid]
+    /// pid (default), pid-ganged-nozzle, ndi, lqr or own
     #[arg(long, value_name = "LAW")]
     law: Option<String>,
     /// Estimator of the compensator: neso, linear-eso, incremental [default: neso]
@@ -44,7 +44,7 @@ pub struct LaunchArgs {
     #[arg(skip)]
     #[serde(skip)]
     own_law: Option<OwnLaw>,
-    /// Simulation time per wall time, 0.01 to 1000, or max [default: 1]
+    /// 0.01 to 1000 times real time, or max [default: 1]
     #[arg(long, allow_negative_numbers = true, value_name = "FACTOR|max")]
     speed: Option<String>,
     /// Let simulation time stand still at the start, until an operator lets it run
@@ -68,7 +68,7 @@ pub struct LaunchArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<String>,
-    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file [default: tvc_jet]
+    /// tvc_jet, tvc_jet_mach, f16, aerosonde or a file
     #[arg(long, value_name = "NAME|FILE")]
     airframe: Option<String>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
@@ -92,7 +92,7 @@ pub struct LaunchArgs {
     /// How many control steps a flight log has rows of: events (20 each second, all around events) or full [default: events]
     #[arg(long, value_name = "RATE")]
     log_rate: Option<String>,
-    /// Number of this vehicle on this computer; shifts ports, MAV_SYS_ID and files [default: 0]
+    /// Number of this vehicle; shifts ports [default: 0]
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     instance: Option<String>,
     /// Where the autopilot waits for the plant [default: 127.0.0.1:9960 + instance]
@@ -192,7 +192,7 @@ impl LaunchArgs {
     }
 
     /// Takes a law that the program brings; it flies unless `--law` names another one.
-    pub(crate) fn bring(&mut self, own: &OwnLaw) {
+    pub(crate) fn set_own_law(&mut self, own: &OwnLaw) {
         self.own_law = Some(own.clone());
         self.law.get_or_insert_with(|| "own".to_owned());
     }

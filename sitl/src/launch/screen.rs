@@ -277,7 +277,7 @@ impl Terminal {
         let mine = Arc::clone(&taken);
         let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
-            give_back(&mine);
+            restore_terminal(&mine);
             report(panic);
         }));
         Some(Self { out, taken, size: (0, 0), shown: Vec::new() })
@@ -322,7 +322,7 @@ impl Terminal {
 
     /// Gives the terminal back. The next [`Terminal::draw`] takes it again.
     fn leave(&mut self) {
-        give_back(&self.taken);
+        restore_terminal(&self.taken);
     }
 }
 
@@ -332,7 +332,7 @@ impl Drop for Terminal {
     }
 }
 
-fn give_back(taken: &AtomicBool) {
+fn restore_terminal(taken: &AtomicBool) {
     let mut out = io::stdout();
     if taken.swap(false, Ordering::Relaxed) && takes_output(&out) {
         // A terminal that has gone needs no restoring.

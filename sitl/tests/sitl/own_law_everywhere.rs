@@ -60,7 +60,7 @@ fn sitl(words: &[&str], own: Option<&OwnLaw>) -> Result<ExitCode, String> {
     let words = ["sitl"].iter().chain(words).map(std::ffi::OsString::from);
     let mut cli = Cli::read(words).expect("a right command line");
     if let Some(own) = own {
-        cli.bring(own);
+        cli.set_own_law(own);
     }
     cli::run(&cli, own).map_err(|error| error.to_string())
 }

@@ -77,7 +77,7 @@ impl Source {
     }
 
     /// Remembers that a sample came too late.
-    pub fn come_late(&mut self) {
+    pub fn mark_late(&mut self) {
         self.late = true;
     }
 

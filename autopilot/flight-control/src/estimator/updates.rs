@@ -146,7 +146,7 @@ impl Estimator {
         }
         self.field.year = sample.value.decimal_year;
         let Some(since) = self.history.since(sample.time, &self.integrals) else {
-            self.sources.gnss.come_late();
+            self.sources.gnss.mark_late();
             self.late = self.late.saturating_add(1);
             return;
         };

@@ -130,13 +130,13 @@ fn micros(cursor: &mut Cursor) -> Result<u64, TextError> {
 
 fn condition(cursor: &mut Cursor) -> Result<Condition, TextError> {
     let quantities = QUANTITIES.each_ref().map(|row| (row.words, row));
-    let row = cursor.need_one("a quantity", &quantities)?;
+    let row = cursor.expect_one_of("a quantity", &quantities)?;
     let crossings = [
         ("passes", Crossing::Passes),
         ("rises above", Crossing::RisesAbove),
         ("falls below", Crossing::FallsBelow),
     ];
-    let crossing = cursor.need_one("how it is crossed", &crossings)?;
+    let crossing = cursor.expect_one_of("how it is crossed", &crossings)?;
     let value = cursor.amount(row.words, &[row.unit], row.range)?;
     Ok(Condition { quantity: row.quantity, crossing, value })
 }
@@ -155,7 +155,7 @@ fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, TextE
         }
     }
     if cursor.take("mode") {
-        return cursor.need_one("a mode", &MODES).map(Action::Mode);
+        return cursor.expect_one_of("a mode", &MODES).map(Action::Mode);
     }
     if cursor.take("say") {
         return cursor.text("the text to say").map(|()| Action::Say);
@@ -344,7 +344,7 @@ fn choice(cursor: &mut Cursor, choice: &Choice) -> Result<Option<u8>, TextError>
         all.flat_map(|(place, one)| one.words.iter().map(move |words| (*words, place))).collect();
     match choice.default {
         Some(_) => Ok(cursor.choose(&all)),
-        None => cursor.need_one(choice.title, &all).map(Some),
+        None => cursor.expect_one_of(choice.title, &all).map(Some),
     }
 }
 
@@ -439,7 +439,11 @@ impl<'a> Cursor<'a> {
     }
 
     /// The same; an error if none of them comes next.
-    fn need_one<T: Copy>(&mut self, what: &str, choices: &[(&str, T)]) -> Result<T, TextError> {
+    fn expect_one_of<T: Copy>(
+        &mut self,
+        what: &str,
+        choices: &[(&str, T)],
+    ) -> Result<T, TextError> {
         self.choose(choices).ok_or_else(|| {
             let names: Vec<&str> = choices.iter().map(|(words, _)| *words).collect();
             self.expected(format!("{what}: {}", names.join(", ")))

@@ -172,7 +172,7 @@ fn sticks_that_stop_lead_to_hold_once() {
     assert_eq!(count, 1, "{:?}", world.texts());
     world.send(&joystick([0, 100, 500, 0]));
     world.run_ms(10);
-    assert_eq!(mode(&world), Mode::Hold, "late sticks do not bring Altitude back");
+    assert_eq!(mode(&world), Mode::Hold, "late sticks do not set_own_law Altitude back");
 }
 
 #[test]

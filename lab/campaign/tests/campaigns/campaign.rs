@@ -337,7 +337,7 @@ fn own_law() -> OwnLaw {
 fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selects_it() {
     let plan = |text: &str| {
         let file = SpecFile::parse("test.toml", text.to_owned(), PathBuf::new()).expect("above");
-        Plan::new(file.bring(&own_law()).expect("a free name")).expect("it can be flown")
+        Plan::new(file.set_own_law(&own_law()).expect("a free name")).expect("it can be flown")
     };
     let beside = plan(smoke());
     assert_eq!(beside.laws(), ["PID alone", "paper (PID, NESO)", "my \"law\""]);

@@ -32,7 +32,7 @@ fn options() -> SetupOptions {
 }
 
 fn own(options: &mut SetupOptions, law: OwnLaw) -> FlightSetup {
-    options.laws.bring(&law);
+    options.laws.set_own_law(&law);
     options.setup("case1").expect("the shipped case")
 }
 

@@ -5,7 +5,7 @@ use super::*;
 use crate::vehicle::VehicleEvent;
 use crate::vehicle::plan::{Action, Item, Point, Progress};
 
-/// Item events that one tick may bring.
+/// Item events that one tick may set_own_law.
 const EVENTS_MAX: usize = 8;
 
 fn jump(to: u16, times: Option<u16>) -> Item {

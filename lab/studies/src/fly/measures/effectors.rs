@@ -89,7 +89,7 @@ impl Used {
                 block.last = *commands;
             }
             block.command(commands, period_s);
-            block.stand_at(positions);
+            block.reset_positions(positions);
         }
         self.has_last = true;
     }
@@ -125,7 +125,7 @@ impl EffectorBlock {
         }
     }
 
-    fn stand_at(&mut self, positions: &Lanes) {
+    fn reset_positions(&mut self, positions: &Lanes) {
         for (lane, position) in positions.iter().enumerate() {
             let beyond = position - self.neutral[lane];
             for (farthest, beyond) in self.farthest.iter_mut().zip([-beyond, beyond]) {
