@@ -100,19 +100,19 @@ pub enum EventKind {
     },
 }
 
-named! {
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Axis {
+icd::named! {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+    Axis {
         Roll = "roll",
         Pitch = "pitch",
         Yaw = "yaw",
     }
 }
 
-named! {
+icd::named! {
     /// Limits that can be reached.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub enum Limit {
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+    Limit {
         Aileron = "aileron",
         Elevator = "elevator",
         Rudder = "rudder",

@@ -44,10 +44,10 @@ pub fn of_event(
         }
         EventKind::Vehicle(event) => return vehicle_text(event),
         EventKind::CompensatorActive { axis, .. } if compensator_off => {
-            (Critical, format!("Fault detected: {} (compensator off)", axis.name()))
+            (Critical, format!("Fault detected: {} (compensator off)", axis.key()))
         }
         EventKind::CompensatorActive { axis, at_limit } => {
-            (Critical, format!("Compensator active: {}{}", axis.name(), limits_text(at_limit)))
+            (Critical, format!("Compensator active: {}{}", axis.key(), limits_text(at_limit)))
         }
         EventKind::CompensatorReleased { .. } if compensator_off => {
             (Info, "Fault no longer detected".into())
@@ -58,22 +58,22 @@ pub fn of_event(
         EventKind::AuthorityExhausted { axis, by } => {
             let by = match by {
                 Limit::Thrust => "too little thrust".into(),
-                limit => format!("{} at limit", limit.name()),
+                limit => format!("{} at limit", limit.key()),
             };
             // The banner of the compensator is there already, or no fault is seen.
-            (Warning, format!("No authority left: {}, {by}", axis.name()))
+            (Warning, format!("No authority left: {}, {by}", axis.key()))
         }
         EventKind::AuthorityRestored(axis) => {
-            (Info, format!("Authority restored: {}", axis.name()))
+            (Info, format!("Authority restored: {}", axis.key()))
         }
         EventKind::Saturated(limit) => {
             // Full or idle thrust is normal in a climb, a descent or after a change of speed.
             let is_normal = limit == Limit::Thrust;
             let severity = if is_normal { Info } else { Warning };
-            (severity, format!("Saturated: {}", limit.name()))
+            (severity, format!("Saturated: {}", limit.key()))
         }
         EventKind::SaturationEnded(limit) => {
-            (Info, format!("No longer saturated: {}", limit.name()))
+            (Info, format!("No longer saturated: {}", limit.key()))
         }
         EventKind::AltitudeNotHeld(limit) => {
             (Warning, format!("Altitude not held: {} at its limit", limit.name()))
@@ -169,7 +169,7 @@ fn sensor_text(sensor: SensorKind) -> &'static str {
 
 /// `, nozzle yaw at limit`; empty if there is no limit.
 fn limits_text(limits: Limits) -> String {
-    let names: Vec<&str> = limits.iter().map(Limit::name).collect();
+    let names: Vec<&str> = limits.iter().map(Limit::key).collect();
     match &names[..] {
         [] => String::new(),
         [name] => format!(", {name} at limit"),

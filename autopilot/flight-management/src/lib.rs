@@ -21,8 +21,6 @@
 //! # Ok::<(), flight_management::parameters::ParameterError>(())
 //! ```
 
-#[macro_use]
-mod named;
 
 pub mod autopilot;
 pub mod command;

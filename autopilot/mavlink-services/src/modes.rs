@@ -177,7 +177,7 @@ pub fn available_modes(index: u8) -> Option<Encoded> {
     let standard_mode = sent_standard(mode);
     // By the definition a standard mode has no name.
     let is_own = standard_mode == MavStandardMode::MAV_STANDARD_MODE_NON_STANDARD;
-    let name = if is_own { mode.name() } else { "" };
+    let name = if is_own { mode.key() } else { "" };
     Some(Encoded::new(&AVAILABLE_MODES_DATA {
         number_modes: COUNT,
         mode_index: index,

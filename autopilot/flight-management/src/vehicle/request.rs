@@ -227,10 +227,10 @@ impl VehicleRefusal {
     }
 }
 
-named! {
+icd::named! {
     /// Source of the references.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-    pub enum Mode {
+    Mode {
         /// Given references, or a pilot's sticks; without either the aircraft holds altitude, course and
         /// speed. A flight begins in this mode.
         #[default]
@@ -250,7 +250,7 @@ named! {
 
 impl fmt::Display for Mode {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
+        f.write_str(self.key())
     }
 }
 

@@ -186,9 +186,9 @@ fn mode(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
             Ok(Output::text(Mode::ALL.map(|mode| format!("{} {mode}\n", mark(mode))).concat()))
         }
         [name] => {
-            let mode = Mode::ALL.into_iter().find(|mode| mode.name().eq_ignore_ascii_case(name));
+            let mode = Mode::ALL.into_iter().find(|mode| mode.key().eq_ignore_ascii_case(name));
             let mode = mode.ok_or_else(|| {
-                let names = Mode::ALL.map(Mode::name).join(", ");
+                let names = Mode::ALL.map(Mode::key).join(", ");
                 format!("there is no mode \"{name}\": there are {names}")
             })?;
             let mode = modes::enterable(mode, shared.streams)
@@ -621,7 +621,7 @@ fn compensator(text: &mut String, state: &Snapshot, mode: CompensatorMode) {
     ] {
         let left = axis.authority_pct(&log.authority);
         let (z2, level, left) = (fixed(4, z2), fixed(2, level), fixed(0, left));
-        let _ = writeln!(text, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.name());
+        let _ = writeln!(text, "{:<6} {z2:>16} {level:>7} {left:>8} %", axis.key());
     }
 }
 

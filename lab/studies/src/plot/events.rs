@@ -389,7 +389,7 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
     let modes = flight.signal("vehicle", "mode", 1.0).unwrap_or_default();
     let name = |value: f64| {
         let mode = Mode::ALL.into_iter().enumerate().find(|(index, _)| *index as f64 == value);
-        mode.map_or("unknown mode", |(_, mode)| mode.name())
+        mode.map_or("unknown mode", |(_, mode)| mode.key())
     };
     let mut spans: Vec<(f64, f64, &'static str)> = Vec::new();
     for (t_s, value) in modes {
