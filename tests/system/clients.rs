@@ -82,6 +82,11 @@ fn both_cases_are_lost_without_the_compensator() {
 }
 
 #[test]
+fn the_example_drives_the_aircraft_by_mavlink() {
+    holds(run("../examples/drive_by_mavlink.py", "udpin:", &["--speed", "5"], &[]));
+}
+
+#[test]
 fn pymavlink_holds_the_whole_conversation() {
     holds(run("clients/pymavlink_conversation.py", "udpin:", &["--speed", "5"], &[]));
 }

@@ -63,9 +63,7 @@ pub fn of_event(
             // The banner of the compensator is there already, or no fault is seen.
             (Warning, format!("No authority left: {}, {by}", axis.key()))
         }
-        EventKind::AuthorityRestored(axis) => {
-            (Info, format!("Authority restored: {}", axis.key()))
-        }
+        EventKind::AuthorityRestored(axis) => (Info, format!("Authority restored: {}", axis.key())),
         EventKind::Saturated(limit) => {
             // Full or idle thrust is normal in a climb, a descent or after a change of speed.
             let is_normal = limit == Limit::Thrust;

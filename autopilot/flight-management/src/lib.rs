@@ -21,7 +21,6 @@
 //! # Ok::<(), flight_management::parameters::ParameterError>(())
 //! ```
 
-
 pub mod autopilot;
 pub mod command;
 pub mod configuration;

@@ -10,7 +10,7 @@ use icd::ControlPeriod;
 use icd::wire::VERSION;
 use plant_sim::{Airframe, Plant, Scenario};
 
-#[path = "../../examples/own_law.rs"]
+#[path = "../../../examples/own_law.rs"]
 #[allow(dead_code, reason = "its main is started by cargo run")]
 mod example;
 
