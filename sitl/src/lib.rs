@@ -27,9 +27,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+pub use lab_judges::{flown, row, trace, trajectory};
 pub use lab_studies::{
     builder, chart, checkcase, closed_loop, configuration, design, fly, law, linearize, margins,
-    metrics, mission, paper, plot, replay, runner, settings, table, trimmable,
+    metrics, mission, paper, plot, replay, runner, settings, trimmable,
 };
 
 pub mod actions;

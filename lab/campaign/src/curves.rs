@@ -1,10 +1,10 @@
 //! Curves over a joint level: for each law the fraction of flights lost, with Wilson's interval, and the quartiles of each named
 //! measure over the flights that were kept.
 
+use lab_judges::metrics::wilson_95;
 use lab_report::{Table, cells, table};
 use lab_studies::chart::panel::{Curve, Panel};
 use lab_studies::chart::{Figure, Ink, Pattern, sheet};
-use lab_studies::metrics::wilson_95;
 
 use crate::plan::Plan;
 use crate::results::Results;

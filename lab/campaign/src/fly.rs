@@ -6,8 +6,8 @@ use std::num::NonZero;
 use std::str::FromStr;
 
 use host_io::console;
+use lab_judges::closed_loop::FlightSetup;
 use lab_studies::builder::preset_note;
-use lab_studies::closed_loop::FlightSetup;
 use lab_studies::problem::Problem;
 use lab_studies::runner::Progress;
 use rayon::prelude::*;

@@ -9,11 +9,11 @@ use autopilot::run::LawArgs;
 use flight_control::{CompensatorMode, MainLaw};
 use icd::units::DEG_PER_RAD;
 use icd::{EffectorKind, SimTime};
+use lab_judges::closed_loop::FlightSetup;
+use lab_judges::flown;
+use lab_judges::outcome::Outcome;
 use lab_studies::builder::{SetupBuilder, SetupOptions};
-use lab_studies::closed_loop::FlightSetup;
 use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::fly;
-use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::settings::{Setting, Target, number, written};
 use plant_sim::setup::step_within;
@@ -385,7 +385,7 @@ impl Plan {
 
     /// Flies a run to its end, or to the loss of the aircraft.
     pub fn fly(&self, run: &Run) -> Result<Outcome, Problem> {
-        fly::outcome(&self.setup(run)?, &self.file.spec.judges)
+        flown::outcome(&self.setup(run)?, &self.file.spec.judges)
     }
 
     /// The first and the last flight of every aircraft with every law must be possible, so that a mistake is found at once.

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use host_io::file::{self, NewFile, TEXT_MAX};
 use host_io::folder::OutFolder;
-use lab_studies::fly::outcome::Outcome;
+use lab_judges::outcome::Outcome;
 use lab_studies::problem::{At as _, Problem, problem};
 use serde::{Deserialize, Serialize};
 

@@ -4,8 +4,8 @@
 use std::fmt::Write as _;
 use std::ops::Range;
 
+use lab_judges::metrics::wilson_95;
 use lab_report::{Cell, Column, Table, cells, columns};
-use lab_studies::metrics::wilson_95;
 use rand_chacha::rand_core::Rng;
 
 use crate::draw;

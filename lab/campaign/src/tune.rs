@@ -18,9 +18,9 @@ use std::path::Path;
 use autopilot::parameters;
 use host_io::file::{self, TEXT_MAX};
 use host_io::folder::OutFolder;
+use lab_judges::flown;
+use lab_judges::outcome::Outcome;
 use lab_report::{Cell, table};
-use lab_studies::fly;
-use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{At as _, Problem, problem};
 use lab_studies::runner::Progress;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
@@ -226,7 +226,7 @@ fn score(
         let mut setup = plan.setup(&run)?;
         let set = setup.parameters.set_all(gains.iter().copied());
         set.at(format_args!("law {}", plan.laws()[law]))?;
-        let outcome = fly::outcome(&setup, &[])?;
+        let outcome = flown::outcome(&setup, &[])?;
         progress.one_done();
         Ok((cost(plan, run.airframe, &outcome), !outcome.is_kept()))
     };

@@ -6,8 +6,8 @@
 use std::path::Path;
 
 use host_io::folder::OutFolder;
+use lab_judges::outcome::Outcome;
 use lab_report::{Cell, Table, cells, columns};
-use lab_studies::fly::outcome::Outcome;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::runner;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};

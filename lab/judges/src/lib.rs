@@ -1,5 +1,10 @@
-//! Judges: each looks at every tick of a flight and gives numbers with units at its end, which stand beside the measures of
-//! `sitl fly --judge NAME` and of a campaign with `judges = ["NAME"]`.
+//! What becomes of a flight: [`flown`] looks at every tick, with the measures that every flight has and with judges, each of which gives
+//! numbers with units at the end: of `sitl fly --judge NAME` and of a campaign with `judges = ["NAME"]`.
+//!
+//! ```text
+//! FlightSetup ─> lab_engine::Flight ─ every tick ─> flown ─> measures, judges ─> Outcome
+//!                                                     └─> rows of flight.csv (trajectory), entries of the flight log
+//! ```
 //!
 //! A judge sees the truth and what the controller made of it, and changes neither. A new one is a file here and a line in [`KINDS`].
 
@@ -14,10 +19,18 @@ use plant_sim::ScheduledFault;
 
 pub mod alarms;
 pub mod altitude;
+pub mod closed_loop;
 pub mod estimate;
+pub mod flown;
 pub mod level;
+pub mod measures;
+pub mod metrics;
 pub mod nees;
+pub mod outcome;
+pub mod row;
 pub mod sensor_fault;
+pub mod trace;
+pub mod trajectory;
 pub mod verdict;
 
 /// Looks at a flight.

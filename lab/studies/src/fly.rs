@@ -17,7 +17,7 @@ use flight_control::{AllocationMode, CompensatorLaw, CompensatorMode, MainLaw};
 use host_io::console;
 use host_io::file;
 use host_io::folder::OutFolder;
-use lab_judges::JudgeKind;
+use lab_judges::{JudgeKind, trajectory};
 use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
 use serde::Serialize;
@@ -30,15 +30,11 @@ use crate::page::GENERATOR;
 use crate::plot;
 use crate::problem::{At as _, Problem, problem};
 use crate::runner::Progress;
-use crate::table;
 
-mod judge;
-pub mod measures;
-pub mod outcome;
 pub mod seeds;
 
-use judge::{FlightLog, Keep};
-use outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json};
+use lab_judges::flown::{self, FlightLog, Keep};
+use lab_judges::outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.
@@ -155,8 +151,9 @@ impl OneFlight<'_> {
     /// Flies it and writes its files, `outcome.json` last.
     pub fn fly(&self) -> Result<Outcome, Problem> {
         let folder = self.folder.map(OutFolder::create).transpose()?;
-        let begin =
-            |folder: &OutFolder| folder.begin(TABLE, file::beginning(table::header().as_bytes()));
+        let begin = |folder: &OutFolder| {
+            folder.begin(TABLE, file::beginning(trajectory::header().as_bytes()))
+        };
         let mut rows = folder.as_ref().map(begin).transpose()?;
         let wants_log = self.ulog || self.figures;
         let seconds = self.setup.duration.as_seconds();
@@ -165,11 +162,11 @@ impl OneFlight<'_> {
         let keep = Keep {
             table: rows.as_mut(),
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
-            progress: Some(&progress),
+            each_second: Some(&|| progress.one_done()),
             judges: self.judges,
             scenario: Some(self.scenario),
         };
-        let (outcome, log) = judge::fly(self.setup, self.stops_at_loss, keep)?;
+        let (outcome, log) = flown::fly(self.setup, self.stops_at_loss, keep)?;
         progress.finish();
         if let Some(rows) = rows {
             rows.finish()?;
@@ -196,11 +193,6 @@ impl OneFlight<'_> {
         }
         Ok(())
     }
-}
-
-/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
-pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, Problem> {
-    judge::fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
 }
 
 /// Name of the law of the program that flies, if it does.

@@ -36,6 +36,7 @@
 
 pub use host_io::console;
 pub use lab_engine::{builder, configuration, law, problem, settings};
+pub use lab_judges::{closed_loop, metrics};
 
 /// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
 #[macro_export]
@@ -58,12 +59,10 @@ macro_rules! print_line {
 pub mod actuators;
 pub mod chart;
 pub mod checkcase;
-pub mod closed_loop;
 pub mod design;
 pub mod fly;
 pub mod linearize;
 pub mod margins;
-pub mod metrics;
 pub mod mission;
 pub mod page;
 pub mod paper;
@@ -71,6 +70,5 @@ pub mod plot;
 pub mod replay;
 pub mod runner;
 pub mod sensor_errors;
-pub mod table;
 pub mod trimmable;
 pub mod turbulence;

@@ -19,7 +19,7 @@ use crate::closed_loop::{End, FlightSetup, Record, fly};
 use crate::configuration::{AircraftArgs, GYRO_NOISE_MAX_DEG_S, TURBULENCE_MAX_M_S, up_to};
 use crate::page::GENERATOR;
 use crate::problem::{At as _, Problem};
-use crate::{runner, table};
+use crate::runner;
 
 pub mod both;
 pub mod cases;
@@ -30,9 +30,6 @@ pub mod estimated;
 pub mod figures;
 pub mod model_error;
 pub mod report;
-pub(crate) mod row;
-pub mod trace;
-
 #[cfg(test)]
 mod tests;
 
@@ -264,7 +261,7 @@ fn write_tables(folder: &OutFolder, flown: &Flown) -> Result<(), Problem> {
         [("nofault", &flown.no_fault), ("pid", &flown.pid_only), ("rftc", &flown.compensated)];
     for (name, trace) in runs {
         let file = format!("case{}_{name}.csv", flown.case.number);
-        folder.write(&file, table::to_csv(trace.table_rows()).as_bytes())?;
+        folder.write(&file, lab_judges::trajectory::to_csv(trace.table_rows()).as_bytes())?;
     }
     Ok(())
 }

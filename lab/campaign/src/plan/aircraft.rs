@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use autopilot::config::Model;
 use icd::{Effector, EffectorKind, EffectorList};
+use lab_judges::measures::Measures;
 use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::fly::measures::Measures;
 use lab_studies::problem::{Problem, problem};
 use lab_studies::settings::{Setting, number};
 use plant_sim::{Airframe, airframe};

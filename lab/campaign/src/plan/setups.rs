@@ -1,7 +1,7 @@
 //! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
 
 use autopilot::own_law::OwnLaw;
-use lab_studies::fly::outcome::WholeSetup;
+use lab_judges::outcome::WholeSetup;
 use lab_studies::problem::Problem;
 use serde_json::json;
 

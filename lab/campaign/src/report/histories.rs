@@ -1,13 +1,13 @@
 //! The nearest loss of each law, flown again: roll angle, sideslip and altitude over time.
 
 use flight_control::DesignModel;
+use lab_judges::closed_loop;
+use lab_judges::trace::Sample;
+use lab_judges::trajectory::Row;
 use lab_studies::chart::axis::range;
 use lab_studies::chart::curve::Point;
 use lab_studies::chart::panel::{Curve, Panel};
 use lab_studies::chart::{Ink, Pattern, sheet};
-use lab_studies::closed_loop;
-use lab_studies::paper::trace::Sample;
-use lab_studies::table::Row;
 use maud::{Markup, PreEscaped, html};
 
 use super::{Sources, breakable};

@@ -6,7 +6,7 @@ use flight_control::estimator_status::SourceHealth;
 use icd::fault::{CATALOGUE, SensorKind, TargetClass};
 use lab_campaign::plan::{Plan, Run, Value};
 use lab_campaign::spec::SpecFile;
-use lab_studies::fly::outcome::Outcome;
+use lab_judges::outcome::Outcome;
 use lab_studies::runner;
 use studies::STUDIES;
 

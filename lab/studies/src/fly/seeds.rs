@@ -8,12 +8,12 @@ use std::str::FromStr;
 
 use lab_report::{Column, Table, cells, columns};
 
-use super::judge::{self, Keep};
-use super::outcome::Outcome;
 use crate::closed_loop::FlightSetup;
 use crate::metrics::wilson_95;
 use crate::problem::Problem;
 use crate::runner;
+use lab_judges::flown::{self, Keep};
+use lab_judges::outcome::Outcome;
 
 /// Most flights of one command.
 const SEEDS_MAX: u64 = 100_000;
@@ -70,7 +70,7 @@ pub(super) fn fly<'a>(
     let one = |seed: &u64| {
         let mut setup = setup.clone();
         setup.plant.seed = *seed;
-        judge::fly(&setup, stops_at_loss, keep()).map(|(outcome, _)| outcome)
+        flown::fly(&setup, stops_at_loss, keep()).map(|(outcome, _)| outcome)
     };
     runner::map_quietly("seeds", &seeds, one).into_iter().collect()
 }

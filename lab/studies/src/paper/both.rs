@@ -6,9 +6,9 @@ use super::cases::{Flown, Runs};
 use super::claim::Limit::{AtLeast, AtMost, Exactly};
 use super::claim::{Claim, ClaimResult};
 use super::claims::{AT_LIMIT_AFTER_S, AT_LIMIT_DEG, Axis, error_over_jump};
-use super::trace::{Trace, column};
 use crate::metrics::{fraction, max, max_abs, mean, min};
 use icd::units::DEG;
+use lab_judges::trace::{Trace, column};
 
 const INACTIVE: Claim = Claim { id: "3", text: "without a fault the compensator is inactive" };
 const NOISE: Claim = Claim { id: "4", text: "the outcomes survive noise and air" };
@@ -85,7 +85,7 @@ impl Noisy {
         // The rudder has no pitch moment, so in case 2 there is no jump to compare with.
         let axes: &[Axis] = if is_turn { &[Axis::Roll, Axis::Yaw] } else { &Axis::ALL };
         let gains = &runs.case.setup.parameters.gains.activation;
-        let level = |row: &crate::table::Row| {
+        let level = |row: &lab_judges::row::Row| {
             (row.z2_p_rad_s2.abs() / gains.level_roll)
                 .max(row.z2_q_rad_s2.abs() / gains.level_pitch)
                 .max(row.z2_r_rad_s2.abs() / gains.level_yaw)

@@ -7,11 +7,11 @@ use plant_sim::{Airframe, EarthModel, PlantSetup};
 use rayon::prelude::*;
 
 use super::Fly;
-use super::trace::{Sample, Trace};
 use crate::builder::SetupOptions;
 use crate::closed_loop::FlightSetup;
 use crate::configuration::{AircraftArgs, Named};
 use crate::problem::{At as _, Problem, problem};
+use lab_judges::trace::{Sample, Trace};
 
 /// A lost aircraft is followed to the ground, but not longer than this, s.
 const FOLLOWED_MAX_S: f64 = 600.0;

@@ -9,9 +9,9 @@ use icd::units::{DEG, STANDARD_GRAVITY_M_S2};
 use super::cases::Runs;
 use super::claim::Limit::{Above, AtLeast, AtMost, Below, Exactly};
 use super::claim::{Claim, ClaimResult};
-use super::trace::{Sample, Trace, column};
 use crate::metrics::{drop_below_running_max, max, max_abs, mean, min, peak_to_peak, rms, turned};
-use crate::table::Row;
+use lab_judges::row::Row;
+use lab_judges::trace::{Sample, Trace, column};
 
 const fn claim(id: &'static str, text: &'static str) -> Claim {
     Claim { id, text }

@@ -11,13 +11,13 @@ use rayon::prelude::*;
 use super::cases::{Case, Conditions, Flown, Run, Runs, fly_once};
 use super::claim::ClaimResult;
 use super::claims::Axis;
-use super::trace::{Trace, column};
 use super::{both, claims, in_process};
 use crate::closed_loop::FlightSetup;
 use crate::configuration::AircraftArgs;
 use crate::linearize::linearize;
 use crate::metrics::{mean, rms, travel};
 use crate::problem::{At as _, Problem, problem};
+use lab_judges::trace::{Trace, column};
 
 /// Seeds over which the healthy flights in turbulence are averaged.
 const SEEDS: u64 = 10;
@@ -140,7 +140,7 @@ fn literal(flown: &Flown) -> Result<Literal, Problem> {
     let case = flown.case.with_gains(|g| g.selection.observer = ObserverMode::Literal);
     let flight = case.fly(Run::Compensated, &in_process)?;
     let end = flight.last(SETTLED_S);
-    let mean_of = |signal: fn(Axis, &crate::table::Row) -> f64| {
+    let mean_of = |signal: fn(Axis, &lab_judges::row::Row) -> f64| {
         Axis::ALL.map(|axis| mean(column(end, |row| signal(axis, row))))
     };
     Ok(Literal {
@@ -259,8 +259,9 @@ impl Summary {
 impl Healthy {
     fn of(trace: &Trace) -> Self {
         let samples = trace.samples();
-        let way =
-            |signal: fn(&crate::table::Row) -> f64| travel(column(samples, signal)) / trace.end_s();
+        let way = |signal: fn(&lab_judges::row::Row) -> f64| {
+            travel(column(samples, signal)) / trace.end_s()
+        };
         Self {
             roll_rms_rad: rms(column(samples, |row| row.phi_rad)),
             roll_rate_rms_rad_s: rms(column(samples, |row| row.p_rad_s)),

@@ -8,12 +8,12 @@ use icd::{Effector, tvc_jet};
 use super::cases::Flown;
 use super::claims::Axis;
 use super::model_error::{CLAIM_DRAWS, CLAIM_WIDTH, SurvivalPoint};
-use super::trace::Trace;
 use crate::chart::axis::range;
 use crate::chart::curve::{Point, thin, unwrap};
 use crate::chart::panel::{Curve, Mark, Panel, Rule, Shape, Symbol};
 use crate::chart::{Figure, Ink, Pattern, sheet};
-use crate::table::Row;
+use lab_judges::row::Row;
+use lab_judges::trace::Trace;
 
 const NO_FAULT: Ink = Ink::new("#0050aa", Pattern::Solid);
 /// Flight with the PID only.

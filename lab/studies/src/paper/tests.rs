@@ -6,11 +6,11 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use super::cases::{Conditions, Run};
-use super::trace::{Sample, Trace};
 use super::*;
 use crate::configuration::AircraftArgs;
 use flight_control::gains::{ActivationGains, Gains};
 use icd::units::DEG;
+use lab_judges::trace::{Sample, Trace};
 
 const PERIOD: ControlPeriod = ControlPeriod::DEFAULT;
 const LEVELS: ActivationGains = Gains::REFERENCE.activation;
@@ -441,7 +441,7 @@ fn a_run_leaves_tables_claims_figures_and_a_report_that_needs_no_network() {
         for name in ["nofault", "pid", "rftc"] {
             let text = fs::read_to_string(out.join(format!("{case}_{name}.csv"))).unwrap();
             let mut lines = text.lines();
-            assert_eq!(lines.next().unwrap(), table::Row::NAMES.join(","));
+            assert_eq!(lines.next().unwrap(), lab_judges::row::Row::NAMES.join(","));
             let times: Vec<f64> =
                 lines.map(|line| line.split(',').next().unwrap().parse().unwrap()).collect();
             assert_eq!(times[..3], [0.0, 0.01, 0.02], "{case} {name}");

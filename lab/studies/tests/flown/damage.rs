@@ -5,9 +5,9 @@ use autopilot::parameters::Parameters;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel, Gains};
 use icd::fault::{AirframePart, FaultKind, Timing};
 use icd::{ControlPeriod, SimTime};
+use lab_judges::trace::Sample;
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{self, FlightSetup, Record};
-use lab_studies::paper::trace::Sample;
 use plant_sim::{Airframe, Scenario, ScheduledFault};
 
 /// PID alone; with the paper's compensator; with the law beyond the paper.

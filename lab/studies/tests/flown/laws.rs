@@ -9,9 +9,9 @@ use flight_control::{
 };
 use icd::units::DEG;
 use icd::{ControlPeriod, SimTime, tvc_jet};
+use lab_judges::trace::Sample;
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{self, FlightSetup, Record};
-use lab_studies::paper::trace::Sample;
 use lab_studies::runner;
 use plant_sim::{Airframe, Plant, Scenario};
 

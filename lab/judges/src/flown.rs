@@ -1,43 +1,47 @@
 //! Looks at every tick of a flight: measures it, writes its row and its entries of the flight log, and ends it when the
 //! aircraft is lost.
 
+use crate::JudgeKind;
 use autopilot::recorder::{Begin, ControlHeader, Encoder, End, Entry, LogRate, Recorded, Step};
 use flight_control::DesignModel;
 use host_io::session;
 use icd::SimTime;
 use icd::fault::PlantReport;
 use icd::sensors::SensorKind;
-use lab_judges::JudgeKind;
 use plant_sim::io::header::PlantHeader;
 use plant_sim::{Attained, FlightLimits, Plant};
 
-use super::measures::{Measured, Measures};
-use super::outcome::{Loss, LossBy, Metric, Outcome, SensorLost};
-use crate::closed_loop::{Exchange, Flight, FlightSetup, Tick};
-use crate::paper::trace::Sample;
-use crate::problem::{Problem, problem};
-use crate::runner::Progress;
-use crate::table::{self, Columns};
+use crate::measures::{Measured, Measures};
+use crate::outcome::{Loss, LossBy, Metric, Outcome, SensorLost};
+use crate::trace::Sample;
+use crate::trajectory::{self, Columns};
+use lab_engine::flight::{Exchange, Flight, FlightSetup, Tick};
+use lab_engine::problem::{Problem, problem};
 
 /// What is kept of a flight.
 #[derive(Default)]
-pub(super) struct Keep<'a> {
+pub struct Keep<'a> {
     /// Where the table goes, with its name for messages.
-    pub(super) table: Option<&'a mut host_io::folder::OutFile>,
-    pub(super) log: Option<FlightLog>,
-    /// Counts the seconds of simulation time.
-    pub(super) progress: Option<&'a Progress>,
+    pub table: Option<&'a mut host_io::folder::OutFile>,
+    pub log: Option<FlightLog>,
+    /// Called once for each second of simulation time.
+    pub each_second: Option<&'a dyn Fn()>,
     /// Judges whose numbers stand beside the measures.
-    pub(super) judges: &'a [JudgeKind],
+    pub judges: &'a [JudgeKind],
     /// What is flown, for messages.
-    pub(super) scenario: Option<&'a str>,
+    pub scenario: Option<&'a str>,
 }
 
 /// One second, us.
 const SECOND_US: u64 = 1_000_000;
 
+/// Flies a setup to its end, or to the loss of the aircraft, and keeps nothing but the outcome.
+pub fn outcome(setup: &FlightSetup, judges: &[JudgeKind]) -> Result<Outcome, Problem> {
+    fly(setup, true, Keep { judges, ..Keep::default() }).map(|(outcome, _)| outcome)
+}
+
 /// Flies a setup and reports the outcome; ends it with the loss of the aircraft if `stops_at_loss`.
-pub(super) fn fly(
+pub fn fly(
     setup: &FlightSetup,
     stops_at_loss: bool,
     keep: Keep<'_>,
@@ -52,7 +56,7 @@ pub(super) fn fly(
             setup.parameters.gains.selection.observer,
             setup.plant.period.as_seconds(),
         ),
-        rows_every: table::ticks_per_row(setup.plant.period) as u64,
+        rows_every: trajectory::ticks_per_row(setup.plant.period) as u64,
         columns: Columns::of(&airframe.effectors),
         line: String::new(),
         steps: 0,
@@ -123,7 +127,7 @@ struct Judge<'a> {
     sensors_lost: Vec<SensorLost>,
     /// Simulation time of the next count of the progress.
     next_second: SimTime,
-    judges: Vec<Box<dyn lab_judges::Judge>>,
+    judges: Vec<Box<dyn crate::Judge>>,
     keep: Keep<'a>,
 }
 
@@ -175,10 +179,10 @@ impl Judge<'_> {
             tick.reports.iter().for_each(|report| log.report(tick.exchange.time, report));
             log.tick(tick)?;
         }
-        if let Some(progress) = self.keep.progress
+        if let Some(each_second) = self.keep.each_second
             && tick.exchange.time >= self.next_second
         {
-            progress.one_done();
+            each_second();
             self.next_second = SimTime::from_micros(self.next_second.as_micros() + SECOND_US);
         }
         self.steps += 1;
@@ -197,11 +201,11 @@ impl Judge<'_> {
 
 /// The flight log in memory, with the entries that the recorder of the autopilot's process gets.
 #[derive(Debug)]
-pub(super) struct FlightLog(Encoder<Vec<u8>>);
+pub struct FlightLog(Encoder<Vec<u8>>);
 
 impl FlightLog {
     /// Begins the log of a flight of the scenario with this name.
-    pub(super) fn begin(scenario: &str, setup: &FlightSetup) -> Result<Self, Problem> {
+    pub fn begin(scenario: &str, setup: &FlightSetup) -> Result<Self, Problem> {
         // There is no link; the seed tells one flight from another.
         let session = session::shown(setup.plant.seed);
         let period_us = setup.plant.period.as_micros();
@@ -214,7 +218,7 @@ impl FlightLog {
     }
 
     /// A control step and its events.
-    pub(super) fn tick(&mut self, tick: &Tick<'_>) -> Result<(), Problem> {
+    pub fn tick(&mut self, tick: &Tick<'_>) -> Result<(), Problem> {
         let snapshot = tick.snapshot;
         let plant = tick.plant;
         let demand = &snapshot.demand;
@@ -251,7 +255,7 @@ impl FlightLog {
         Ok(self.0.add(Entry::Ground { time, row })?)
     }
 
-    pub(super) fn end(self) -> Result<Vec<u8>, Problem> {
+    pub fn end(self) -> Result<Vec<u8>, Problem> {
         Ok(self.0.end(End::Stopped)?)
     }
 }

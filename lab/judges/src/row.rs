@@ -1,4 +1,4 @@
-//! The columns of a trajectory of the paper's jet; [`crate::table`] has those of any aircraft.
+//! The columns of a trajectory of the paper's jet; [`crate::trajectory`] has those of any aircraft.
 
 use flight_control::DesignModel;
 use icd::tvc_jet;

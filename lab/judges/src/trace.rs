@@ -5,7 +5,7 @@ use icd::ControlPeriod;
 use plant_sim::FlightLimits;
 
 use crate::closed_loop::Record;
-use crate::table::{self, Row};
+use crate::trajectory::{self, Row};
 
 /// Times closer than this are the same tick, s.
 const SAME_TICK_S: f64 = 0.5e-6;
@@ -133,9 +133,9 @@ impl Trace {
         self.samples.iter().find(lost).map(|s| s.row.t_s)
     }
 
-    /// The rows of the table: every tick that [`table::ticks_per_row`] picks.
+    /// The rows of the table: every tick that [`trajectory::ticks_per_row`] picks.
     pub fn table_rows(&self) -> impl Iterator<Item = &Row> {
-        self.samples.iter().step_by(table::ticks_per_row(self.period)).map(|s| &s.row)
+        self.samples.iter().step_by(trajectory::ticks_per_row(self.period)).map(|s| &s.row)
     }
 }
 

@@ -5,7 +5,7 @@ use icd::{ControlPeriod, Effector, EffectorKind, EffectorList};
 use lab_report::Cell;
 use plant_sim::Truth;
 
-pub use crate::paper::row::Row;
+pub use crate::row::Row;
 
 /// Rows of a file are at least this far apart, us: 100 Hz.
 const ROW_SPACING_US: u32 = 10_000;

@@ -8,8 +8,8 @@ use host_io::folder::OutFolder;
 use plant_sim::{Exceeded, PlantSetup};
 use serde::{Serialize, Serializer};
 
-use crate::closed_loop::FlightSetup;
-use crate::problem::Problem;
+use lab_engine::FlightSetup;
+use lab_engine::problem::Problem;
 
 /// Everything that defines a flight, but the code of a law of the program: enough to fly it again.
 #[derive(Serialize)]
@@ -154,18 +154,14 @@ impl fmt::Display for Outcome {
 }
 
 /// The table of one flight.
-pub(super) const TABLE: &str = "flight.csv";
+pub const TABLE: &str = "flight.csv";
 /// What became of it.
-pub(super) const OUTCOME: &str = "outcome.json";
-pub(super) const LOG: &str = "flight.ulg";
-pub(super) const FIGURES: &str = "flight.html";
+pub const OUTCOME: &str = "outcome.json";
+pub const LOG: &str = "flight.ulg";
+pub const FIGURES: &str = "flight.html";
 
 /// Writes a value as JSON.
-pub(super) fn write_json(
-    folder: &OutFolder,
-    name: &str,
-    value: &impl Serialize,
-) -> Result<(), Problem> {
+pub fn write_json(folder: &OutFolder, name: &str, value: &impl Serialize) -> Result<(), Problem> {
     let mut json = serde_json::to_vec_pretty(value)?;
     json.push(b'\n');
     folder.write_marked(name, MARK.as_bytes(), &json)
@@ -174,4 +170,4 @@ pub(super) fn write_json(
 /// How every JSON file of this command begins.
 const MARK: &str = "{\n  \"program\": \"Two-Step sitl fly\"";
 /// The first key of such a file.
-pub(super) const PROGRAM: &str = "Two-Step sitl fly";
+pub const PROGRAM: &str = "Two-Step sitl fly";
