@@ -42,6 +42,9 @@ const LEVEL_MIN: f64 = 0.1;
 /// Smallest variance of a state as a part of its first one: below it rounding would decide the sign.
 const FLOOR: f64 = 1.0e-12;
 
+/// Where three vectors of a sum of states begin, and their factors.
+pub type Vectors = [(usize, Vector3<f64>); 3];
+
 /// How the error state changes over a time: identity plus these blocks.
 #[derive(Debug, Clone, Copy)]
 pub struct Transition {
@@ -251,6 +254,20 @@ impl Covariance {
         }
         let part: f64 = row.parts().iter().map(|(state, factor)| factor * product[*state]).sum();
         Comparison { product, variance: part.max(0.0) + noise, innovation }
+    }
+
+    /// Variance of a sum of states: that of [`Self::compare`] to the bit, without what only a correction needs.
+    #[inline]
+    pub fn variance_of_vectors(&self, vectors: &Vectors) -> f64 {
+        let product = |state: usize| {
+            vectors.iter().fold(0.0, |sum, (from, by)| {
+                (0..3).fold(sum, |sum, axis| sum + by[axis] * self.p[from + axis][state])
+            })
+        };
+        let variance = vectors.iter().fold(0.0, |sum, (from, by)| {
+            (0..3).fold(sum, |sum, axis| sum + by[axis] * product(from + axis))
+        });
+        variance.max(0.0)
     }
 
     /// Variance of a sum of states if the errors that last were known.
