@@ -395,6 +395,8 @@ impl Estimator {
         let covariance = &self.covariance;
         let root = |sum: f64| libm::sqrt(sum) as f32;
         let (drift, factor) = (self.gains.gnss_drift_m, self.gains.gnss_vertical);
+        let present = self.present();
+        let flow = |of| present.as_ref().map_or(0.0, |present| self.flow_variance(present, of));
         let position = |axis: usize| covariance.variance(POSITION + axis);
         let vertical = position(2) + drift * drift * factor * factor;
         EstimatorStatus {
@@ -409,8 +411,8 @@ impl Estimator {
             horizontal_m: root(position(0) + position(1) + 2.0 * drift * drift),
             vertical_m: root(vertical),
             wind_m_s: root(covariance.sum_of_three(WIND)),
-            airspeed_m_s: root(self.flow_variance(air::speed)),
-            flow_rad: [air::angle_of_attack, air::sideslip].map(|of| root(self.flow_variance(of))),
+            airspeed_m_s: root(flow(air::speed)),
+            flow_rad: [air::angle_of_attack, air::sideslip].map(|of| root(flow(of))),
             gyro_bias_rad_s: root(covariance.sum_of_three(GYRO_BIAS)),
             force_bias_m_s2: root(covariance.sum_of_three(FORCE_BIAS)),
             magnetic_bias_nt: root(covariance.sum_of_three(MAGNETIC_BIAS)),

@@ -61,6 +61,9 @@ pub struct Flow {
     pub gradient: Vector3<f64>,
 }
 
+/// How a quantity follows from the velocity.
+pub(super) type FlowOf = fn(&Vector3<f64>) -> Option<Flow>;
+
 /// V of a velocity through the air, m/s.
 pub fn speed(v: &Vector3<f64>) -> Option<Flow> {
     let value = v.norm();

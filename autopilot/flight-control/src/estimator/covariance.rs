@@ -42,6 +42,9 @@ const LEVEL_MIN: f64 = 0.1;
 /// Smallest variance of a state as a part of its first one: below it rounding would decide the sign.
 const FLOOR: f64 = 1.0e-12;
 
+/// Where three vectors of a sum of states begin, and their factors.
+pub type Vectors = [(usize, Vector3<f64>); 3];
+
 /// How the error state changes over a time: identity plus these blocks.
 #[derive(Debug, Clone, Copy)]
 pub struct Transition {
@@ -214,28 +217,21 @@ impl Covariance {
 
     /// P becomes Φ P Φᵀ + Q.
     pub fn predict(&mut self, transition: &Transition, noise: &States) {
-        // Rows are columns of a symmetric matrix: both multiplications go along rows.
-        for row in &mut self.p {
-            transition.apply(row);
-        }
-        self.transpose();
-        for row in &mut self.p {
-            transition.apply(row);
-        }
-        for (index, (row, noise)) in self.p.iter_mut().zip(noise).enumerate() {
-            row[index] += noise;
-        }
-        self.keep_symmetric();
-    }
-
-    fn transpose(&mut self) {
-        for row in 1..STATES {
-            for column in 0..row {
-                let other = self.p[column][row];
-                self.p[column][row] = self.p[row][column];
-                self.p[row][column] = other;
+        // Φ P column by column, of which the compiler does several at once, and then times Φᵀ along the rows.
+        for column in 0..STATES {
+            let mut x = core::array::from_fn(|state| self.p[state][column]);
+            transition.apply(&mut x);
+            for (row, x) in self.p.iter_mut().zip(x) {
+                row[column] = x;
             }
         }
+        for row in &mut self.p {
+            transition.apply(row);
+        }
+        for (state, noise) in noise.iter().enumerate() {
+            self.p[state][state] += noise;
+        }
+        self.keep_symmetric();
     }
 
     fn keep_symmetric(&mut self) {
@@ -260,6 +256,20 @@ impl Covariance {
         Comparison { product, variance: part.max(0.0) + noise, innovation }
     }
 
+    /// Variance of a sum of states: that of [`Self::compare`] to the bit, without what only a correction needs.
+    #[inline]
+    pub fn variance_of_vectors(&self, vectors: &Vectors) -> f64 {
+        let product = |state: usize| {
+            vectors.iter().fold(0.0, |sum, (from, by)| {
+                (0..3).fold(sum, |sum, axis| sum + by[axis] * self.p[from + axis][state])
+            })
+        };
+        let variance = vectors.iter().fold(0.0, |sum, (from, by)| {
+            (0..3).fold(sum, |sum, axis| sum + by[axis] * product(from + axis))
+        });
+        variance.max(0.0)
+    }
+
     /// Variance of a sum of states if the errors that last were known.
     pub fn variance_of_changing(&self, row: &Row) -> f64 {
         let Comparison { product, variance, .. } = self.compare(row, 0.0, 0.0);
@@ -274,16 +284,19 @@ impl Covariance {
     pub fn take(&mut self, comparison: &Comparison) -> States {
         let Comparison { product, variance, innovation } = comparison;
         let mut correction = [0.0; STATES];
+        let lose = |row: &mut [f64], gain: f64| {
+            row.iter_mut().zip(product).for_each(|(covariance, part)| *covariance -= gain * part);
+        };
         for (index, row) in self.p.iter_mut().enumerate() {
             let gain = product[index] / variance;
-            let columns = if index < self.estimated { STATES } else { self.estimated };
-            for (covariance, part) in row[..columns].iter_mut().zip(product) {
-                *covariance -= gain * part;
+            // A whole row has a length that the compiler knows, which is faster.
+            if index < self.estimated {
+                lose(row, gain);
+                correction[index] = gain * innovation;
+            } else {
+                lose(&mut row[..self.estimated], gain);
             }
             row[index] = row[index].max(self.floor[index]);
-            if index < self.estimated {
-                correction[index] = gain * innovation;
-            }
         }
         correction
     }
@@ -335,12 +348,16 @@ impl Covariance {
     /// There a bias of the accelerometers looks like the same tilt before and after. In start axes it would look like another one, and
     /// the two seem to tell bias and tilt apart, which nothing does in straight flight.
     pub fn turn_attitude(&mut self, turned: &Matrix3<f64>) {
-        for _ in 0..2 {
-            for x in &mut self.p {
-                let attitude = Vector3::new(x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2]);
-                x[ATTITUDE..ATTITUDE + 3].copy_from_slice((turned * attitude).as_slice());
+        // Right of the diagonal only the block of the attitude with itself is turned from both sides.
+        let block = turned * self.block(ATTITUDE).transpose() * turned.transpose();
+        for column in ATTITUDE + 3..STATES {
+            let attitude = turned * Vector3::from_fn(|axis, _| self.p[ATTITUDE + axis][column]);
+            for axis in 0..3 {
+                self.p[ATTITUDE + axis][column] = attitude[axis];
             }
-            self.transpose();
+        }
+        for (axis, row) in block.column_iter().enumerate() {
+            self.p[ATTITUDE + axis][ATTITUDE..ATTITUDE + 3].copy_from_slice(row.as_slice());
         }
         self.keep_symmetric();
     }
@@ -371,9 +388,13 @@ impl Covariance {
     }
 
     /// Whether every number is finite and every variance positive.
+    #[expect(clippy::eq_op, reason = "the difference is zero for finite numbers only")]
     pub fn is_sound(&self) -> bool {
-        let finite = self.p.iter().flatten().all(|value| value.is_finite());
-        finite && (0..STATES).all(|state| self.variance(state) > 0.0)
+        // ∞ - ∞ and NaN - NaN are NaN, which no sum loses: several numbers at once and no branch.
+        let sums = self.p.iter().fold([0.0; STATES], |sums, row| {
+            core::array::from_fn(|state| sums[state] + (row[state] - row[state]))
+        });
+        sums == [0.0; STATES] && (0..STATES).all(|state| self.variance(state) > 0.0)
     }
 }
 

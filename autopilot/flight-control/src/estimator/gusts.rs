@@ -174,10 +174,9 @@ impl Estimator {
     }
 
     /// Variance of a quantity of the flow.
-    pub(super) fn flow_variance(&self, of: fn(&Vector3<f64>) -> Option<air::Flow>) -> f64 {
-        let Some(present) = self.present() else { return 0.0 };
-        let Some(row) = self.flow_row(&present, of) else { return 0.0 };
-        self.covariance.compare(&row, 0.0, 0.0).variance
+    pub(super) fn flow_variance(&self, present: &Present, of: air::FlowOf) -> f64 {
+        let parts = of(&present.through_air).and_then(|flow| self.vectors(present, &flow.gradient));
+        parts.map_or(0.0, |parts| self.covariance.variance_of_vectors(&parts))
     }
 }
 

@@ -95,8 +95,9 @@ impl Estimator {
         let contrast = self.lift.contrast.follow(now, excess);
         // Lift grows with the square of the airspeed.
         let row = reading.with_errors(Row::empty().with(LIFT, 1.0), 2.0 / speed);
-        let angle = wing.per_angle * wing.per_angle * self.flow_variance(air::angle_of_attack);
-        let variance = self.covariance.compare(&row, 0.0, 0.0).variance + angle;
+        let angle = self.flow_variance(present, air::angle_of_attack);
+        let variance = self.covariance.compare(&row, 0.0, 0.0).variance
+            + wing.per_angle * wing.per_angle * angle;
         self.is_within(contrast, variance)
     }
 }

@@ -4,10 +4,10 @@ use icd::geomagnetism::field_ned_nt;
 use icd::{Body, FlowAngles, GnssFix, Sample, Sensors, SimTime};
 use nalgebra::Vector3;
 
-use super::air::{self, Airspeed, Flow};
+use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
     ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
-    Row, VANES, VELOCITY, WIND,
+    Row, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
@@ -278,25 +278,23 @@ impl Estimator {
     /// Row of a quantity of the flow: its gradient in body axes leads to velocity, wind and attitude.
     ///
     /// δ(Cᵀ (v - w)) = Cᵀ (δv - δw + (v - w) × θ).
-    pub(super) fn flow_row(
-        &self,
-        present: &Present,
-        of: fn(&Vector3<f64>) -> Option<Flow>,
-    ) -> Option<Row> {
+    fn flow_row(&self, present: &Present, of: FlowOf) -> Option<Row> {
         self.row_along(present, &of(&present.through_air)?.gradient)
     }
 
     /// The same of a gradient.
     pub(super) fn row_along(&self, present: &Present, gradient: &Vector3<f64>) -> Option<Row> {
+        let vectors = self.vectors(present, gradient)?;
+        Some(vectors.iter().fold(Row::empty(), |row, (from, by)| row.with_vector(*from, by)))
+    }
+
+    /// The vectors of states in it.
+    pub(super) fn vectors(&self, present: &Present, gradient: &Vector3<f64>) -> Option<Vectors> {
         let along = present.matrix * gradient;
         let GroundFix { place, .. } = self.ground.as_ref()?;
         let wind = -place.start_from_ned.tr_mul(&along);
         let relative = present.matrix * present.through_air;
-        let row = Row::empty()
-            .with_vector(VELOCITY, &along)
-            .with_vector(WIND, &wind)
-            .with_vector(ATTITUDE, &along.cross(&relative));
-        Some(row)
+        Some([(VELOCITY, along), (WIND, wind), (ATTITUDE, along.cross(&relative))])
     }
 
     /// Pitot tube: true airspeed where it is, from its impact pressure.

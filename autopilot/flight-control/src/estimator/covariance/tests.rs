@@ -121,6 +121,17 @@ fn errors_that_last_do_not_count_as_changing() {
 }
 
 #[test]
+fn the_variance_of_vectors_is_that_of_their_row_to_the_bit() {
+    let mut covariance = Covariance::new(&spreads());
+    covariance.predict(&transition(), &[1.0e-4; STATES]);
+    let factors = Vector3::new(0.6, -0.7, 0.5);
+    let vectors = [VELOCITY, WIND, ATTITUDE].map(|from| (from, factors * (from + 1) as f64));
+    let row = vectors.iter().fold(Row::empty(), |row, (from, by)| row.with_vector(*from, by));
+    let expected = covariance.compare(&row, 0.0, 0.0).variance;
+    assert_eq!(covariance.variance_of_vectors(&vectors).to_bits(), expected.to_bits());
+}
+
+#[test]
 fn it_stays_positive_through_very_good_measurements() {
     let mut covariance = Covariance::new(&spreads());
     for step in 0..20_000 {
