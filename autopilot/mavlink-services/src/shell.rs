@@ -162,9 +162,9 @@ struct RunningCommand {
     done: String,
     has_failed: bool,
     /// A fault was removed from the list.
-    has_mended: bool,
+    has_cleared: bool,
     /// At least one part had no fault to remove.
-    nothing_to_mend: bool,
+    no_active_fault: bool,
     steers: bool,
     mode: Option<Mode>,
 }
@@ -261,8 +261,8 @@ impl ShellSession {
             parts: parts.collect(),
             done: text,
             has_failed: false,
-            has_mended: false,
-            nothing_to_mend: false,
+            has_cleared: false,
+            no_active_fault: false,
             steers,
             mode,
         });
@@ -283,10 +283,10 @@ impl ShellSession {
                 None => !faults.entries().is_empty(),
             };
             if !is_news {
-                running.nothing_to_mend = true;
+                running.no_active_fault = true;
                 return self.close_if_done(shared);
             }
-            running.has_mended = true;
+            running.has_cleared = true;
         }
         let (line, has_failed) = line_of(part.target(), outcome, shared.effectors());
         running.has_failed |= has_failed;
@@ -316,8 +316,8 @@ impl ShellSession {
         let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
             return;
         };
-        if running.nothing_to_mend && !running.has_mended {
-            self.print("nothing to mend\n");
+        if running.no_active_fault && !running.has_cleared {
+            self.print("no active fault\n");
         }
         if running.has_failed {
             return self.finish("");

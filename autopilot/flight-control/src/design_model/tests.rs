@@ -11,7 +11,7 @@ fn model_and_state() -> (DesignModel, NavigationState) {
 fn effectiveness_at_the_design_point_is_that_of_the_reference_model() {
     let (model, state) = model_and_state();
     let at = model.condition(&state);
-    // Angular acceleration in rad/s² per rad: docs/paper.md, section 8, three decimals.
+    // Angular acceleration in rad/s² per rad: docs/paper.md, three decimals.
     let expected = [
         (tvc_jet::LEFT_AILERON, [4.845, 0.0, 0.209]),
         (tvc_jet::RIGHT_AILERON, [-4.845, 0.0, -0.209]),

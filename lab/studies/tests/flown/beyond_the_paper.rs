@@ -1,6 +1,6 @@
 //! What the allocation `relief` keeps and the paper's does not: each want before and after.
 //!
-//! `cargo test --workspace --test beyond_the_paper -- --nocapture` prints the figures of docs/laws.md.
+//! `cargo test --workspace --test flown beyond_the_paper -- --nocapture` prints the figures of docs/laws.md.
 
 use core::ops::ControlFlow;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
 //! Every main controller with every compensator, in calm flight and through both faults of the paper.
 //!
-//! `cargo test --workspace --test laws -- --nocapture` prints the table of docs/laws.md.
+//! `cargo test --workspace --test flown laws -- --nocapture` prints the table of docs/laws.md.
 
 use autopilot::config;
 use autopilot::parameters::Parameters;

@@ -28,7 +28,7 @@ fn response(f: f64, period: ControlPeriod) -> (f64, f64) {
 #[test]
 fn an_unexplained_acceleration_is_found_in_a_tenth_of_a_second_without_overshoot() {
     let (t90, overshoot) = response(3.0, period(1_000));
-    // docs/paper.md, section 7: 0.09 s for 3 rad/s².
+    // docs/paper.md: 0.09 s for 3 rad/s².
     assert!((0.08..0.10).contains(&t90), "{t90} s");
     assert!(overshoot < 1.0e-3, "{overshoot}");
 }

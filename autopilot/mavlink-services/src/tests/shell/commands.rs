@@ -211,8 +211,8 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
 #[test]
 fn clearing_a_healthy_effector_prints_nothing_to_mend() {
     let mut world = World::flying();
-    assert_eq!(output(&mut world, "failure clear"), "nothing to mend\n");
-    assert_eq!(output(&mut world, "failure servo ok"), "nothing to mend\n");
+    assert_eq!(output(&mut world, "failure clear"), "no active fault\n");
+    assert_eq!(output(&mut world, "failure servo ok"), "no active fault\n");
     output(&mut world, "failure servo stuck -i 5");
     let text = output(&mut world, "failure servo ok");
     assert!(text.starts_with("rudder: healthy since") && text.lines().count() == 1, "{text}");
