@@ -279,6 +279,8 @@ fn only_the_studies_of_the_paper_name_effectors() {
         // The model that it writes without another place.
         "lab/studies/src/linearize.rs",
         "lab/studies/src/paper/",
+        // The columns of the paper's trajectories.
+        "lab/judges/src/row.rs",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
         // Logs without a header come from versions with a single aircraft.
