@@ -275,7 +275,7 @@ fn a_plan_that_was_uploaded_is_flown_again_and_so_is_the_flight_after_a_restart_
     ground.listen_until("some of it", |ground| ground.time_s > start_s + 3.0);
     all_again(folder.path(), autopilot, &["restart", "stopped"]);
     let recorded = recorded(folder.path());
-    assert!(recorded.contains("\"wish\":{\"Plan\":"), "{recorded}");
+    assert!(recorded.contains("\"command\":{\"Plan\":"), "{recorded}");
 }
 
 #[test]
