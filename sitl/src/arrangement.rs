@@ -70,7 +70,7 @@ impl fmt::Display for Arrangement {
 
 /// An arrangement and what it does.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
+pub struct MeasuredRate {
     pub arrangement: Arrangement,
     /// Bare round trips a second.
     pub round_trips_per_s: f64,
@@ -97,12 +97,12 @@ fn candidates(cores: &[usize]) -> Vec<Arrangement> {
 /// Measures what `program` (the `sitl` executable) can do in each arrangement, fastest first.
 ///
 /// Arrangements that this machine does not allow are left out.
-pub fn measure_all(program: &Path) -> Vec<Measured> {
-    let mut measured: Vec<Measured> = candidates(&allowed_cores())
+pub fn measure_all(program: &Path) -> Vec<MeasuredRate> {
+    let mut measured: Vec<MeasuredRate> = candidates(&allowed_cores())
         .into_iter()
         .filter_map(|arrangement| {
             let rate = echo_rate(program, &arrangement, MEASURE_MS).ok()?;
-            Some(Measured { arrangement, round_trips_per_s: rate })
+            Some(MeasuredRate { arrangement, round_trips_per_s: rate })
         })
         .collect();
     measured.sort_by(|a, b| b.round_trips_per_s.total_cmp(&a.round_trips_per_s));
@@ -110,8 +110,8 @@ pub fn measure_all(program: &Path) -> Vec<Measured> {
 }
 
 /// The fastest arrangement; unpinned if nothing could be measured.
-pub fn fastest(program: &Path) -> Measured {
-    let unknown = Measured { arrangement: Arrangement::UNPINNED, round_trips_per_s: 0.0 };
+pub fn fastest(program: &Path) -> MeasuredRate {
+    let unknown = MeasuredRate { arrangement: Arrangement::UNPINNED, round_trips_per_s: 0.0 };
     measure_all(program).first().copied().unwrap_or(unknown)
 }
 

@@ -13,7 +13,7 @@ use lab_studies::runner::Progress;
 use rayon::prelude::*;
 
 use crate::plan::Plan;
-use crate::store::{Row, Store};
+use crate::store::{Row, RunStore};
 
 /// One of several processes that share a campaign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,7 +57,7 @@ fn preset_notes(plan: &Plan) -> BTreeSet<String> {
 }
 
 /// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
-pub fn fly(plan: &Plan, store: &Store, shard: Option<Shard>) -> Result<u64, Problem> {
+pub fn fly(plan: &Plan, store: &RunStore, shard: Option<Shard>) -> Result<u64, Problem> {
     let wanted = (0..store.count()).filter(|part| shard.is_none_or(|shard| shard.has(*part)));
     let mut missing = Vec::new();
     let mut all = 0;

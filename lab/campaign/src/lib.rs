@@ -24,12 +24,12 @@ use plant_sim::io::whole;
 
 use crate::curves::Curves;
 use crate::fly::Shard;
-use crate::limit::{Jams, Limits, Studied};
+use crate::limit::{Jams, PhysicsLimits, Studied};
 use crate::plan::Plan;
 use crate::report::{REPORT, Sources};
 use crate::results::Results;
 use crate::spec::{SAMPLES_MAX, SEED_MAX, SpecFile};
-use crate::store::Store;
+use crate::store::RunStore;
 use crate::summary::Group;
 use lab_studies::{print_line, print_text};
 
@@ -59,7 +59,7 @@ pub enum Command {
     /// Take the finished runs of other folders, then as `run`
     Merge(MergeArgs),
     /// Fly one run again, with its log and figures
-    Replay(ReplayArgs),
+    Replay(CampaignReplayArgs),
     /// Find the smallest fault, earliest time or weakest gust that each law does not survive, and write the scenarios
     Worst(WorstArgs),
     /// Search the gains of each law by one procedure, on flights of their own
@@ -67,7 +67,7 @@ pub enum Command {
     /// Fly the suite FTC-1 to FTC-12 with every law, and write the table of what each law lost
     Suite(SuiteArgs),
     /// Compare the results of two folders of one specification, run by run
-    Compare(CompareArgs),
+    Compare(CampaignCompareArgs),
 }
 
 /// A specification, and what is changed in it.
@@ -135,7 +135,7 @@ pub struct MergeArgs {
 
 /// Options of `sitl campaign replay`.
 #[derive(Debug, Args)]
-pub struct ReplayArgs {
+pub struct CampaignReplayArgs {
     #[command(flatten)]
     spec: SpecArgs,
     /// Number of the run
@@ -185,7 +185,7 @@ pub struct SuiteArgs {
 
 /// Options of `sitl campaign compare`.
 #[derive(Debug, Args)]
-pub struct CompareArgs {
+pub struct CampaignCompareArgs {
     /// Folder of a finished campaign
     #[arg(value_name = "A")]
     one: PathBuf,
@@ -200,7 +200,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
     match command {
         Command::Run(args) => {
             let plan = plan(&args.spec)?;
-            let store = Store::open(&plan, &args.out)?;
+            let store = RunStore::open(&plan, &args.out)?;
             let flown = fly::fly(&plan, &store, args.shard)?;
             match args.shard {
                 None if flown == 0 && report::is_of(&plan, store.folder()) => {
@@ -219,7 +219,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
         }
         Command::Merge(args) => {
             let plan = plan(&args.spec)?;
-            let store = Store::open(&plan, &args.out)?;
+            let store = RunStore::open(&plan, &args.out)?;
             for folder in &args.from {
                 let taken = store.take(folder)?;
                 print_line!("{}: {taken} parts taken", folder.display());
@@ -242,7 +242,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
 }
 
 /// Writes tables, scores, maps and the page of a campaign whose runs are all there; gives the losses of each law.
-pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
+pub fn write(plan: &Plan, store: &RunStore) -> Result<Vec<Group>, Problem> {
     let mut results = Results::new(plan);
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);
@@ -258,7 +258,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     let jams = Jams::of(plan);
     let mut studied = Vec::new();
     for airframe in 0..plan.aircraft.len() {
-        let limits = jams.map(|_| Limits::of(plan, airframe, store.folder()));
+        let limits = jams.map(|_| PhysicsLimits::of(plan, airframe, store.folder()));
         if let Some(Err(error)) = &limits {
             let name = &plan.aircraft[airframe].name;
             // Nobody may read any more.
@@ -310,7 +310,7 @@ pub fn write(plan: &Plan, store: &Store) -> Result<Vec<Group>, Problem> {
     Ok(groups)
 }
 
-fn replay(args: &ReplayArgs, plan: &Plan) -> Result<(), Problem> {
+fn replay(args: &CampaignReplayArgs, plan: &Plan) -> Result<(), Problem> {
     let run = plan.run(plan.number(args.run)?)?;
     let setup = plan.setup(&run)?;
     let name = format!("{}, run {}", plan.file.spec.name, run.number);

@@ -82,7 +82,7 @@ fn setting<'a>(aircraft: &'a Aircraft, key: &str) -> Option<&'a str> {
 
 /// The limits of an aircraft.
 #[derive(Debug)]
-pub struct Limits {
+pub struct PhysicsLimits {
     /// The sets of steady flights.
     pub sets: Vec<Set>,
     found: Vec<JamLimit>,
@@ -130,7 +130,7 @@ impl KnownLimits {
     }
 }
 
-impl Limits {
+impl PhysicsLimits {
     /// The limits of the aircraft of a campaign, without what is varied; what was found before is in `folder`.
     pub fn of(plan: &Plan, airframe: usize, folder: &Path) -> Result<Self, Problem> {
         let path = folder.join(format!("limits-{airframe}.json"));
@@ -195,7 +195,7 @@ impl Score {
 #[derive(Debug)]
 pub struct Studied {
     /// The physical limit, where the campaign is of jams and there is one.
-    pub limits: Option<Limits>,
+    pub limits: Option<PhysicsLimits>,
     /// Share of the trimmable jams that each law survives.
     pub scores: Vec<Score>,
 }
@@ -205,7 +205,7 @@ pub fn scores(
     plan: &Plan,
     results: &Results,
     jams: Jams,
-    limits: &Limits,
+    limits: &PhysicsLimits,
     airframe: usize,
 ) -> Vec<Score> {
     let mut scores = Vec::new();
@@ -287,7 +287,8 @@ mod tests {
     fn a_share_of_no_flight_is_an_empty_cell() {
         let plan = Plan::new(SpecFile::read("ftc-06").expect("it is shipped")).expect("a plan");
         let set = sets::read("sets.toml", sets::SHIPPED).expect("the sets");
-        let limits = Some(Limits { sets: set, found: Vec::new(), list: EffectorList::default() });
+        let limits =
+            Some(PhysicsLimits { sets: set, found: Vec::new(), list: EffectorList::default() });
         let none = Score { airframe: 0, law: 0, set: 0, margin: false, flights: 0, kept: 0 };
         let csv = table(&plan, &[Studied { limits, scores: vec![none] }]).csv();
         assert!(csv.ends_with(",straight_level,0,0,0,,,\n"), "{csv}");

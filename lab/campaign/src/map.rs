@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use lab_studies::chart::drawing::Drawing;
 use lab_studies::chart::{Figure, Ink, Pattern, WIDTH, axis};
 
-use crate::limit::{Jams, Limits, ROUNDING_DEG, Score};
+use crate::limit::{Jams, PhysicsLimits, ROUNDING_DEG, Score};
 use crate::plan::Plan;
 use crate::results::Results;
 use crate::store::RunEnd;
@@ -35,7 +35,7 @@ pub fn figure(
     plan: &Plan,
     results: &Results,
     jams: Jams,
-    (airframe, limits): (usize, Option<&Limits>),
+    (airframe, limits): (usize, Option<&PhysicsLimits>),
     scores: &[Score],
 ) -> Figure {
     let aircraft = &plan.aircraft[airframe];
@@ -111,7 +111,7 @@ fn about(plan: &Plan, jams: Jams, airframe: usize) -> String {
     )
 }
 
-fn legend(drawing: &mut Drawing, limits: Option<&Limits>) {
+fn legend(drawing: &mut Drawing, limits: Option<&PhysicsLimits>) {
     let mut x = 14.0;
     for (part, name) in [(1.0, "all kept"), (0.5, "half lost"), (0.0, "all lost")] {
         let style = format!(r#"fill="{}""#, colour(part));
@@ -137,7 +137,7 @@ fn ink(pattern: Pattern) -> Ink {
 /// lies beyond the flown angles is open.
 fn draw_limits(
     drawing: &mut Drawing,
-    limits: &Limits,
+    limits: &PhysicsLimits,
     effector: &str,
     (range, x_of): ((f64, f64), &dyn Fn(f64) -> f64),
     (top, mut y): (f64, f64),
@@ -165,7 +165,7 @@ fn draw_limits(
 fn draw_scores(
     drawing: &mut Drawing,
     plan: &Plan,
-    limits: &Limits,
+    limits: &PhysicsLimits,
     scores: &[Score],
     mut y: f64,
 ) -> f64 {

@@ -21,7 +21,7 @@ mod joint;
 mod query;
 mod variable;
 
-pub use joint::{Case, EachTwo, Joint, JointMeaning};
+pub use joint::{EachTwo, Joint, JointCase, JointMeaning};
 pub use query::{Aggregate, ColumnSpec, ENDS, Fields, TableSpec};
 pub use variable::{Each, Grid, Meaning, Normal, Variable};
 

@@ -117,7 +117,7 @@ struct Head {
 
 /// The folder of a campaign.
 #[derive(Debug)]
-pub struct Store {
+pub struct RunStore {
     folder: PathBuf,
     head: Head,
     /// Of each aircraft its first run and the names of its measures.
@@ -131,7 +131,7 @@ struct StorePart<'a> {
     rows: Cow<'a, [Row]>,
 }
 
-impl Store {
+impl RunStore {
     /// Opens the folder of a campaign, or makes it.
     pub fn open(plan: &Plan, folder: &Path) -> Result<Self, Problem> {
         let laws = plan.laws().len() as u64;

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::fly;
 use crate::plan::Plan;
 use crate::spec::SpecFile;
-use crate::store::Store;
+use crate::store::RunStore;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
 use host_io::folder::OutFolder;
@@ -24,7 +24,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
     let mut flown = Vec::new();
     for (name, plan) in plans(aircraft, own)? {
         print_line!("{}", plan.file.spec.name);
-        let store = Store::open(&plan, &folder.join(name))?;
+        let store = RunStore::open(&plan, &folder.join(name))?;
         let _ = fly::fly(&plan, &store, None)?;
         let groups = crate::write(&plan, &store)?;
         flown.push(FlownCampaign { name, plan, groups });

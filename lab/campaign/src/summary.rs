@@ -32,11 +32,11 @@ pub struct Group {
     /// Wilson's 95 % interval of the fraction lost.
     pub interval: (f64, f64),
     /// Fraction lost minus that of the first law, with its interval.
-    pub difference: Option<Difference>,
+    pub difference: Option<LossDifference>,
     /// Median of each named measure over the flights that were kept.
     pub medians: Vec<Option<f64>>,
     /// Mean of each named measure minus that of the first law, over the flights that both kept.
-    pub differences: Vec<Option<Difference>>,
+    pub differences: Vec<Option<LossDifference>>,
 }
 
 impl Group {
@@ -48,7 +48,7 @@ impl Group {
 
 /// A mean difference on the same flights.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Difference {
+pub struct LossDifference {
     pub mean: f64,
     /// 95 % interval by paired bootstrap.
     pub interval: (f64, f64),
@@ -90,7 +90,7 @@ fn group(
     let seed = plan.file.spec.seed;
     let compare = |name: &str, differences: Vec<f64>| {
         let name = format!("bootstrap {airframe} {law} {name}");
-        Difference::of(&differences, seed, &name)
+        LossDifference::of(&differences, seed, &name)
     };
     let difference = compare(
         "lost",
@@ -118,7 +118,7 @@ fn group(
     }
 }
 
-impl Difference {
+impl LossDifference {
     /// The mean of differences, with the 2.5 and the 97.5 percentile of the means of resamples; `None` of nothing.
     fn of(differences: &[f64], seed: u64, name: &str) -> Option<Self> {
         let count = u32::try_from(differences.len()).ok().filter(|count| *count > 0)?;
@@ -168,8 +168,8 @@ pub fn table(plan: &Plan, groups: &[Group]) -> Table {
     table
 }
 
-fn cells_of(difference: Option<Difference>, scale: f64) -> [Cell; 3] {
-    let values = difference.map(|Difference { mean, interval: (low, high) }| [mean, low, high]);
+fn cells_of(difference: Option<LossDifference>, scale: f64) -> [Cell; 3] {
+    let values = difference.map(|LossDifference { mean, interval: (low, high) }| [mean, low, high]);
     [0, 1, 2].map(|place| values.map(|values| scale * values[place]).into())
 }
 
@@ -187,7 +187,7 @@ pub fn shown(plan: &Plan, groups: &[Group]) -> String {
                 let [percent, low, high] = [group.fraction_lost(), *low, *high].map(|p| 100.0 * p);
                 let _ = write!(text, ": {percent:.1} %, {low:.1} to {high:.1} % (95 %, Wilson)");
             }
-            if let Some(Difference { mean, interval: (low, high) }) = group.difference {
+            if let Some(LossDifference { mean, interval: (low, high) }) = group.difference {
                 let _ = write!(
                     text,
                     "; {:+.1} points against {}, {:+.1} to {:+.1}",
@@ -214,11 +214,11 @@ mod tests {
     fn a_bootstrap_interval_is_that_of_the_mean() {
         // 400 draws of mean 0.25 and deviation 0.433: the mean is known to 0.0217, its interval is 1.96 times as wide.
         let differences: Vec<f64> = (0..400).map(|k| f64::from(u8::from(k % 4 == 0))).collect();
-        let Difference { mean, interval: (low, high) } =
-            Difference::of(&differences, 1, "test").expect("there are some");
+        let LossDifference { mean, interval: (low, high) } =
+            LossDifference::of(&differences, 1, "test").expect("there are some");
         assert_eq!(mean, 0.25);
         assert!((mean - low - 0.0424).abs() < 0.006 && (high - mean - 0.0424).abs() < 0.006);
-        assert_eq!(Difference::of(&[], 1, "test"), None);
+        assert_eq!(LossDifference::of(&[], 1, "test"), None);
     }
 
     #[test]

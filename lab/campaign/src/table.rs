@@ -8,7 +8,7 @@ use lab_studies::problem::Problem;
 
 use crate::plan::{Plan, Value};
 use crate::spec::Variable;
-use crate::store::{PROGRAM, Row, RunEnd, Store, write_new};
+use crate::store::{PROGRAM, Row, RunEnd, RunStore, write_new};
 
 /// Name of the table.
 pub const RUNS: &str = "runs.parquet";
@@ -20,7 +20,7 @@ pub const FINGERPRINT: &str = "fingerprint";
 const SETUP: &str = "setup.json";
 
 /// Writes the table and the list of its columns from the parts of a store; `each` sees every row, in the order of the runs.
-pub fn write(plan: &Plan, store: &Store, each: &mut dyn FnMut(&Row)) -> Result<(), Problem> {
+pub fn write(plan: &Plan, store: &RunStore, each: &mut dyn FnMut(&Row)) -> Result<(), Problem> {
     store.check_complete()?;
     let columns = columns(plan);
     let setup = plan.setup_json()?;

@@ -12,7 +12,7 @@ use crate::configuration::{AircraftArgs, Named};
 use crate::problem::{At as _, Problem, problem};
 use crate::runner::Progress;
 use crate::settings::{self, Setting, Target};
-use columns::Columns;
+use columns::CheckcaseColumns;
 
 pub mod columns;
 mod picture;
@@ -109,7 +109,7 @@ impl CheckcaseArgs {
 pub struct Flight<'a> {
     case: &'a CheckCase,
     plant: Plant,
-    columns: Columns,
+    columns: CheckcaseColumns,
 }
 
 impl<'a> Flight<'a> {
@@ -121,7 +121,7 @@ impl<'a> Flight<'a> {
             let controls = start.plus(&step.change);
             case.setup.check_controls(&controls).at(name)?;
         }
-        let columns = Columns::new(&plant);
+        let columns = CheckcaseColumns::new(&plant);
         Ok(Self { case, plant, columns })
     }
 

@@ -18,7 +18,7 @@ mod fly;
 mod recording;
 
 pub use compare::Difference;
-pub use fly::{Outcome, Verdict, fly};
+pub use fly::{Outcome, ReplayVerdict, fly};
 pub use recording::{Input, Recording, inputs};
 
 use crate::problem::Problem;
@@ -88,7 +88,7 @@ pub fn run(args: &ReplayArgs) -> u8 {
 }
 
 /// Flies the bytes of a file again, whatever they are, for `steps_max` control steps at most.
-pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<Verdict, Problem> {
+pub fn of_bytes(bytes: Vec<u8>, steps_max: u64) -> Result<ReplayVerdict, Problem> {
     let recording = Recording::of(Log::from_bytes(bytes)?)?.up_to(steps_max);
     fly(&recording, &mut |_| {})
 }

@@ -84,7 +84,7 @@ fn level(text: &str) -> Result<TurbulenceLevel, String> {
 
 /// A spectrum in one band of frequencies.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Band {
+pub struct SpectrumBand {
     /// Its middle, rad/m.
     pub omega_rad_m: f64,
     /// Estimated from the flight, (m/s)²/(rad/m) or (rad/s)²/(rad/m).
@@ -96,11 +96,11 @@ pub struct Band {
 }
 
 /// A height above the ground, m, and the spectra of the six axes there.
-type Flown = (f64, [Vec<Band>; 6]);
+type Flown = (f64, [Vec<SpectrumBand>; 6]);
 
 impl TurbulenceArgs {
     /// Spectra of the six axes on a flight at a height, straight and level in calm air.
-    pub fn fly(&self, height_m: f64) -> [Vec<Band>; 6] {
+    pub fn fly(&self, height_m: f64) -> [Vec<SpectrumBand>; 6] {
         let scales = self.level.scales(height_m);
         let way_m = (WAY_PER_SPAN * self.span_m).min(WAY_PER_LENGTH * scales.vertical_m);
         let period_s = way_m / self.airspeed_m_s;
@@ -179,7 +179,7 @@ fn table(flown: &[Flown]) -> Table {
         segments: Number);
     for (height_m, axes) in flown {
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
-            for Band { omega_rad_m, estimate, formula, count } in bands {
+            for SpectrumBand { omega_rad_m, estimate, formula, count } in bands {
                 table.rows.push(cells![*height_m, axis, *omega_rad_m, *estimate, *formula, *count]);
             }
         }
@@ -202,7 +202,7 @@ fn summary(args: &TurbulenceArgs, flown: &[Flown]) -> String {
             scales.vertical_m_s
         );
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
-            let far = |band: &Band| (band.estimate / band.formula - 1.0).abs();
+            let far = |band: &SpectrumBand| (band.estimate / band.formula - 1.0).abs();
             let certain = bands.iter().filter(|band| band.count >= 100.0);
             let worst = certain.map(far).fold(0.0, f64::max);
             let _ = writeln!(text, "  {axis}: within {:.1} % of the formula", 100.0 * worst);
@@ -228,7 +228,7 @@ fn figure(args: &TurbulenceArgs, flown: &[Flown]) -> Figure {
         .map(|(axis, (name, y_label))| {
             let mut curves = Vec::new();
             for (place, (_, axes)) in flown.iter().enumerate() {
-                let of = |value: fn(&Band) -> f64| {
+                let of = |value: fn(&SpectrumBand) -> f64| {
                     axes[axis].iter().map(|band| log(band.omega_rad_m, value(band))).collect()
                 };
                 curves.push(Curve::unnamed(of(|band| band.estimate), flown_ink(place)));
@@ -274,7 +274,7 @@ mod tests {
                 let longest_m = level.scales(height_m).horizontal_m;
                 let axes = args(level, 40.0 * LENGTHS * longest_m / 60.0).fly(height_m);
                 for (bands, (axis, _)) in axes.iter().zip(AXES) {
-                    let certain: Vec<&Band> =
+                    let certain: Vec<&SpectrumBand> =
                         bands.iter().filter(|band| band.count >= 100.0).collect();
                     assert!(certain.len() > 8, "{level}, {height_m} m, {axis}: too few bands");
                     for band in certain {

@@ -25,7 +25,7 @@ use super::keys::{self, PaceState, is_in_background};
 mod view;
 
 pub(super) use view::Advice;
-use view::{Line, State, Tone, compensator_text, fault_text, plain_lines};
+use view::{Line, ScreenState, Tone, compensator_text, fault_text, plain_lines};
 
 /// Time between two lines where the output is no terminal.
 const PLAIN_EVERY: Duration = Duration::from_secs(10);
@@ -36,7 +36,7 @@ const WARNINGS_MAX: usize = 10;
 
 /// The operator's screen, or the file that stands for it.
 pub(super) struct Screen {
-    state: State,
+    state: ScreenState,
     /// `None`: plain lines.
     terminal: Option<Terminal>,
     drawn: Option<Instant>,
@@ -59,7 +59,7 @@ struct ScreenChange {
 
 impl Screen {
     pub(super) fn new(pace: PaceState, advice: Option<Advice>) -> Self {
-        let (mut state, terminal) = (State::new(pace), Terminal::open());
+        let (mut state, terminal) = (ScreenState::new(pace), Terminal::open());
         state.advice = advice;
         Self { state, terminal, drawn: None, shown: None, measured: None, log: None }
     }

@@ -11,7 +11,7 @@ use plant_sim::Plant;
 use plant_sim::release::Controls;
 use plant_sim::scenario::case::CheckCase;
 use sitl::checkcase::CheckcaseArgs;
-use sitl::checkcase::columns::Columns;
+use sitl::checkcase::columns::CheckcaseColumns;
 use sitl::checkcase::reference::References;
 use sitl::checkcase::trajectory::Trajectory;
 
@@ -94,7 +94,7 @@ fn equivalent_airspeed_kt(plant: &Plant) -> f64 {
 fn flown(case: &CheckCase, data: &Path, end: SimTime, demand: Demand) -> Trajectory {
     let mut plant = Plant::release(&case.setup).expect("the trim exists");
     let law = Law::new(data, &plant);
-    let columns = Columns::new(&plant);
+    let columns = CheckcaseColumns::new(&plant);
     let mut text = format!("{}\n", columns.header());
     loop {
         if plant.time().as_micros().is_multiple_of(case.output_us) {

@@ -13,8 +13,8 @@ use plant_sim::{Airframe, airframe};
 
 use super::{Plan, Value};
 use crate::spec::{
-    AirframeSpec, Case, Each, JointMeaning, Meaning, RUNS_MAX, SpecFile, Variable, settings_of,
-    text_of,
+    AirframeSpec, Each, JointCase, JointMeaning, Meaning, RUNS_MAX, SpecFile, Variable,
+    settings_of, text_of,
 };
 
 /// Keys of a fault whose numbers can be parts of a travel.
@@ -122,7 +122,7 @@ impl Aircraft {
         lacking.extend(without.iter().cloned());
         unset.extend(without);
         (aircraft.lacking, aircraft.unset) = (lacking, unset);
-        let case = |variable: &Variable, case: &Case| -> Result<_, Problem> {
+        let case = |variable: &Variable, case: &JointCase| -> Result<_, Problem> {
             let mut set = settings_of(&case.set, &file.name)?;
             let meaning = case.meaning.unwrap_or(variable.case_meaning);
             for Setting { key, value } in &mut set {

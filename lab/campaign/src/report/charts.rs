@@ -4,7 +4,7 @@ use lab_studies::chart::drawing::Drawing;
 use lab_studies::chart::{Ink, Pattern, WIDTH, axis};
 
 use super::Sources;
-use crate::summary::Difference;
+use crate::summary::LossDifference;
 
 /// Space left of the axis, for names; right of it, for the last number.
 const LEFT: f64 = 240.0;
@@ -46,7 +46,7 @@ pub(super) fn differences(sources: &Sources<'_>, airframe: usize) -> String {
     let bars: Vec<Bar<'_>> = sources
         .of(airframe)
         .filter_map(|group| {
-            let Difference { mean, interval: (low, high) } = group.difference?;
+            let LossDifference { mean, interval: (low, high) } = group.difference?;
             let (value, interval) = (100.0 * mean, (100.0 * low, 100.0 * high));
             let text = format!("{value:+.1}");
             Some(Bar { name: laws[group.law], value, interval, mark: None, text })

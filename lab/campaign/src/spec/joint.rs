@@ -24,7 +24,7 @@ pub struct Joint {
     pub keys: Vec<String>,
     /// In place of levels and keys: cases, each with values for keys of its own.
     #[serde(default, rename = "case")]
-    pub cases: Vec<Case>,
+    pub cases: Vec<JointCase>,
     /// In place of all these: every two of these effectors, as those of `plant.fault.1` and `plant.fault.2`.
     pub each: Option<EachTwo>,
 }
@@ -39,7 +39,7 @@ pub enum EachTwo {
 
 /// Keys and values under one name.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Case {
+pub struct JointCase {
     pub name: String,
     /// What its numbers mean, where that is not what those of the others mean.
     #[serde(rename = "as")]
@@ -118,7 +118,7 @@ impl Joint {
                 return refuse("case", format!("{} of them", self.cases.len()), expected);
             }
             for (place, case) in self.cases.iter().enumerate() {
-                let is_same = |other: &Case| other.name == case.name;
+                let is_same = |other: &JointCase| other.name == case.name;
                 if case.name.is_empty() || self.cases[..place].iter().any(is_same) {
                     let expected = "each name once, and not empty";
                     return refuse("case.name", format!("{:?}", case.name), expected);

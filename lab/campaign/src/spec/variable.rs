@@ -7,7 +7,7 @@ use lab_studies::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 
-use super::{Case, JointMeaning, check_key, is_scalar, refuse};
+use super::{JointCase, JointMeaning, check_key, is_scalar, refuse};
 
 /// Most values of one variable.
 const VALUES_MAX: u32 = 100_000;
@@ -34,7 +34,7 @@ pub struct Variable {
     pub sets: Vec<String>,
     /// What its values stand for, where they are names, and what the numbers of these cases mean.
     #[serde(skip)]
-    pub cases: Vec<Case>,
+    pub cases: Vec<JointCase>,
     #[serde(skip)]
     pub case_meaning: JointMeaning,
     /// Its values are every two effectors with an angle.

@@ -8,7 +8,7 @@ use flight_control::main_controller::pid::Pid;
 use flight_control::{Gains, MainLaw};
 use lab_campaign::plan::{Plan, Value};
 use lab_campaign::spec::SpecFile;
-use lab_campaign::store::{RunEnd, Store};
+use lab_campaign::store::{RunEnd, RunStore};
 use lab_campaign::{Command, compare, fly, run};
 use lab_studies::configuration::AircraftArgs;
 use lab_studies::settings::Setting;
@@ -156,7 +156,7 @@ fn a_finished_campaign_writes_its_tables_again_only_where_one_is_missing() {
 fn a_run_alone_is_the_run_among_all() {
     let folder = tempfile::tempdir().expect("a folder");
     let plan = parse(smoke()).expect("the shipped campaign");
-    let store = Store::open(&plan, folder.path()).expect("a new folder");
+    let store = RunStore::open(&plan, folder.path()).expect("a new folder");
     let _ = fly::fly(&plan, &store, None).expect("it can be written");
     let rows = store.read(0).expect("a file").expect("a whole part");
     assert_eq!(rows.len() as u64, plan.runs());

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use lab_campaign::plan::Plan;
 use lab_campaign::spec::SpecFile;
-use lab_campaign::store::Store;
+use lab_campaign::store::RunStore;
 use lab_campaign::{compare, fly, table};
 
 const SPEC: &str = r#"
@@ -33,7 +33,7 @@ fn small(folder: &Path) -> (PathBuf, Vec<u8>) {
     let file = SpecFile::parse("small.toml", SPEC.to_owned(), PathBuf::new()).expect("above");
     let plan = Plan::new(file).expect("a plan");
     let out = folder.join("one");
-    let store = Store::open(&plan, &out).expect("a new folder");
+    let store = RunStore::open(&plan, &out).expect("a new folder");
     let _ = fly::fly(&plan, &store, None).expect("it can be written");
     table::write(&plan, &store, &mut |_| {}).expect("it can be written");
     let bytes = fs::read(out.join(table::RUNS)).expect("a table");

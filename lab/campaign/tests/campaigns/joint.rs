@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use lab_campaign::plan::{Plan, Run};
 use lab_campaign::results::Results;
 use lab_campaign::spec::SpecFile;
-use lab_campaign::store::{RunEnd, Store};
+use lab_campaign::store::{RunEnd, RunStore};
 use lab_campaign::{curves, fly};
 
 const SPEC: &str = r#"
@@ -108,7 +108,7 @@ fn a_joint_value_is_that_of_every_key() {
 fn a_curve_counts_the_runs_of_its_level() {
     let folder = tempfile::tempdir().expect("a folder");
     let plan = plan(SPEC).expect("above");
-    let store = Store::open(&plan, folder.path()).expect("a new folder");
+    let store = RunStore::open(&plan, folder.path()).expect("a new folder");
     let _ = fly::fly(&plan, &store, None).expect("it can be written");
     let _ = lab_campaign::write(&plan, &store).expect("it can be written");
     let (mut results, mut lost) = (Results::new(&plan), 0);

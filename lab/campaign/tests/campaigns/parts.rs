@@ -7,7 +7,7 @@ use std::thread;
 
 use lab_campaign::plan::Plan;
 use lab_campaign::spec::SpecFile;
-use lab_campaign::store::{RunEnd, Store};
+use lab_campaign::store::{RunEnd, RunStore};
 use lab_campaign::{Command, fly, run};
 use studies::STUDIES;
 
@@ -98,7 +98,7 @@ fn a_part_with_what_no_flight_gives_is_refused_by_name() {
     let folder = tempfile::tempdir().expect("a folder");
     let (spec, out) = flown(folder.path(), "smoke", smoke());
     let plan = plan(smoke(), folder.path());
-    let store = Store::open(&plan, &out).expect("its folder");
+    let store = RunStore::open(&plan, &out).expect("its folder");
     let rows = store.read(0).expect("a file").expect("a part");
     let kept = rows.iter().position(|row| row.end == RunEnd::Kept).expect("one is kept");
     let with = |change: &dyn Fn(&mut Vec<lab_campaign::store::Row>), expected: &str| {
@@ -122,7 +122,7 @@ fn a_file_that_changes_while_its_campaign_is_flown_ends_it() {
     fs::write(folder.path().join("jet.toml"), jet).expect("a file");
     let airframe = "\n[[airframe]]\nname = \"jet\"\nfile = \"jet.toml\"\n\n[[law]]";
     let plan = plan(&smoke().replacen("\n[[law]]", airframe, 1), folder.path());
-    let store = Store::open(&plan, &folder.path().join("out")).expect("a new folder");
+    let store = RunStore::open(&plan, &folder.path().join("out")).expect("a new folder");
     let other = jet.replacen("mass_kg = ", "mass_kg = 1", 1);
     fs::write(folder.path().join("jet.toml"), other).expect("a file");
     let error = fly::fly(&plan, &store, None).expect_err("another aircraft").to_string();
@@ -143,7 +143,7 @@ fn of_two_campaigns_that_begin_at_once_in_one_folder_one_is_refused() {
                 let folder = folder.path();
                 scope.spawn(move || {
                     barrier.wait();
-                    Store::open(plan, folder).map(drop).map_err(|error| error.to_string())
+                    RunStore::open(plan, folder).map(drop).map_err(|error| error.to_string())
                 })
             };
             let both = plans.each_ref().map(open);

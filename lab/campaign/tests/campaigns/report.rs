@@ -7,7 +7,7 @@ use std::process::Command as Process;
 use lab_campaign::fly;
 use lab_campaign::plan::Plan;
 use lab_campaign::spec::SpecFile;
-use lab_campaign::store::Store;
+use lab_campaign::store::RunStore;
 
 /// Jams of one effector, with what a text must not break: tags that end a script or keep it from ending, a formula.
 const SPEC: &str = r#"
@@ -47,7 +47,7 @@ set = { FTC_MODE = 1 }
 fn page(folder: &Path) -> PathBuf {
     let file = SpecFile::parse("small.toml", SPEC.to_owned(), PathBuf::new()).expect("a campaign");
     let plan = Plan::new(file).expect("a plan");
-    let store = Store::open(&plan, folder).expect("a new folder");
+    let store = RunStore::open(&plan, folder).expect("a new folder");
     let _ = fly::fly(&plan, &store, None).expect("it can be written");
     lab_campaign::write(&plan, &store).expect("it can be written");
     folder.join("report.html")

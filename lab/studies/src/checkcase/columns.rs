@@ -11,14 +11,14 @@ const MOTION: &str = "vn_mps,ve_mps,vd_mps,yaw_deg,pitch_deg,roll_deg,qw,qx,qy,q
 
 /// Header and rows of one flight.
 #[derive(Debug)]
-pub struct Columns {
+pub struct CheckcaseColumns {
     header: String,
     is_flat: bool,
     /// Position at the start, m.
     start: Ned,
 }
 
-impl Columns {
+impl CheckcaseColumns {
     /// For a flight at its start.
     pub fn new(plant: &Plant) -> Self {
         let is_flat = plant.dynamics().earth().model() == EarthModel::Flat;

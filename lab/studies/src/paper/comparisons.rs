@@ -37,7 +37,7 @@ pub struct Comparisons {
     /// Claims of the faults with the compensator always on, case by case.
     pub always_on: [Vec<ClaimResult>; 2],
     /// Healthy flight in turbulence, light and moderate.
-    pub turbulence: [Turbulence; 2],
+    pub turbulence: [TurbulenceEffect; 2],
     /// The same effectors without observer, case by case.
     pub ganged: [Ganged; 2],
 }
@@ -70,7 +70,7 @@ pub struct Summary {
 
 /// Healthy flight in turbulence, means over the seeds.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Turbulence {
+pub struct TurbulenceEffect {
     /// Intensity, m/s rms.
     pub turbulence_m_s: f64,
     pub switched: Healthy,
@@ -192,7 +192,10 @@ fn ganged(flown: &Flown) -> Result<Ganged, Problem> {
     })
 }
 
-fn turbulence_pair(flown: &Flown, conditions: &Conditions) -> Result<[Turbulence; 2], Problem> {
+fn turbulence_pair(
+    flown: &Flown,
+    conditions: &Conditions,
+) -> Result<[TurbulenceEffect; 2], Problem> {
     let [light, moderate] = TURBULENCE_M_S.map(|m_s| turbulence(&flown.case, conditions, m_s));
     Ok([light?, moderate?])
 }
@@ -201,7 +204,7 @@ fn turbulence(
     case: &Case,
     conditions: &Conditions,
     turbulence_m_s: f64,
-) -> Result<Turbulence, Problem> {
+) -> Result<TurbulenceEffect, Problem> {
     let level = level_flight(case)?;
     let fly_all = |mode: CompensatorMode| -> Result<Healthy, Problem> {
         let flights = (0..SEEDS).into_par_iter().map(|number| {
@@ -220,7 +223,7 @@ fn turbulence(
         });
         flights.collect::<Result<Vec<Healthy>, Problem>>().map(|all| Healthy::mean(&all))
     };
-    Ok(Turbulence {
+    Ok(TurbulenceEffect {
         turbulence_m_s,
         switched: fly_all(CompensatorMode::Armed)?,
         always_on: fly_all(CompensatorMode::AlwaysOn)?,

@@ -12,7 +12,7 @@ use crate::page;
 use crate::paper::claim::ClaimResult;
 use crate::paper::claims::{Axis, JUMP_S, REFERENCE_DEG, REFERENCE_M};
 use crate::paper::comparisons::{
-    Comparisons, Ganged, Healthy, Literal, Sensitivity, Summary, Turbulence,
+    Comparisons, Ganged, Healthy, Literal, Sensitivity, Summary, TurbulenceEffect,
 };
 use crate::paper::{Evaluation, Link, Options};
 
@@ -287,7 +287,7 @@ fn always_on(all: &Comparisons) -> Markup {
 }
 
 /// What always on costs in healthy flight.
-fn price(t: &Turbulence) -> Markup {
+fn price(t: &TurbulenceEffect) -> Markup {
     let change = |of: fn(&Healthy) -> f64| {
         let percent = 100.0 * (of(&t.always_on) / of(&t.switched) - 1.0);
         format!("{percent:+.1} %")
@@ -300,7 +300,7 @@ fn price(t: &Turbulence) -> Markup {
     } }
 }
 
-fn healthy(t: &Turbulence, name: &str, h: &Healthy) -> Markup {
+fn healthy(t: &TurbulenceEffect, name: &str, h: &Healthy) -> Markup {
     html! { tr {
         td { (number(t.turbulence_m_s)) " m/s rms" } td { (name) }
         td.number { (number(h.roll_rms_rad / DEG)) }

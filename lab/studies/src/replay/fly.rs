@@ -18,7 +18,7 @@ use crate::problem::{At as _, Problem, problem};
 
 /// What came of a replay.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
+pub struct ReplayVerdict {
     pub steps: u64,
     /// Hash of the flight.
     pub run_hash: String,
@@ -34,7 +34,7 @@ pub struct Verdict {
     first_damage: Option<SimTime>,
 }
 
-/// What a [`Verdict`] comes to.
+/// What a [`ReplayVerdict`] comes to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
     /// The same flight, as far as the log goes.
@@ -46,7 +46,7 @@ pub enum Outcome {
     Unknown,
 }
 
-impl Verdict {
+impl ReplayVerdict {
     /// The same flight, as far as the log goes, and no step of it is missing.
     pub fn is_same(&self) -> bool {
         self.outcome() == Outcome::Same
@@ -93,7 +93,7 @@ impl Verdict {
     }
 }
 
-impl fmt::Display for Verdict {
+impl fmt::Display for ReplayVerdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if matches!(self.outcome(), Outcome::SameWhereReadable | Outcome::Unknown) {
             return self.of_damaged(f);
@@ -122,7 +122,7 @@ impl fmt::Display for Verdict {
 }
 
 /// Flies the log again up to its end, its first difference, or the ground; `each` gets the number of each step.
-pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, Problem> {
+pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<ReplayVerdict, Problem> {
     let mut replay = Replay::new(recording, each);
     // A log has its own end.
     let until = SimTime::from_micros(u64::MAX);
@@ -133,7 +133,7 @@ pub fn fly(recording: &Recording, each: &mut dyn FnMut(u64)) -> Result<Verdict, 
     if let Some(failure) = flight.failure().filter(|_| steps < recording.steps()) {
         return Err(problem!("after {steps} of its control steps {failure}"));
     }
-    Ok(Verdict {
+    Ok(ReplayVerdict {
         steps: replay.hash.steps(),
         run_hash: replay.hash.hex(),
         logged_hash: recording.run_hash().map(str::to_owned),

@@ -74,7 +74,7 @@ pub fn commands() -> Vec<StepCommand> {
     ]
 }
 
-fn replay(bytes: Vec<u8>) -> Result<Verdict, Problem> {
+fn replay(bytes: Vec<u8>) -> Result<ReplayVerdict, Problem> {
     fly(&Recording::of(Log::from_bytes(bytes).unwrap())?, &mut |_| {})
 }
 

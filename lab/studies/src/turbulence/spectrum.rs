@@ -3,7 +3,7 @@
 
 use core::f64::consts::{PI, TAU};
 
-use super::Band;
+use super::SpectrumBand;
 
 /// Bands in a decade of frequencies.
 const PER_DECADE: f64 = 10.0;
@@ -46,7 +46,7 @@ impl Welch {
     }
 
     /// The one-sided spectrum over the spatial frequency in bands, where two samples are `way_m` apart; beside it `formula`.
-    pub(super) fn bands(&self, way_m: f64, formula: impl Fn(f64) -> f64) -> Vec<Band> {
+    pub(super) fn bands(&self, way_m: f64, formula: impl Fn(f64) -> f64) -> Vec<SpectrumBand> {
         let n = self.window.len();
         let energy: f64 = self.window.iter().map(|w| w * w).sum();
         // Per hertz 2 |X|² h / Σw²; per rad/m over 2π, with the way in place of the time.
@@ -60,7 +60,7 @@ impl Welch {
             let to = (from..last).find(|k| band_of(*k) != band_of(from)).unwrap_or(last);
             let lines = (to - from) as f64;
             let mean = |value: &dyn Fn(usize) -> f64| (from..to).map(value).sum::<f64>() / lines;
-            bands.push(Band {
+            bands.push(SpectrumBand {
                 omega_rad_m: mean(&|k| omega(k)),
                 estimate: mean(&|k| scale * self.power[k]),
                 formula: mean(&|k| formula(omega(k))),

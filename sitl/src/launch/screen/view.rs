@@ -43,7 +43,7 @@ pub(super) struct Line {
 
 /// What is known of the flight.
 #[derive(Debug, Clone, Default)]
-pub(super) struct State {
+pub(super) struct ScreenState {
     pub(super) flight: Option<FlightStatus>,
     pub(super) pace: PaceState,
     /// Simulation time per wall time, once it has been measured.
@@ -56,7 +56,7 @@ pub(super) struct State {
     messages: VecDeque<String>,
 }
 
-impl State {
+impl ScreenState {
     pub(super) fn new(pace: PaceState) -> Self {
         Self { pace, ..Self::default() }
     }

@@ -32,8 +32,8 @@ pub(in super::super) fn faults(count: usize) -> Vec<FaultStatus> {
     vec![FaultStatus { what, state }; count]
 }
 
-fn state(flight: FlightStatus) -> State {
-    let mut state = State::new(PaceState { paused: false, speed: Some(1.0) });
+fn state(flight: FlightStatus) -> ScreenState {
+    let mut state = ScreenState::new(PaceState { paused: false, speed: Some(1.0) });
     let at = |port| SocketAddr::from(([127, 0, 0, 1], port));
     state.stations = Some(Listening {
         clients: vec![at(14_550), at(14_540)],
@@ -148,7 +148,7 @@ fn the_title_has_the_state_of_the_plant_and_the_pace() {
 
 #[test]
 fn without_ground_stations_there_is_no_help_and_without_a_flight_it_waits() {
-    let mut state = State::new(PaceState { paused: false, speed: None });
+    let mut state = ScreenState::new(PaceState { paused: false, speed: None });
     state.stations = Some(Listening::default());
     let lines = state.lines(80, 24);
     assert!(lines[0].text.contains("waiting for the aircraft"));
@@ -157,7 +157,7 @@ fn without_ground_stations_there_is_no_help_and_without_a_flight_it_waits() {
 
 #[test]
 fn of_too_many_messages_the_newest_stay() {
-    let mut state = State::new(PaceState { paused: false, speed: None });
+    let mut state = ScreenState::new(PaceState { paused: false, speed: None });
     for n in 0..MESSAGES_MAX + 5 {
         state.message(&n.to_string());
     }
