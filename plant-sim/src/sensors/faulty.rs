@@ -61,10 +61,11 @@ impl FaultySensors {
 
     /// Gives the samples of this period the effects of the faults.
     pub fn apply(&mut self, now: SimTime, faults: &Faults, out: &mut Sensors) {
-        let last = self.last.replace(*out);
         if !faults.has_sensor_faults() {
+            self.last = Some(*out);
             return;
         }
+        let last = self.last.replace(*out);
         let healthy = *out;
         let mut is_delayed = false;
         for (sensor, state) in SensorKind::ALL.into_iter().zip(&mut self.states) {
