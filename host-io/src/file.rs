@@ -154,11 +154,13 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
         Err(error) => return Err(error.into()),
     }
     let mut options = OpenOptions::new();
+    // Not emptied yet: first comes the look at what is in it.
     options.read(true).write(true).create(true).truncate(false).custom_flags(O_NONBLOCK);
     let mut file = options.open(path)?;
     check_ordinary(file.metadata()?.file_type())?;
     check_own(&file, is_own)?;
     file.set_len(0)?;
+    // The look has moved the position.
     file.rewind()?;
     Ok(file)
 }
@@ -172,6 +174,7 @@ pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem
 
 /// Whether a file that begins so is of the kind that this mark stands for.
 pub(crate) fn has_mark(beginning: &[u8], mark: &[u8]) -> bool {
+    // `windows` panics at zero; so an empty mark is found nowhere.
     beginning.windows(mark.len().max(1)).any(|window| window == mark)
 }
 
@@ -230,10 +233,12 @@ impl NewFile {
     }
 
     fn finish_with(mut self, waits_for_disk: bool) -> Result<(), FileProblem> {
+        // On the disk before the rename: after a power cut the name must not lead to an empty file.
         if waits_for_disk { self.put_on_disk() } else { self.file.flush() }?;
         if let Some(beside) = &self.beside {
             fs::rename(beside, &self.path)?;
         }
+        // It has its name now, so `drop` must not remove it.
         self.beside = None;
         Ok(())
     }
@@ -243,6 +248,7 @@ impl NewFile {
         self.put_on_disk()?;
         let Some(beside) = &self.beside else { return Ok(false) };
         match fs::hard_link(beside, &self.path) {
+            // `drop` removes the other name.
             Ok(()) => Ok(true),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
             // A file system without links: the last of several programs wins.
@@ -320,6 +326,7 @@ impl OwnFile {
     pub fn check(&self) -> Result<(), FileProblem> {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),
+            // Longer than anything that the program writes.
             Ok(_) | Err(FileProblem::TooLong { .. }) => Err(FileProblem::Foreign),
             Err(problem) if problem.is_not_found() => check_free(&self.path),
             Err(problem) => Err(problem),

@@ -202,8 +202,11 @@ impl LinkSocket {
                 Wait::Yield => std::thread::yield_now(),
                 Wait::Spin => std::hint::spin_loop(),
             }
+            // Reading the clock costs more than an attempt.
             if attempts.is_multiple_of(ATTEMPTS_PER_LOOK) {
                 let now = clock::now();
+                // The first look starts the wait, so that an answer that comes before it costs no
+                // reading.
                 if now >= *deadline.get_or_insert(now + self.timeout) {
                     self.quiet = true;
                     return Ok(None);

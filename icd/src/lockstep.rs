@@ -243,6 +243,7 @@ impl FlightSide {
     pub fn handle(&mut self, datagram: &[u8], from: SocketAddr, is_free: bool) -> FlightEvent<'_> {
         let packet = match wire::decode(datagram) {
             Ok(Packet::Sensors(packet)) => packet,
+            // Anybody else could end a flight with a forged refusal.
             Ok(Packet::Refusal(refusal)) if self.plant().is_none_or(|plant| plant == from) => {
                 return FlightEvent::Refused(refusal);
             }
@@ -266,6 +267,7 @@ impl FlightSide {
             }
             _ if packet.aircraft != self.aircraft => self.other_aircraft(&packet),
             _ => {
+                // They are sessions of another plant.
                 self.retired.clear();
                 self.open(&packet, from, false);
                 FlightEvent::NewFlight(packet)
@@ -289,6 +291,7 @@ impl FlightSide {
             self.retired.push(current.session);
             self.open(&packet, current.plant, false);
             FlightEvent::NewFlight(packet)
+        // A plant goes on only after an answer, so a higher number before one is no next packet.
         } else if packet.sequence == current.sequence.saturating_add(1) && current.answered {
             self.open(&packet, current.plant, true);
             FlightEvent::Next(packet)

@@ -178,6 +178,7 @@ impl Airframe {
     /// The derivative with these letters, for surfaces that of the first one of the kind; `None` if the aircraft has none.
     pub fn derivative(&self, name: &str) -> Option<f64> {
         let mut first = None;
+        // The walk over the derivatives needs a mutable set; on a copy it can serve the reader too.
         self.clone().change_derivative(name, |value| {
             first.get_or_insert(*value);
         });
@@ -189,6 +190,8 @@ impl Airframe {
     pub fn set_derivative(&mut self, name: &str, instead: f64) -> Option<f64> {
         let before = self.derivative(name)?;
         self.change_derivative(name, |value| {
+            // Zero equals minus zero: without the second test every derivative that is zero would
+            // count as mirrored.
             *value = if *value == -before && before != 0.0 { -instead } else { instead };
         });
         Some(before)
@@ -218,11 +221,13 @@ impl Airframe {
             ] {
                 let linear = linear.to_degrees();
                 check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
+                // `bent` divides by the difference of the two.
                 check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
             }
         }
         if let Some(nozzle) = &self.nozzle {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
+            // The compensator divides by this thrust, so zero is no floor.
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
         check_vector("air_data", "vanes_m", self.air_data.vanes_m, 100.0)?;
@@ -233,6 +238,7 @@ impl Airframe {
         self.damage.check()?;
         if let Some(fuel) = &self.fuel {
             fuel.check(self.mass.mass_kg)?;
+            // `without` also gives `None` where nothing is missing, hence the test for zero.
             // With empty tanks there is still a body that can fly.
             let rest = self.without(&PerPart::default(), fuel.initial_kg);
             if rest.is_none() && fuel.initial_kg != 0.0 {
@@ -364,6 +370,7 @@ struct EffectorTable {
 
 /// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
 fn read(file: &str, table: toml::Table, text: Option<&str>) -> Result<Airframe, Problem> {
+    // Serde could try both forms, but of a mistake in either it would say only that no form fits.
     let has_tables = table
         .get("aerodynamics")
         .and_then(toml::Value::as_table)
@@ -387,6 +394,7 @@ static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
     let mut keys = BTreeSet::new();
     gather::<AirframeFile<Aero>>("", &mut keys);
     gather::<AirframeFile<TableAero>>("", &mut keys);
+    // An enum with a tag shows the search no keys, so each form is searched by itself.
     gather::<ThrustTables>("propulsion", &mut keys);
     gather::<Propeller>("propulsion", &mut keys);
     keys
@@ -438,6 +446,7 @@ impl<A> AirframeFile<A> {
         let name = short(&self.name)?;
         let entries: Vec<EffectorEntry> =
             self.effector.iter().map(|table| table.entry()).collect::<Result<_, _>>()?;
+        // `new` refuses an empty list, which a body without effectors has.
         let effectors = match entries.is_empty() {
             true => EffectorList::default(),
             false => EffectorList::new(entries)?,
@@ -475,6 +484,8 @@ impl<A> AirframeFile<A> {
             surface_derivatives,
             gains,
             nozzle: self.nozzle,
+            // Only a body without effectors can lack these three, as checked above, and nothing
+            // reads them then.
             air_data: self.air_data.unwrap_or(AirData { vanes_m: [0.0; 3], pitot_m: [0.0; 3] }),
             propulsion: self.propulsion,
             mach: self.mach,
@@ -543,6 +554,7 @@ impl EffectorTable {
         } else {
             let (min, max) = (self.thrust_min_n, self.thrust_max_n);
             let (min, max) = (min.unwrap_or_default(), max.unwrap_or_default());
+            // The lag alone slows an engine; files have no rate for it.
             Servo { lag_s, rate_limit: f64::INFINITY, min, max, second_order, imperfections }
         })
     }

@@ -28,8 +28,10 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Pr
 
 /// The error about a missing key with the table that lacks it, and its number where it is an entry of a list.
 fn missing(error: &toml::de::Error, text: &str) -> Option<Problem> {
+    // toml tells a missing key by its message only.
     let key = error.message().strip_prefix("missing field `")?.strip_suffix('`')?;
     let start = error.span()?.start;
+    // The span of the error begins at the heading of the table that lacks the key.
     let heading = text.get(start..)?.lines().next()?.trim();
     let is_it = |line: &&str| line.trim() == heading;
     let number = text.get(..start)?.lines().filter(is_it).count() + 1;
@@ -104,6 +106,7 @@ fn split(key: &str) -> Option<(&str, KeyUnit)> {
             let stem = key.strip_suffix(name)?.strip_suffix('_').filter(|stem| !stem.is_empty())?;
             Some((stem, KeyUnit { quantity, name, in_si: *in_si }))
         })
+        // `speed_m_s` ends in m_s and in s.
         .max_by_key(|(_, unit)| unit.name.len())
 }
 
@@ -135,6 +138,7 @@ impl Walk<'_> {
             "" => key.to_owned(),
             _ => format!("{parent}.{key}"),
         };
+        // A copy, since a conversion renames keys of the table.
         let keys: Vec<String> = table.keys().cloned().collect();
         for key in keys {
             let (path, shown_path) = (below(place, &key), below(shown, &key));
@@ -169,9 +173,12 @@ impl Walk<'_> {
         {
             return Ok(());
         }
+        // What has no unit, and below what has no counterpart, is left to the reader, which refuses
+        // it in its own words.
         let Some((stem, unit)) = split(key) else { return Ok(()) };
         let beside = self.known.iter().filter_map(|known| known.strip_prefix(&prefix));
         let same_stem = beside
+            // Not a key of a table further down.
             .filter(|known| !known.contains('.'))
             .find_map(|known| split(known).filter(|(other, _)| *other == stem).zip(Some(known)));
         let Some(((_, native), native_key)) = same_stem else { return Ok(()) };
@@ -284,6 +291,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
+        // A reader may ask for more keys inside of what is optional.
         visitor.visit_some(self)
     }
 
@@ -299,6 +307,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
+        // One entry shows the keys of all.
         visitor.visit_seq(SeqDeserializer::new(iter::once(self.below("N"))))
     }
 

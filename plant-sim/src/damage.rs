@@ -137,6 +137,7 @@ impl Panels {
             check("taper_ratio", panel.taper_ratio, 0.0, 1.0)?;
             check("lift_slope", panel.lift_slope, 0.0, 10.0)?;
             check("drag", panel.drag, 0.0, 2.0)?;
+            // Five parts of 18 % leave a tenth of the mass.
             check("mass_percent", panel.mass_percent, 0.0, 18.0)?;
             check("effector_span", panel.effector_span, 1.0e-3, 1.0)?;
         }
@@ -203,6 +204,7 @@ impl TornPiece {
                 (Matrix3::identity() - along * along.transpose())
                     * (self.mass_kg * self.length_m * self.length_m / 12.0)
             }
+            // Root and tip in one place: only a point mass is left of the rod.
             None => Matrix3::zeros(),
         };
         own + at_distance(self.mass_kg, &self.centroid_m)
@@ -246,10 +248,13 @@ impl Remainder {
         let moment: Vector3<f64> = gone().map(|(mass, at, _)| at * mass).sum();
         let shift_m = moment * (-1.0 / mass_kg);
         let about_old = whole.inertia - gone().map(|(.., inertia)| inertia).sum::<Matrix3<f64>>();
+        // Parallel axes: about the old centre the inertia is larger by that of the rest at the
+        // distance of the shift.
         let mass = MassProperties::new(mass_kg, about_old - at_distance(mass_kg, &shift_m))?;
         let mut left = PerEffector::from_fn(|_| 1.0);
         for piece in &pieces {
             if let Some(effector) = surfaces[piece.part as usize] {
+                // A product, since two parts may carry the same surface.
                 left[effector] *= 1.0 - (piece.lost / piece.panel.effector_span).min(1.0);
             }
         }

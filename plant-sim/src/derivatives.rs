@@ -52,6 +52,7 @@ pub(crate) enum Place {
 impl Place {
     /// By the letters (docs/paper.md), as in `Cma` or `Cmde`.
     pub(crate) fn by_name(name: &str) -> Option<Self> {
+        // The whole aircraft first: `Cma` ends in the letter of the aileron.
         if let Some(clean) = Aero::DERIVATIVES.iter().position(|d| d.letters == name) {
             return Some(Self::Clean(clean));
         }

@@ -285,6 +285,7 @@ impl Dynamics {
             velocity.0 -= rigid.rates.0.cross(&remainder.shift_m);
         }
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
+        // The speed of sound costs a root that most aircraft do not need.
         let engine_air = match self.needs_mach {
             true => self.engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
             false => EngineAir::default(),
@@ -336,6 +337,8 @@ impl Dynamics {
         }
         let density = inputs.density.at(nearby.geopotential_altitude_m);
         let effective = self.effective(&state, &inputs.effects);
+        // A held lever makes the thrust follow the air in each stage. Otherwise the limits stay
+        // those of the beginning of the step.
         let limits = self.jet.lever().is_none().then_some(present.motion.thrust_limits);
         let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
         self.with_servos(&motion.derivative, x, &state, inputs)
@@ -380,6 +383,8 @@ impl Dynamics {
         if !self.inert.is_empty() {
             return self.step_with_rates(state, rates, present, inputs, step_s);
         }
+        // RK4 works on every number four times, so an aircraft with few effectors gets the shorter
+        // array.
         match self.airframe.effectors.len() {
             ..=8 => self.step_of::<FEW_STATES>(&state.to_array(), state, present, inputs, step_s).0,
             _ => self.step_of::<STATES>(&state.to_array(), state, present, inputs, step_s).0,
@@ -419,10 +424,12 @@ impl Dynamics {
         inputs: &StepInputs,
         step_s: f64,
     ) -> (State, [f64; N]) {
+        // The first stage is the evaluation that the caller has already made.
         let k1 = self.with_servos(&present.motion.derivative, x, state, inputs);
         let start = &state.rigid.position;
         let x = rk4(x, &k1, step_s, |x| self.stage(x, start, present, inputs));
         let next = State::from_array(&x);
+        // RK4 does not keep the length of the quaternion.
         (State { rigid: next.rigid.normalised(), ..next }, x)
     }
 

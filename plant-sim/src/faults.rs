@@ -165,6 +165,7 @@ impl Faults {
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
         let at = fault.plan.onset(0);
+        // A fault that acts from the start is reported as active instead.
         if at > SimTime::ZERO {
             report(fault.entry(FaultState::Scheduled { at }));
         }
@@ -271,10 +272,14 @@ impl Faults {
     /// Applies every event that is due at the context's time; the plant calls it when the integration has reached
     /// that time.
     pub fn apply_due(&mut self, context: &mut FaultContext<'_>) {
+        // First of all to where the faults have brought the effectors by now: a repair goes on from
+        // there.
         let now = context.now;
         for effector in self.list.all() {
             self.refresh(effector, now, &mut context.positions[effector]);
         }
+        // Ends come before onsets: of two faults that meet at one time the first is repaired before
+        // the second begins.
         for index in 0..Target::MAX {
             if let Some(current) = self.current[index]
                 && current.active.is_some()
@@ -282,6 +287,7 @@ impl Faults {
             {
                 self.pause_or_end(index, &current, context);
             }
+            // Read again, since the lines above may have ended or paused it.
             if let Some(CurrentFault { fault, cycle, active: None }) = self.current[index]
                 && fault.plan.onset(cycle + 1) <= now
             {
@@ -299,6 +305,7 @@ impl Faults {
     fn begin(&mut self, fault: Fault, cycle: u32, context: &mut FaultContext<'_>) {
         let now = context.now;
         let before = self.current[slot(fault.target)];
+        // A repetition begins the same fault once more, which ends nothing.
         if let Some(before) = before.filter(|before| before.fault.id != fault.id) {
             (context.report)(before.fault.entry(FaultState::Ended { at: now }));
         }
@@ -324,12 +331,15 @@ impl Faults {
         let now = context.now;
         let old = self.current[slot(effector)].and_then(|before| before.active);
         let servo = context.positions[effector];
+        // What the kinds call "here": taken before anything changes.
         let effective = self.effects.effective_deflection(effector, servo);
         let mut position = match old {
             // The servo does not sense such a deviation, and continues from its own position.
             Some(old) if active::deviates(&old.kind) && active::deviates(&kind) => servo,
             _ => self.effects.position(effector, servo),
         };
+        // A late effector goes on with the command that it has received; any other starts from the
+        // latest one.
         if !old.is_some_and(|old| old.is_delayed()) {
             self.received[effector] = self.commands[effector];
         }
@@ -433,6 +443,7 @@ impl Faults {
         for effector in self.list.all() {
             self.receive(effector, now);
         }
+        // The arrival of a late command is an event too.
         self.look_ahead(now);
     }
 
@@ -489,8 +500,10 @@ impl Faults {
 
     /// The engine gets no fuel any more: it is out, and no repair brings it back.
     pub fn starve(&mut self, engine: Effector, context: &mut FaultContext<'_>) {
+        // An empty tank asks in every period.
         if self.active(engine).is_none_or(|(kind, _)| kind != active::STARVED) {
             let (target, kind, timing) = (engine.into(), active::STARVED, Timing::NOW);
+            // No station has asked; the report of the onset tells it.
             let _reply = self.inject(&ScheduledFault { target, kind, timing }, context);
             self.look_ahead(context.now);
         }
@@ -518,6 +531,7 @@ impl Faults {
             return Err(Refusal::ScheduleFull { capacity: SCHEDULE_MAX as u32 });
         }
         let at = fault.plan.onset(0);
+        // Behind those of the same onset, which act in the order of their requests.
         let place = self.schedule.partition_point(|other| other.plan.onset(0) <= at);
         self.schedule.insert(place, fault);
         Ok(())

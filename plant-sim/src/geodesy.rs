@@ -90,6 +90,7 @@ pub fn ecef(geodetic: &Geodetic) -> Vector3<f64> {
 pub fn vertical(position: &Vector3<f64>) -> Vertical {
     let (x, y, z) = (position.x, position.y, position.z);
     let horizontal = (x * x + y * y).sqrt();
+    // The radius is a divisor, and zero at the centre of the Earth.
     let radius = (x * x + y * y + z * z).sqrt().max(AXIS_M);
     // Reduced latitude, as sine and cosine times an unknown length.
     let reduced_sin =

@@ -214,7 +214,10 @@ impl Plant {
             gusts,
         };
         let positions = plant.trim.positions();
+        // The controller's modelled actuators begin here, so these are the healthy positions: the
+        // report comes before any fault acts.
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
+        // Faults that act from the start need the travel that the hinge moments leave.
         plant.update_hinge_moments();
         plant.schedule(faults)?;
         plant.with_faults(Faults::apply_due);
@@ -327,6 +330,8 @@ impl Plant {
         if broken.is_some() {
             self.state = before;
         }
+        // Still of the beginning of the period: the new airspeed depends on the gust that is made
+        // here.
         let airspeed_m_s = self.truth.airspeed_m_s;
         let turbulence = self.turbulence.step(&Surroundings {
             airspeed_m_s,
@@ -392,6 +397,7 @@ impl Plant {
             *state = dynamics.step(state, rates, present, inputs, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
+            // A fault at the same microsecond finds the command that has just arrived.
             if arrival_us <= now_us {
                 self.deliver_due_commands();
             }
@@ -401,6 +407,7 @@ impl Plant {
                 self.faults.vary(self.time, &mut self.state.positions);
                 self.hold_faults();
             }
+            // At the end of the period `observe` does this, with the next gust.
             if now_us < end_us {
                 self.present = self.dynamics.present(&self.state, &self.inputs);
             }
@@ -473,6 +480,8 @@ impl Plant {
     fn command(&mut self, actuators: &Actuators) {
         let Airframe { effectors, servos, .. } = self.dynamics.airframe();
         let (count, now) = (effectors.len(), self.time);
+        // Ideal actuators need no paths: they cost nothing and keep the bits that they have without
+        // any.
         if self.paths.is_empty() {
             let previous = self.faults.commands();
             let commands = servos::accepted(count, servos, &actuators.commands, previous);
@@ -487,6 +496,7 @@ impl Plant {
             let due = SimTime::from_micros(now.as_micros() + path.delay_us);
             path.pending.push(due, path.sent);
         }
+        // First the travel, since commands without a delay arrive right after, inside of it.
         self.update_hinge_moments();
         self.deliver_due_commands();
     }
@@ -554,8 +564,10 @@ impl Plant {
     fn burn_fuel(&mut self) {
         let Some(fuel) = self.dynamics.airframe().fuel else { return };
         let period_s = self.period_us as f64 * 1.0e-6;
+        // A propeller that brakes makes no fuel.
         let flow_kg_s = fuel.flow_kg_n_s * self.present.motion.thrust_n.max(0.0);
         let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.initial_kg);
+        // Mass and inertia are worked out again only while fuel burns.
         if burnt_kg != self.losses.burnt_kg {
             self.losses.burnt_kg = burnt_kg;
             self.remove_lost_mass();
@@ -666,6 +678,7 @@ fn released(
     };
     let rigid = initial.rigid(earth, theta_rad);
     let here = earth.geodetic(&rigid.position);
+    // Before the forces: the thrust follows the lever.
     dynamics.hold_lever(controls.lever);
     let place = dynamics.earth().place(&rigid.position);
     let density = dynamics.density_around(place.geopotential_altitude_m);

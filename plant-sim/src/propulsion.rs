@@ -128,6 +128,7 @@ impl Jet {
             }
             NozzleShape::Axisymmetric => {
                 let (tan_z, tan_y) = (sin_z / cos_z, sin_y / cos_y);
+                // Scaled to the length of the thrust: the jet turns without a loss.
                 let forward = thrust / (1.0 + tan_z * tan_z + tan_y * tan_y).sqrt();
                 (forward, -forward * tan_y, forward * tan_z)
             }

@@ -202,6 +202,8 @@ impl PlantTable {
         if let Some(duration_s) = self.duration_s {
             check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)?;
         }
+        // Only the keys of the file are checked; the others come from an airframe that is not known
+        // here.
         self.start.over(&Start::NOT_USED).check("plant.start")?;
         let table = self.wind.unwrap_or_default();
         let wind = WindSettings {
@@ -319,6 +321,8 @@ impl FaultTable {
         let mut draft = FaultDraft::new(info, class);
         let numbers = self.numbers.iter().map(|(key, value)| (*key, FaultValue::Number(*value)));
         let words = self.words.iter().map(|(key, word)| (*key, FaultValue::Word(word)));
+        // Told last: what is missing or out of range says more about the mistake than a key too
+        // many.
         let mut stray = None;
         for (key, value) in numbers.chain(words) {
             if !draft.put(key, value).map_err(error)? {

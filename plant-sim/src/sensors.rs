@@ -92,6 +92,7 @@ impl SensorSet {
         faults: &Faults,
     ) -> Sensors {
         let (AirData { vanes_m, pitot_m }, motion) = (self.places, &present.motion);
+        // Taken out for the call, because `exact` borrows the whole set.
         let mut sensors = match self.real.take() {
             // Everything exactly, apart from the noise of the gyros.
             None => {
@@ -137,6 +138,7 @@ impl SensorSet {
         let angles =
             FlowAngles { angle_of_attack_rad: vanes.alpha_rad, sideslip_rad: vanes.beta_rad };
         let sound_m_s = self.atmosphere.speed_of_sound(present.place.geopotential_altitude_m);
+        // a² = κ p/ρ of an ideal gas saves the exponential of the pressure.
         let pressure_pa = present.density * sound_m_s * sound_m_s / HEAT_RATIO;
         let airspeed_m_s = pitot.airspeed_m_s;
         let impact_pa = impact_pressure_pa(pressure_pa, airspeed_m_s / sound_m_s);

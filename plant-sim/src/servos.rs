@@ -134,6 +134,7 @@ impl ServoDynamics {
         Self {
             per_lag: PerEffector::from_fn(|e| {
                 let lag_s = servos[e].lag_s;
+                // An unused slot has no lag and stays where it is.
                 if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 }
             }),
             rate_limit: PerEffector::from_fn(|e| servos[e].rate_limit),
@@ -279,6 +280,7 @@ impl Inert {
     pub fn derivative(&self, command: f64, at: f64, rate: f64, fault_limit: f64) -> [f64; 2] {
         let limit = self.rate_limit.min(fault_limit);
         let free = self.stiffness * (command - at) - self.damping * rate;
+        // At its limit the rate does not grow on, so that it turns as soon as the command does.
         let pushes_on = rate.abs() >= limit && free * rate > 0.0;
         [rate.max(-limit).min(limit), if pushes_on { 0.0 } else { free }]
     }

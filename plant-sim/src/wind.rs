@@ -123,6 +123,7 @@ impl Turbulence {
         }
         let scales = Scales::isotropic(LENGTH_M, self.intensity_m_s);
         let way_m = airspeed_m_s.max(SLOWEST_M_S) * self.period_s;
+        // The order of the draws is part of every recorded flight.
         let (along, across) = (self.noise.velocity.draw(), self.noise.across());
         self.field.step(&scales, self.span_m, way_m, (along, across), &mut self.noise)
     }

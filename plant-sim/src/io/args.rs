@@ -111,6 +111,7 @@ impl PlantArgs {
         if let Some(intensity_m_s) = self.turbulence_m_s {
             setup.wind = setup.wind.with_turbulence_m_s(intensity_m_s);
         }
+        // After the options, which may be out of range as well.
         setup.check()?;
         setup.check_faults().at(&self.scenario)?;
         Ok(setup)
@@ -118,6 +119,7 @@ impl PlantArgs {
 
     /// When the flight ends at the latest: at the time of the option, or else at that of the scenario.
     pub fn until(&self) -> Result<Option<SimTime>, Problem> {
+        // A setup is complete, so the scenario of the options is not flown.
         if self.until_s.is_some() || self.setup.is_some() {
             return Ok(self.until_s);
         }

@@ -123,6 +123,7 @@ impl Flight<'_> {
             };
             if left > HOLD_EVERY {
                 actuators = self.exchange(Phase::Holding, sensors)?;
+                // Somebody waits for the reports, and more requests may follow at once.
                 if self.had_request || self.has_reports() {
                     continue;
                 }
@@ -145,6 +146,7 @@ impl Flight<'_> {
         {
             reports.push(report);
         }
+        // A full packet may have left some behind; the next one shows whether it has.
         self.all_reported = !reports.is_full();
         let plant = &self.plant;
         let truth = || plant.truth().to_row(plant.on_ground(), plant.is_broken());

@@ -170,6 +170,7 @@ impl Link {
                 refusal.version
             )),
             RefusalReason::Value => {
+                // Why it was refused, the decoder of this side says about the same bytes.
                 let value = match self.side.unanswered().map(wire::decode) {
                     Some(Err(error)) => error.to_string(),
                     _ => "it was damaged on the way".to_owned(),

@@ -111,6 +111,7 @@ impl Pacer {
                 self.interrupt(pace, time);
             }
         }
+        // What the old pace was behind by is not caught up.
         self.origin = None;
         self.report(request, pace, time);
     }
@@ -165,6 +166,7 @@ impl Pacer {
         self.changed |= self.steps.is_empty();
         match confirmed {
             false => self.report(request, Pace::Step(periods), time),
+            // Who was answered when the steps began learns here that they are flown.
             true if self.steps.is_empty() => self.report(None, Pace::Pause, time),
             true => {}
         }
@@ -205,6 +207,7 @@ impl Pacer {
         if self.paused && self.steps.is_empty() {
             return Due::Never;
         }
+        // As fast as possible needs no clock, whose reading would cost time in every tick.
         let Speed::Times(factor) = self.speed else { return Due::Now };
         let now = clock();
         let (origin, origin_time) = *self.origin.get_or_insert((now, time));
@@ -260,6 +263,7 @@ fn listen(stop: Stop) -> io::Result<Receiver<Pace>> {
     let (sender, receiver) = sync_channel(WAITING_MAX);
     process::listen_to_parent(stop, move |line| match parse(line) {
         Ok(pace) => {
+            // The other error is the end of the plant.
             if let Err(TrySendError::Full(pace)) = sender.try_send(pace) {
                 warn!(?pace, "too many orders at once; this one is dropped");
             }

@@ -262,6 +262,7 @@ impl StepGrid {
             );
             return Err(key("plant", "duration_s", &problem));
         }
+        // Its range was checked in milliseconds above.
         let step_us = u32::try_from(step_us).unwrap_or(STEP_RANGE_US[1]);
         Ok(Self { step_us, output_us, duration: SimTime::from_micros(duration) })
     }

@@ -122,6 +122,7 @@ impl Grade {
             let section = format!("plant.sensors.{}", sensor.key());
             for key in keys(sensor) {
                 let mut copy = *errors;
+                // Ranges are in the unit of the key.
                 let value = *(key.place)(&mut copy) / key.to_si;
                 check_range(&section, key.name, value, key.min, key.max)?;
             }
@@ -242,6 +243,7 @@ impl<const SENSOR: usize> SensorTable<SENSOR> {
 
 impl<'de, const SENSOR: usize> Deserialize<'de> for SensorTable<SENSOR> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // As a struct with these names, since the search for keys asks for fields.
         deserializer.deserialize_struct("SensorTable", &NAMES[SENSOR], Self::default())
     }
 }

@@ -158,6 +158,7 @@ impl Field {
         noise: &mut Noise,
     ) -> Gust {
         let horizontal = FilterTransition::new(way_m / scales.horizontal_m);
+        // Equal lengths need the exponential once.
         let vertical = match scales.vertical_m == scales.horizontal_m {
             true => horizontal,
             false => FilterTransition::new(way_m / scales.vertical_m),
