@@ -343,6 +343,7 @@ fn refusal_of<'a>(error: &WireError, out: &'a mut PacketBytes) -> Option<&'a [u8
     let about = match *error {
         WireError::Version { session, sequence, .. } => (session, sequence, RefusalReason::Version),
         WireError::Value { session, sequence, .. } => (session, sequence, RefusalReason::Value),
+        // The others carry no session and number that an answer could name.
         _ => return None,
     };
     Some(refusal(about, out))

@@ -63,6 +63,7 @@ pub struct Curves {
 /// The curves of an aircraft over every joint level.
 pub fn of(plan: &Plan, results: &Results, airframe: usize) -> Vec<Curves> {
     let variables = plan.variables().iter().enumerate();
+    // Cases have names and no place on an axis.
     let is_level = |v: &Variable| v.meaning == Meaning::Level && v.cases.is_empty();
     let levels = variables.filter(|(_, variable)| is_level(variable));
     levels.map(|(place, _)| over(plan, results, airframe, place)).collect()
@@ -72,6 +73,7 @@ fn over(plan: &Plan, results: &Results, airframe: usize, place: usize) -> Curves
     let spec = &plan.file.spec;
     let mut levels: Vec<(f64, Vec<usize>)> = Vec::new();
     for flight in plan.flights_of(airframe) {
+        // Every law flies the same values, so the run of the first one has them.
         let run = plan.run(flight as u64 * plan.laws().len() as u64);
         let Some(level) = run.ok().and_then(|run| run.values[place].number()) else { continue };
         match levels.binary_search_by(|(known, _)| known.total_cmp(&level)) {

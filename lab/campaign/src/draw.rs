@@ -80,6 +80,7 @@ fn shuffled(seed: u64, key: &str, index: u32, count: u32) -> u32 {
             (left, right) = (right, mixed);
         }
         at = (left << bits) | right;
+        // The walk ends: a permutation leads back to where it began, which is inside.
         if at < count {
             return at;
         }
@@ -92,6 +93,7 @@ impl Normal {
         let Self { mean, deviation, min, max } = *self;
         let below = |limit: f64| 0.5 * libm::erfc(-(limit - mean) / deviation / 2.0_f64.sqrt());
         let [low, high] = [min.map_or(0.0, below), max.map_or(1.0, below)];
+        // Sum and inverse may miss a limit by their last digits.
         let value = mean + deviation * standard_quantile(low + probability * (high - low));
         value.clamp(min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY))
     }
@@ -99,6 +101,7 @@ impl Normal {
 
 /// Quantile of the standard normal distribution: halving of its distribution function, to the last bit but a few.
 fn standard_quantile(probability: f64) -> f64 {
+    // No probability of a draw lies beyond nine deviations.
     let (mut low, mut high) = (-9.0_f64, 9.0_f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

@@ -114,6 +114,7 @@ impl KnownLimits {
     fn find(sha256: &str, path: &Path) -> Option<Self> {
         let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         let here = kept.iter().find(|kept| kept.sha256 == sha256).cloned();
+        // The disk is read without the lock.
         drop(kept);
         let read = || serde_json::from_slice(&file::read(path, TEXT_MAX).ok()?).ok();
         here.or_else(read).filter(|kept: &Self| kept.sha256 == sha256)

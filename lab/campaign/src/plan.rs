@@ -111,6 +111,7 @@ impl Plan {
     /// Reads everything that a specification leads to.
     pub fn new(file: SpecFile) -> Result<Self, Problem> {
         let spec = &file.spec;
+        // The seed of the last sample still has to be exact in JSON.
         let greatest = SEED_MAX - u64::from(spec.samples);
         if spec.seeds == Seeds::Samples && spec.seed > greatest {
             return Err(problem!("{}: seed = {}: expected 0 to {greatest}", file.name, spec.seed));
@@ -364,6 +365,7 @@ impl Plan {
         let law = &self.file.spec.law[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
         let beyond = self.aircraft[run.airframe].args.settings.len();
+        // The builder has the settings of the aircraft already.
         let mut setup = builder.setup(&self.scenario, &self.settings(run)?[beyond..])?;
         setup.plant.seed = run.seed;
         setup.knows_fault = law.fault_known;
@@ -426,6 +428,7 @@ impl Manoeuvres {
         let mut entries = vec![[0.0, 0.0, altitude_m, airspeed_m_s]];
         let mut at_s = self.from_s;
         while at_s < duration_s {
+            // The order of the draws is part of every recorded campaign.
             let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
             let roll_deg = side * between(self.roll_deg[0], self.roll_deg[1]);
             let most_m = self.altitude_part * altitude_m;

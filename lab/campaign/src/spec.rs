@@ -260,6 +260,7 @@ impl SpecFile {
     pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, Problem> {
         let mut spec: Spec = toml::from_str(&text).at(name)?;
         spec.check(name)?;
+        // After `check`, because names of levels are no keys of `--set`.
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
         let (name, options) = (name.to_owned(), Vec::new());
@@ -273,6 +274,8 @@ impl SpecFile {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
             self.note("set", &setting);
             self.spec.name += &format!(", {setting}");
+            // The specification has a key of its own for the duration, which would win over the
+            // setting.
             if key == "plant.duration_s" {
                 self.spec.duration_s = number(&value).unwrap_or(f64::NAN);
                 self.spec.check_duration("--set")?;
@@ -349,6 +352,7 @@ impl Spec {
         };
         let values = variable.values.iter().flatten();
         let is_it =
+            // A text is no number, and NaN equals nothing.
             |v: &&Toml| **v == only.value || number(v) == number(&only.value).or(Some(f64::NAN));
         match values.clone().find(is_it).cloned() {
             Some(value) => variable.values = Some(vec![value]),

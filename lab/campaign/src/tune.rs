@@ -108,6 +108,7 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
             Ok(text) => text,
             Err(problem) if problem.is_not_found() => {
                 let text = head.clone() + &tune(&plan, &others, law)?;
+                // Gains that were found with files that have changed meanwhile are not kept.
                 plan.check_inputs()?;
                 write_new(&path, text.as_bytes(), MARK.as_bytes())?;
                 text
@@ -186,6 +187,7 @@ fn tune(plan: &Plan, others: &Plan, law: usize) -> Result<String, Problem> {
         .solve();
     progress.finish();
     let (best, best_cost) = solved.as_best();
+    // The search may find nothing better than what it began with.
     let is_better = *best_cost < before.cost;
     let values = if is_better { solved.func().values(best) } else { solved.func().start.clone() };
     let gains: Vec<(&str, f64)> = names.iter().map(String::as_str).zip(values).collect();
@@ -265,6 +267,7 @@ impl<'a> Tuned<'a> {
             let row = parameters::table().iter().find(|row| row.name == name);
             let value = row.map_or(0.0, |row| row.value(&parameters));
             let Some(row) = row.filter(|row| row.kind == parameters::Kind::Real && value != 0.0)
+            // Zero stays zero under every factor.
             else {
                 return Err(problem!(
                     "law {}: tune: {name}: expected a parameter that is no choice and no whole number, and whose value is not zero",
@@ -282,6 +285,7 @@ impl<'a> Tuned<'a> {
     fn values(&self, at: &[f64]) -> Vec<f64> {
         let of = |((exponent, start), [min, max]): ((&f64, &f64), &[f64; 2])| {
             let value = (start * libm::pow(FACTOR, *exponent)).clamp(*min, *max);
+            // What flies is what the file of gains will say.
             format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
         };
         at.iter().zip(&self.start).zip(&self.ranges).map(of).collect()

@@ -147,6 +147,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<WorstCase>, Problem> {
                 if variable.is_drawn() {
                     *value = Value::Number(variable.quantile(0.5));
                 }
+                // The same value everywhere, so that cases that differ in nothing else are one.
                 if Some(number) == place {
                     *value = Value::Number(0.0);
                 }
@@ -255,6 +256,7 @@ impl ObjFunc for Likelihood<'_> {
                 let near = part("peak_roll_error", limits.roll_rad)
                     .max(part("peak_sideslip", limits.beta_rad))
                     .max(part("peak_angle_of_attack", limits.alpha_rad));
+                // At most 10 beyond, which is less than a draw that cannot be flown gets.
                 beyond + 1.0 / (0.1 + near)
             }
             // A draw that cannot be flown is no answer.

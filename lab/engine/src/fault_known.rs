@@ -72,6 +72,7 @@ impl FaultKnown {
             self.mixer = Mixer::new(&self.model.aircraft().effectors);
         }
         let Some(failed) = self.failed(effects, positions) else {
+            // After a repair the next fault begins anew.
             self.relief.reset();
             self.active = ActiveSet::default();
             return None;
@@ -95,6 +96,7 @@ impl FaultKnown {
         let mut commands = relieved.mixed.commands;
         for (effector, effect) in failed.effects.iter() {
             if let Some(effect) = effect {
+                // The allocation gives effective deflections: d = remaining · (command + offset).
                 commands[effector] = match is_free(effect) {
                     true => commands[effector] / effect.remaining - effect.offset,
                     false => log.commands[effector],

@@ -349,6 +349,7 @@ impl Measures {
     fn overshoot(&self, axis: usize) -> Option<f64> {
         let [z2, fault] = &self.transient[axis];
         let peak = |values: &[f64]| values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        // A truth without a peak gives no finite number, and so no measure.
         (!z2.is_empty()).then(|| 100.0 * (peak(z2) - peak(fault)) / peak(fault))
     }
 

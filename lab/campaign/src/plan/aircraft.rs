@@ -93,6 +93,7 @@ impl Aircraft {
         }
         let period_s = file.spec.period().unwrap_or_default().as_seconds();
         let observer = model.defaults.gains.selection.observer;
+        // The measures of a flight that has not begun have all names and units.
         let measures = Measures::new(&airframe, &model.aircraft, observer, period_s).metrics(None);
         let measures = measures.into_iter().map(|metric| (metric.name, metric.unit));
         let judged = file.spec.judges.iter().flat_map(|kind| kind.columns);

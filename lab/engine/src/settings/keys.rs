@@ -22,6 +22,7 @@ pub fn all() -> &'static BTreeSet<String> {
         gather::<AutopilotFile>("", &mut keys);
         gather::<AirframeFile<Aero>>("airframe", &mut keys);
         gather::<AirframeFile<TableAero>>("airframe", &mut keys);
+        // An enum with a tag shows the search no keys, so its forms are searched one by one.
         gather::<ThrustTables>("airframe.propulsion", &mut keys);
         gather::<Propeller>("airframe.propulsion", &mut keys);
         gather::<AircraftModel>("model", &mut keys);

@@ -116,6 +116,7 @@ fn write<T: DataType>(
     levels: Option<&[i16]>,
 ) -> Result<(), ParquetError> {
     let values: Vec<T::T> = values.collect();
+    // It returns how many it has written: all of them, or there is an error.
     let _ = writer.typed::<T>().write_batch(&values, levels, None)?;
     writer.close()
 }
