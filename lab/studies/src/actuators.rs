@@ -164,6 +164,7 @@ impl Bench {
         let hysteresis = or(own.hysteresis, 0.3 * height);
         let bias = or(own.bias, 0.2 * height);
         let delay_s = or(own.delay_s, 0.1);
+        // The example stalls at 0.6 of the height.
         let stall_pa = own.stall_pressure_pa.unwrap_or(0.6 * height / ideal.max * pressure_pa);
         let rate_limit = 0.25 * ideal.rate_limit;
         let with = |title: String, imperfections: Imperfections| Property {

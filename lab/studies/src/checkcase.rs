@@ -60,6 +60,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
     let mut count = 0_u64;
     let end = flight.fly(&mut |line| {
         file.write_all(format!("{line}\n").as_bytes()).at(&out)?;
+        // The header is no row.
         if count > 0 {
             progress.one_done();
         }
@@ -67,6 +68,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
         Ok(())
     });
     progress.finish();
+    // A contact with the ground leaves rows that are worth keeping.
     if end.is_err() && !flight.plant.on_ground() {
         return end.at(name);
     }

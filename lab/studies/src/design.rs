@@ -98,6 +98,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
         lqr: LqrGains { elevator, thrust, aileron, rudder, error_max_m },
         ..Gains::REFERENCE
     };
+    // As the file will have them, so that what is designed is what flies.
     for tunable in gains::LQR {
         let value = rounded((tunable.get)(&gains));
         (tunable.set)(&mut gains, value);
@@ -248,6 +249,7 @@ fn riccati<const N: usize, const M: usize>(
         g += a * w * g * a.transpose();
         a = a * w * a;
         let change = (next - p).norm();
+        // Rounding makes P unsymmetrical, and the doublings would make that grow.
         p = (next + next.transpose()) * 0.5;
         if !p.iter().all(|value| value.is_finite()) {
             return None;

@@ -113,6 +113,7 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     let airframe = args.aircraft.airframe()?;
     let all = args.all_laws(&airframe.effectors);
     let texts =
+        // An error in a box cannot leave its thread.
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
     print_line!("{}", args.heading(&airframe));
     for text in texts {
@@ -290,6 +291,7 @@ impl Loops<'_> {
         let mut disturbed = self.settled.copy();
         disturbed.disturb(self.amplitude);
         let mut disturbed = ChangedLoop::new(self.group, gain, delay, disturbed);
+        // The twin takes out whatever moves without the disturbance.
         let mut twin = ChangedLoop::new(self.group, gain, delay, self.settled.copy());
         let [mut first, mut middle, mut last] =
             [Swing::default(), Swing::default(), Swing::default()];

@@ -379,6 +379,7 @@ fn parts(flown: &Flown, track: &[Point]) -> Vec<(Vec<Point>, Ink)> {
         match parts.last_mut() {
             Some((points, last)) if *last == ink => points.push(*at),
             open => {
+                // The piece begins where the one before it ends.
                 let joint = open.and_then(|(points, _)| points.last().copied());
                 parts.push((joint.into_iter().chain([*at]).collect(), ink));
             }

@@ -221,6 +221,7 @@ impl Study {
             || healthy.map_or(&self.trim.positions, |flight| &flight.positions)[all[effector]];
         let middle = if is_angle { 0.0 } else { thrust() };
         let sides = [servo.min, servo.max].map(|end| {
+            // Rounding must not add a step without a length.
             let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
             // A few hundred.
             let steps = steps as u32;
@@ -312,6 +313,7 @@ impl Study {
             }
             (*set, *margin, rows)
         });
+        // There are count (count - 1) / 2 pairs, without and with the margin.
         for both in pairs.chunks_mut(count * (count - 1)) {
             let (bare, with_margin) = both.split_at_mut(both.len() / 2);
             for ((.., bare), (.., with_margin)) in bare.iter_mut().zip(with_margin) {

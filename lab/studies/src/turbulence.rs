@@ -114,6 +114,7 @@ impl TurbulenceArgs {
         };
         // Limited.
         let whole = |value: f64| value.min(SAMPLES_MAX) as usize;
+        // The transform wants a power of two.
         let segment = whole(LENGTHS * longest_m / way_m).next_power_of_two();
         // The filters start still.
         for _ in 0..segment / 4 {

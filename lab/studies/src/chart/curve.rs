@@ -30,6 +30,7 @@ pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<
     }
     if let Some(last) = column {
         last.give(&mut thinned);
+        // The curve ends at its last point, also where that is no extreme of its column.
         thinned.extend((last.last != *thinned.last().unwrap_or(&last.first)).then_some(last.last));
     }
     thinned

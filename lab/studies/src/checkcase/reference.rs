@@ -234,6 +234,7 @@ impl Reference<'_> {
                     let way = at(a, "lat_deg") - at(b, "lat_deg");
                     return way.to_radians() * (radii.meridian_m + altitude_m);
                 }
+                // The short way, also over the date line.
                 let way = (at(a, "lon_deg") - at(b, "lon_deg") + 180.0).rem_euclid(360.0) - 180.0;
                 way.to_radians() * (radii.prime_vertical_m + altitude_m) * latitude.cos()
             }

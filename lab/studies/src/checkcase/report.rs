@@ -52,6 +52,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Problem> {
     write_figure(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
+    // After the files, which show how far.
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));
     let far: Vec<String> = far.map(|one| format!("{} at {} ms", one.case, one.step_ms)).collect();
     match far.is_empty() {

@@ -153,5 +153,6 @@ pub(super) fn quaternion_angle(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     let x = aw * bx - ax * bw - ay * bz + az * by;
     let y = aw * by + ax * bz - ay * bw - az * bx;
     let z = aw * bz - ax * by + ay * bx - az * bw;
+    // By the vector part: the arc cosine of the scalar part would lose small angles.
     2.0 * (x * x + y * y + z * z).sqrt().atan2(dot(a, b).abs())
 }

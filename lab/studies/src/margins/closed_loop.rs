@@ -37,6 +37,7 @@ impl ClosedLoop {
     /// aircraft does not get there.
     pub fn settled(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
         let mut setup = setup.clone();
+        // On a rotating Earth the trimmed flight turns, so nothing would be steady.
         setup.plant.earth = EarthModel::Flat;
         setup.duration = SimTime::from_seconds(1.0e6).unwrap_or(setup.duration);
         let start = setup.plant.start;
@@ -54,6 +55,7 @@ impl ClosedLoop {
         }
         let effectors = airframe.effectors.all().collect();
         let mut flight = Flight::new(&setup)?;
+        // Before the long settling: a law that cannot be copied cannot be linearised.
         flight.copy()?;
         flight.skip_unread_verdict();
         // Some 10^5.

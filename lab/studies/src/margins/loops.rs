@@ -143,6 +143,7 @@ fn spectral_radius(mut a: DMatrix<f64>) -> f64 {
         if size == 0.0 {
             return 0.0;
         }
+        // In logarithms, because a power of 2^40 periods would overflow.
         log += share * libm::log(size);
         share *= 0.5;
         a /= size;

@@ -338,6 +338,7 @@ pub fn sensitivity(
     conditions: &Conditions,
     aircraft: &AircraftArgs,
 ) -> Result<Vec<Sensitivity>, Problem> {
+    // The limits of claims 1 and 2 are meant for still air.
     let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..*conditions };
     let cases = [Case::with(1, &still, aircraft)?, Case::with(2, &still, aircraft)?];
     DOUBTS.par_iter().map(|doubt| with_other_value(&cases, doubt)).collect()

@@ -242,6 +242,7 @@ fn timeline(flight: &Flight) -> Vec<LogEvent> {
     all.extend(saturations(flight));
     all.extend(modes(flight));
     all.extend(losses(flight));
+    // Stable, so that events of one time keep the order of the lists above.
     all.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     let text = match flight.log.info_text("end") {
         Some(why) => format!("the log ends: {why}"),
@@ -340,6 +341,7 @@ const NO_FAULT: &str = "a fault is no longer seen";
 pub fn detections(flight: &Flight) -> Vec<(CompensatorMode, (f64, f64))> {
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
     let modes = flight.compensator_modes();
+    // The first entry is at minus infinity, so every time has one before it.
     let mode_at = |t_s| modes[modes.partition_point(|(since_s, _)| *since_s < t_s) - 1].1;
     let of_mode = |mode| {
         let counts =
