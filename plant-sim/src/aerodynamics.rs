@@ -212,6 +212,7 @@ pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {
     if size <= linear {
         angle
     } else {
+        // A tanh leaves with slope one, so no coefficient has a kink where its linear range ends.
         let span = max - linear;
         libm::copysign(linear + span * libm::tanh((size - linear) / span), angle)
     }
@@ -252,6 +253,7 @@ pub fn coefficients(
     let stall =
         stalled(air.alpha_rad, a.alpha_linear_rad) + stalled(air.beta_rad, a.beta_linear_rad);
 
+    // The order of these sums is part of the bits of every recorded flight.
     let clean = Coefficients {
         lift,
         drag: a.c_drag_zero
@@ -342,6 +344,7 @@ pub struct Surfaces {
 impl Surfaces {
     /// For effectors with these derivatives.
     pub fn new(list: &EffectorList, derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
+        // Nozzles have deflections too, but they act through the jet.
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
         // From the last pair to the first: drag adds up in this order.
         let mut pairs: ArrayVec<Pair, _> = list
@@ -374,6 +377,8 @@ impl Surfaces {
                 // changes only its sign.
                 *all = together * (left + right) + against * (left - right);
             }
+            // After the sum over both sides: the file gives this yaw as a ratio to the roll of the
+            // pair.
             all[YAW] += pair.yaw_per_roll * all[ROLL];
             for (sum, part) in sum.iter_mut().zip(all) {
                 *sum += part;

@@ -170,6 +170,7 @@ impl Airframe {
     /// each one of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
         let Self { effectors, aero, surface_derivatives, .. } = self;
+        // Tables have no derivatives that could be scaled.
         let Aerodynamics::Derivatives(aero) = aero else { return false };
         let place = derivatives::Place::by_name(name);
         place.is_some_and(|place| place.change(effectors, aero, surface_derivatives, change) > 0)
@@ -541,6 +542,7 @@ impl EffectorTable {
         let (second_order, lag_s) = self.order()?;
         let imperfections = self.imperfections()?;
         Ok(if is_angle {
+            // Present, as checked above.
             let [min, max] = self.travel_deg.unwrap_or_default();
             Servo {
                 lag_s,
@@ -600,6 +602,7 @@ impl EffectorTable {
 
     fn derivatives(&self, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
         let Self { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll, .. } = *self;
+        // In the order of `DERIVATIVES`, with which the list is zipped below.
         let given = [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll];
         let problem = match (self.kind.is_surface(), has_tables) {
             (false, _) => Some("has no meaning for what is no surface"),

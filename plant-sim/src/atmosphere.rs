@@ -61,6 +61,7 @@ const fn layer(base_m: f64, base_temperature: f64, base_pressure: f64, gradient:
 
 /// The layer of an altitude inside the model.
 fn layer_at(altitude_m: f64) -> usize {
+    // Below altitude zero the lowest layer goes on.
     LAYERS.iter().rposition(|layer| layer.base_m <= altitude_m).unwrap_or(0)
 }
 
@@ -160,6 +161,7 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
         return LOWEST_M;
     }
     let at = LAYERS.iter().rev().find(|layer| pressure_pa <= layer.base_pressure);
+    // A pressure above that of the ground lies below altitude zero, where the lowest layer goes on.
     let at = at.unwrap_or(&LAYERS[0]);
     // 1e-6 Pa is far below the top of the model (0.37 Pa) and keeps the logarithm finite.
     let logarithm = libm::log(pressure_pa.max(1.0e-6) / at.base_pressure);

@@ -33,6 +33,7 @@ fn missing(error: &toml::de::Error, text: &str) -> Option<Problem> {
     let start = error.span()?.start;
     // The span of the error begins at the heading of the table that lacks the key.
     let heading = text.get(start..)?.lines().next()?.trim();
+    // All entries of a list have the same heading, so those before it give its number.
     let is_it = |line: &&str| line.trim() == heading;
     let number = text.get(..start)?.lines().filter(is_it).count() + 1;
     match (heading.starts_with("[["), heading.starts_with('[')) {
@@ -51,6 +52,7 @@ pub(crate) fn in_units<T: DeserializeOwned>(
     known: &BTreeSet<String>,
 ) -> Result<T, Problem> {
     let has_converted = convert(file, &mut table, known)?;
+    // Line and column are those of the text, and after a conversion its keys are others.
     match text.filter(|_| !has_converted) {
         Some(text) => parse(file, text),
         None => T::deserialize(table.clone())
@@ -103,6 +105,7 @@ fn split(key: &str) -> Option<(&str, KeyUnit)> {
         QUANTITIES.iter().flat_map(|quantity| quantity.iter().map(move |unit| (quantity, unit)));
     units
         .filter_map(|(quantity, (name, in_si))| {
+            // `m` alone is a key, not a unit.
             let stem = key.strip_suffix(name)?.strip_suffix('_').filter(|stem| !stem.is_empty())?;
             Some((stem, KeyUnit { quantity, name, in_si: *in_si }))
         })
@@ -168,6 +171,7 @@ impl Walk<'_> {
         shown: &str,
     ) -> Result<(), Problem> {
         let prefix = if place.is_empty() { String::new() } else { format!("{place}.") };
+        // A table that takes any word also takes one that looks like a unit.
         if self.known.contains(&format!("{prefix}{key}"))
             || self.known.contains(&format!("{prefix}{ANY}"))
         {
@@ -317,11 +321,13 @@ impl<'de> Deserializer<'de> for Probe<'_> {
         visitor: V,
     ) -> Result<V::Value, Nothing> {
         self.is_key();
+        // A reader of a fixed number of entries fails on fewer.
         visitor.visit_seq(SeqDeserializer::new(iter::repeat_n(self.below("N"), len)))
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
+        // No word of a map is known before a file has it.
         self.below(ANY).is_key();
         visitor.visit_map(KeyFields { probe: self, names: &[] })
     }

@@ -186,9 +186,11 @@ impl TornPiece {
         let slope = self.panel.lift_slope * pressure_area;
         drag + match self.part {
             AirframePart::Fin => {
+                // Along body y, as the side force of the whole aircraft.
                 Vector3::new(0.0, -slope * bounded(libm::asin(flow.y / speed)), 0.0)
             }
             _ => {
+                // Strip theory: the flow along the span makes no lift.
                 let alpha = libm::atan2(flow.z, flow.x);
                 let ((sin, cos), lift) = (libm::sincos(alpha), slope * bounded(alpha));
                 Vector3::new(lift * sin, 0.0, -lift * cos)
@@ -237,6 +239,8 @@ impl Remainder {
             })
             .collect();
         if pieces.is_empty() && burnt_kg <= 0.0 {
+            // An undamaged aircraft then pays one comparison in each evaluation, and keeps its
+            // bits.
             return None;
         }
         let gone = || {
@@ -280,10 +284,12 @@ impl Remainder {
         let (mut force, mut moment) = (whole.force.0, whole.moment.0);
         for piece in &self.pieces {
             let at = &piece.centroid_m;
+            // With the flow of its own place, so that the loss also takes damping away.
             let lost = piece.force(&(velocity.0 + rates.0.cross(at)), density);
             force -= lost;
             moment -= at.cross(&lost);
         }
+        // The sum is about the old centre; from there the shift is the arm of the whole force.
         Wrench { force: Body(force), moment: Body(moment - self.shift_m.cross(&force)) }
     }
 }

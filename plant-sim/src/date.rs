@@ -43,6 +43,7 @@ impl FromStr for Date {
                 "date = \"{text}\", expected YYYY-MM-DD from {FROM_YEAR}-01-01 to {last}-12-31, the years of the World Magnetic Model 2025"
             )
         };
+        // By `get`: an index inside a character of several bytes would panic.
         let digits = |range, length| {
             let part: &str = text.get(range).filter(|part: &&str| part.len() == length)?;
             // `parse` alone would accept a sign.

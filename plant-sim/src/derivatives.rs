@@ -107,6 +107,7 @@ impl Place {
 
 /// Checks all derivatives: those of an airframe, and those of its surfaces.
 pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), Problem> {
+    // The lists give mutable access only; on a copy it serves a check too.
     let mut aero = aero.clone();
     for derivative in &Aero::DERIVATIVES {
         derivative.check("aerodynamics", &mut aero)?;
@@ -200,6 +201,7 @@ impl MachTable {
     /// The derivatives at a Mach number.
     fn at(&self, mach: f64) -> (Aero, PerEffector<SurfaceDerivatives>) {
         let growth = compression(mach) * self.per_design - 1.0;
+        // From the numbers of the file each time, or the factors would pile up.
         let (mut aero, mut surfaces) = (self.aero.clone(), self.surfaces);
         for (place, k) in &self.growth {
             let factor = 1.0 + k * growth;

@@ -154,6 +154,7 @@ impl Dynamics {
         let (atmosphere, profile) = (Atmosphere::STANDARD, WindProfile::default());
         Ok(Self {
             mass,
+            // `[mass]` counts the fuel of the start, so nothing is missing yet.
             remainder: None,
             servo_dynamics,
             inert,
@@ -186,6 +187,7 @@ impl Dynamics {
 
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
     pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
+        // Without a profile the height need not be converted.
         if self.profile.is_empty() {
             return *steady;
         }
@@ -275,6 +277,7 @@ impl Dynamics {
     ) -> Motion {
         let e_from_body = rigid.e_from_body();
         let mut velocity = Body(rigid.velocity.0 - gust.velocity.0);
+        // In calm air, the usual case, the rotation would be work for nothing.
         if nearby.wind != Vector3::zeros() {
             velocity.0 -= e_from_body.tr_mul(&nearby.wind);
         }
@@ -294,6 +297,7 @@ impl Dynamics {
         let (jet, thrust_n) = self.jet.wrench(effective, &engine_air, thrust_limits);
         let mach = engine_air.mach;
         let mut wrench = self.air.wrench(&air, &velocity, density, mach, effective).plus(&jet);
+        // With the jet in the sum, whose moment is about the old centre too.
         if let Some(remainder) = &self.remainder {
             wrench = remainder.wrench(&wrench, &velocity, &air.rates, density);
         }
@@ -365,6 +369,7 @@ impl Dynamics {
                 [servos[e], rates[rate]] = inert.derivative(command, at, x[rate], limit);
             }
         }
+        // Last: a fault decides how far a servo follows at all.
         let servos = inputs.effects.rates(count, &servos);
         rates[rigid_body::STATES..][..count].copy_from_slice(servos.first(count));
         rates

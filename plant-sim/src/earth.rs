@@ -250,10 +250,12 @@ impl Earth {
     /// axes into frame E.
     pub fn attitude(&self, place: &Place, q_e_from_body: &[f64; 4]) -> Attitude {
         match self.model {
+            // Frame E is NED at every place of the plane, so the state is the attitude, to the bit.
             EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
             _ => {
                 let (latitude, longitude) = place.angles();
                 let [w, x, y, z] = q_e_from_ned(latitude, longitude);
+                // The conjugate of a unit quaternion is its inverse.
                 let [w, x, y, z] = product(&[w, -x, -y, -z], q_e_from_body);
                 Attitude::from_quaternion(w, x, y, z)
             }
@@ -340,6 +342,7 @@ impl Place {
 
     /// Sine and cosine of the geodetic latitude, and of the longitude (round Earth).
     fn angles(&self) -> ((f64, f64), (f64, f64)) {
+        // The matrix has them already; signs and places are those of `below`.
         let m = &self.e_from_ned;
         ((-m.m33, m.m31), (-m.m12, m.m22))
     }
@@ -356,6 +359,7 @@ fn q_e_from_ned(latitude: (f64, f64), longitude: (f64, f64)) -> [f64; 4] {
 
 /// Sine and cosine of half an angle in (-180°, 180°], without trigonometry and without cancellation.
 fn half((sin, cos): (f64, f64)) -> (f64, f64) {
+    // The root is taken of a half at least, so nothing cancels near 180 degrees.
     if cos >= 0.0 {
         let cos_half = (0.5 * (1.0 + cos)).sqrt();
         (0.5 * sin / cos_half, cos_half)
@@ -437,6 +441,7 @@ impl Slopes {
         (position - self.position).norm_squared() <= GOOD_FOR_M * GOOD_FOR_M
     }
 
+    // Where there is no series the reach is zero, and every place is beyond it.
     /// Geodetic coordinates of a position (m, frame E) where the Earth is `place`: those of
     /// [`Earth::geodetic`] to rounding.
     #[inline]

@@ -97,6 +97,7 @@ impl Faults {
             travel: PerEffector::from_fn(|e| [servos[e].min, servos[e].max]),
             current: [None; Target::MAX],
             has: *has,
+            // All that it will ever hold, so no request in flight allocates.
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
             commands: *commands,
@@ -236,6 +237,7 @@ impl Faults {
                 && other.is_like(request)
                 && other.timing.onset == request.timing.onset
         };
+        // Ground stations repeat a command whose answer was lost.
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
@@ -352,9 +354,11 @@ impl Faults {
             effective,
             &mut position,
         );
+        // What is on its way belongs to the fault before.
         self.delayed[effector].clear();
         self.current[slot(effector)] =
             Some(CurrentFault { fault: *fault, cycle, active: Some(active) });
+        // At once: the step that begins now flies with the fault.
         self.refresh(effector, now, &mut position);
         context.positions[effector] = position;
     }
@@ -385,6 +389,7 @@ impl Faults {
 
     /// Gives an effector back to its healthy servo, at its present position; a sensor is repaired at once.
     fn repair(&mut self, target: Target, positions: &mut PerEffector<f64>) {
+        // Effects on sensors and parts are asked for anew at each use, and leave nothing to undo.
         let Some(effector) = target.effector() else { return };
         positions[effector] = self.effects.position(effector, positions[effector]);
         self.effects.set(effector, &FaultEffect::HEALTHY, 0);
@@ -472,6 +477,7 @@ impl Faults {
         self.received[effector] = match self.active_fault(effector) {
             None => command,
             Some(active) if active.is_delayed() => {
+                // Until the first command has arrived the servo keeps what it had.
                 self.delayed[effector].due(now).unwrap_or(self.received[effector])
             }
             Some(active) => active.command(command, now),
@@ -634,6 +640,7 @@ impl Fault {
 
     /// Whether the request was the same, apart from the onset.
     pub fn is_like(&self, request: &ScheduledFault) -> bool {
+        // The onset is a time by now, also where the request said "at once".
         let timing = Timing { onset: self.timing.onset, ..request.timing };
         self.kind == request.kind && timing == self.timing
     }
@@ -645,6 +652,7 @@ impl CurrentFault {
         match &self.active {
             Some(active) => FaultState::Active { since: active.since() },
             None => {
+                // Only a fault with an end rests.
                 let since = plan.end(cycle).unwrap_or_default();
                 FaultState::Resting { since, next: plan.onset(cycle + 1) }
             }
@@ -714,6 +722,7 @@ impl FaultPlan {
 
 /// Seconds, rounded to the nearest microsecond; the caller has checked their range.
 pub(crate) fn micros(seconds: f64) -> u64 {
+    // Only NaN fails here, which no checked value is.
     SimTime::from_seconds(seconds.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default().as_micros()
 }
 

@@ -113,6 +113,7 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
         cos_latitude,
         sin_longitude,
         cos_longitude,
+        // Along the normal: p / cos φ - N would divide by zero at the poles.
         altitude_m: horizontal * cos_latitude + z * sin_latitude - SEMI_MAJOR_M * w,
     }
 }

@@ -130,6 +130,7 @@ fn fly(
             FlightEnd::Failed(problem) => return Err(problem),
             FlightEnd::Restart => {
                 info!("the autopilot asks for a new flight");
+                // From the same setup, so that a restart repeats the first flight to the bit.
                 plant = Plant::new(setup)?;
                 // Packets of the flight before belong to another session and are refused.
                 link.begin_session().at(PROGRAM)?;

@@ -140,6 +140,7 @@ impl Plant {
             wind,
             gusts,
             airspeed_m_s,
+            // Without a controller nobody reads them.
             sensors: &SensorSettings::IDEAL,
             faults,
             seed: *seed,
@@ -221,6 +222,7 @@ impl Plant {
         plant.update_hinge_moments();
         plant.schedule(faults)?;
         plant.with_faults(Faults::apply_due);
+        // Again, now with the faults that act from the start.
         plant.observe();
         Ok(plant)
     }
@@ -323,6 +325,7 @@ impl Plant {
             return;
         }
         self.command(actuators);
+        // Before the steps: the period burns by the thrust of its beginning.
         self.burn_fuel();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
@@ -349,6 +352,8 @@ impl Plant {
         }
         if broken.is_some() {
             self.broken = broken;
+            // To everybody else this is an end like that on the ground; `is_broken` tells the two
+            // apart.
             self.touch_down();
         }
         if !self.on_ground && self.truth.altitude_m <= 0.0 {
@@ -362,6 +367,7 @@ impl Plant {
             return FaultReply::Refused(Refusal::FlightOver);
         }
         let reply = self.with_faults(|faults, context| faults.request(request, context));
+        // The sensors of this instant have to show what acts at once.
         self.observe();
         reply
     }
@@ -391,6 +397,7 @@ impl Plant {
             let grid_us = (now_us / self.step_us + 1) * self.step_us;
             let event_us = self.faults.next_event().map_or(u64::MAX, SimTime::as_micros);
             let arrival_us = self.next_arrival().map_or(u64::MAX, SimTime::as_micros);
+            // At least a microsecond, or an event that is overdue would stop the time.
             let next_us = grid_us.min(end_us).min(event_us.min(arrival_us).max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
             let Self { dynamics, state, rates, present, inputs, .. } = self;
@@ -583,6 +590,7 @@ impl Plant {
         self.dynamics.remove_lost_mass(&self.losses.torn_off, self.losses.burnt_kg);
         let moved = self.dynamics.shift_m() - before;
         let rigid = &mut self.state.rigid;
+        // The airframe stays where it is; only the point that the state describes moves.
         rigid.position += rigid.e_from_body() * moved;
         rigid.velocity.0 += rigid.rates.0.cross(&moved);
         // The step that comes begins with the forces on what is left.
@@ -646,6 +654,7 @@ impl CommandPath {
         }
         let half = 0.5 * imperfections.hysteresis;
         self.played = self.played.max(self.followed - half).min(self.followed + half);
+        // The travel comes last, since no bias pushes a surface beyond its stop.
         self.servo.limited(self.played + imperfections.bias)
     }
 }

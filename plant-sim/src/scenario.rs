@@ -244,9 +244,7 @@ impl PlantTable {
 
 /// Keys of the target of a fault, one of which is required.
 const TARGETS: [&str; 3] = ["effector", "sensor", "part"];
-/// Key of the kind.
 const KIND: &str = "kind";
-/// Key of the onset.
 const ONSET: &str = Quantity::Onset.keys()[0];
 
 /// Every key, and whether its value is a number.
@@ -266,11 +264,9 @@ static KEYS: LazyLock<Vec<(&'static str, bool)>> = LazyLock::new(|| {
     words.chain(of_kinds).chain(times).filter(|(key, _)| known.insert(*key)).collect()
 });
 
-/// Their names.
 static NAMES: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| KEYS.iter().map(|(key, _)| *key).collect());
 
-/// The kinds.
 static KINDS: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| CATALOGUE.iter().map(|info| info.key).collect());
 

@@ -103,12 +103,15 @@ impl SensorSet {
             // Everything exactly where it is measured, then with errors: vanes and pitot tube turn with the aircraft.
             Some(mut real) => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_around(place_m, motion));
+                // The noise of the scenario is that of ideal gyros; a grade has its own.
                 let sensors = real.sense(&self.exact(truth, present, &air, &Body::zero()));
                 self.real = Some(real);
                 sensors
             }
         };
+        // After the errors: a fault is of the sensor that the aircraft has.
         self.faulty.apply(truth.time, faults, &mut sensors);
+        // Last, so that nothing gives a sample to a sensor that is not there.
         sensors.keep(&self.fitted);
         sensors
     }
@@ -179,6 +182,7 @@ impl SensorSet {
             return Body::zero();
         }
         let mut axis = || self.gyro_noise_rad_s * self.gyro.draw();
+        // In this order, which is part of every recorded flight.
         let (p, q, r) = (axis(), axis(), axis());
         Body::new(p, q, r)
     }

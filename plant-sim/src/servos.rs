@@ -198,6 +198,7 @@ impl Delayed {
 
     /// Removes the newest command that is due by `now` and all older ones, and returns the newest.
     pub fn due(&mut self, now: SimTime) -> Option<f64> {
+        // A servo holds one set point, so of several due commands only the newest counts.
         let mut newest = None;
         while let Some((_, command)) = self.0.pop_front_if(|(due, _)| *due <= now) {
             newest = Some(command);
@@ -233,6 +234,7 @@ impl SecondOrder {
     /// Largest rate in the response to a unit step without a rate limit, 1/s: ω e^(−ζ φ / sin φ) with cos φ = ζ.
     pub fn fastest(&self) -> f64 {
         let zeta = self.damping_ratio;
+        // Of an overdamped servo the root is that of ζ² - 1.
         let root = (1.0 - zeta * zeta).abs().sqrt();
         // The ratio of angle and sine goes to 1 at critical damping, where both vanish.
         let ratio = match root {
@@ -282,6 +284,7 @@ impl Inert {
         let free = self.stiffness * (command - at) - self.damping * rate;
         // At its limit the rate does not grow on, so that it turns as soon as the command does.
         let pushes_on = rate.abs() >= limit && free * rate > 0.0;
+        // A stage of the integration may try a rate beyond the limit.
         [rate.max(-limit).min(limit), if pushes_on { 0.0 } else { free }]
     }
 

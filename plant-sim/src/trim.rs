@@ -116,6 +116,7 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
     let place = earth.place(&earth.position(&start.geodetic()));
     let altitude_m = place.geopotential_altitude_m;
     let total_wind = dynamics.wind(wind, altitude_m);
+    // A NaN would hide behind many words what the search can say: nothing there is level.
     let sine = (total_wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
     let density = dynamics.density_around(altitude_m);
     // Newton needs slopes, and a thrust at its limit has none. `held` checks the limits at the end.
@@ -239,6 +240,7 @@ impl LevelSearch<'_> {
     }
 
     fn jacobian(&self, x: &Unknowns) -> SMatrix<f64, 6, 6> {
+        // The thrust counts in newton, and a smaller step of it would drown in rounding.
         jacobian(x, [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6], |x| self.residual(x))
     }
 
@@ -303,6 +305,7 @@ impl LevelSearch<'_> {
                 let gains = &airframe.gains[effector];
                 let gain = [gains.roll, gains.pitch, gains.yaw][command];
                 let [low, high] = airframe.servos[effector].travel_at(pressure_pa);
+                // A gain of zero has infinite ends, which are thrown away below.
                 let ends = [low / gain, high / gain];
                 (gain != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
             });
@@ -387,6 +390,7 @@ pub fn solve_longitudinal(
     given: &Controls,
     wind: &Ned,
 ) -> Result<LongitudinalTrim, Problem> {
+    // As in `solve`: a thrust at its limit has no slope.
     let free = dynamics.with_any_thrust();
     let place = dynamics.earth().place(&initial.place(dynamics.earth()));
     let density = dynamics.density_around(place.geopotential_altitude_m);
@@ -418,6 +422,7 @@ pub fn solve_longitudinal(
 impl LongitudinalSearch<'_> {
     fn controls(&self, x: &Vector3<f64>) -> Controls {
         let followed = self.dynamics.airframe().follow([0.0, x.y, 0.0, x.z]);
+        // Only what the main commands move is searched; other controls stay as they are given.
         let positions = PerEffector::from_fn(|e| self.given.positions[e] + followed[e]);
         Controls { positions, lever: None }
     }

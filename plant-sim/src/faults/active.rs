@@ -86,6 +86,7 @@ impl ActiveFault {
             _ => None,
         };
         if slew.is_some() {
+            // What the air has felt goes on, also where the fault before took part of the effect.
             *position = effective;
         }
         let mut active = Self {
@@ -103,6 +104,7 @@ impl ActiveFault {
 
     /// A fault of a sensor or of a part of the airframe that begins at `now`.
     pub fn of_others(kind: FaultKind, ramp_us: u64, now: SimTime) -> Self {
+        // A sensor has no travel that would end a drift.
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
         Self { kind, since: now, ramp_us, ends, fastest: f64::INFINITY, slew: None }
     }
@@ -212,6 +214,7 @@ impl ActiveFault {
     /// delayed effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {
+            // Below the travel of the engine, whose lower end is its idle thrust.
             FaultKind::FlameOut => 0.0,
             FaultKind::LimitedTravel { limit } => {
                 let [low, high] = self.limits(limit, now);

@@ -134,6 +134,7 @@ impl PlantArgs {
 
     fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, Problem> {
         let name = self.scenario.as_str();
+        // Names before files: what lies in the folder does not change the meaning of `nominal`.
         let text = match SCENARIOS.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Ok((*text).to_owned()),
             None => file::read_text(Path::new(name), TEXT_MAX),

@@ -95,6 +95,7 @@ impl Flight<'_> {
                 info!(session = %self.link.session(), "the flight begins");
                 clock::now()
             });
+            // After the exchange, so that the last tick is in the logs of both sides.
             let next = self.plant.time() + self.period;
             if self.until.is_some_and(|until| next > until) {
                 let wall = clock::now() - began;
@@ -140,6 +141,7 @@ impl Flight<'_> {
     /// Sends one packet, waits for the answer and executes its request.
     fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Actuators, FlightEnd> {
         let mut reports = Reports::new();
+        // The reply first, since it must find room.
         reports.extend(self.reply.take());
         while !reports.is_full()
             && let Some(report) = self.pacer.pop_report().or_else(|| self.plant.pop_report())
@@ -169,6 +171,7 @@ impl Flight<'_> {
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
+                // The new session is the answer.
                 return Err(FlightEnd::Restart);
             }
             Some(PlantRequest { action: PlantAction::ListFaults, .. }) => self.plant.list_faults(),

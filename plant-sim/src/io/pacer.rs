@@ -87,6 +87,7 @@ impl Pacer {
             steps: VecDeque::new(),
             origin: None,
             reports: VecDeque::new(),
+            // So that the parent learns the pace of the start.
             changed: true,
         }
     }
@@ -122,6 +123,7 @@ impl Pacer {
             let pace = Pace::Step(front.periods);
             return self.report(request, pace, time);
         }
+        // After a pause they begin now; behind other steps they keep the rhythm.
         if self.steps.is_empty() {
             self.origin = None;
         }
@@ -243,6 +245,7 @@ impl Parent {
 
     /// Sends its requests to the pacer, and prints a change of the pace. `time` is now.
     pub(super) fn update(&self, pacer: &mut Pacer, time: SimTime) {
+        // What finds no room stays in the channel.
         if let Some(requests) = &self.requests {
             while pacer.has_room()
                 && let Ok(pace) = requests.try_recv()
