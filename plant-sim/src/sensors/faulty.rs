@@ -98,6 +98,7 @@ impl FaultySensors {
                 }
                 SensorEffect::Delayed { delay_us } => {
                     is_delayed = true;
+                    // What came before the onset has arrived already, and no sample comes twice.
                     let is_due = |(came, _): &&(SimTime, Sensors)| {
                         *came >= onset && came.as_micros() + delay_us <= now.as_micros()
                     };

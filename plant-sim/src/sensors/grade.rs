@@ -126,6 +126,7 @@ impl Grade {
                 let value = *(key.place)(&mut copy) / key.to_si;
                 check_range(&section, key.name, value, key.min, key.max)?;
             }
+            // With more delay the queue would drop samples before they arrive.
             let longest_ms = 1.0e3 * QUEUE_MAX as f64 / errors.effective_rate_hz(period_us);
             check_range(&section, "delay_ms", errors.delay_s * 1.0e3, 0.0, longest_ms)?;
         }
@@ -388,6 +389,7 @@ impl SensorsTable {
             config::parse::<Self>(name, text)?.change(&mut grade, &mut settings.fitted);
         }
         let has_numbers = self.change(&mut grade, &mut settings.fitted);
+        // Numbers alone make real sensors too, exact in everything else.
         let is_real = of_file.is_some() || has_numbers;
         settings.grade = is_real.then_some(grade);
         settings.name = self.grade.unwrap_or_default();

@@ -360,6 +360,7 @@ impl<const N: usize> AxisErrors<N> {
             if self.relative_noise > 0.0 {
                 sum += self.relative_noise * value * self.normals.draw();
             }
+            // After the noise, as a converter rounds what it gets.
             if self.resolution > 0.0 {
                 sum = libm::round(sum / self.resolution) * self.resolution;
             }
