@@ -161,9 +161,11 @@ fn longitudinal(model: &DesignModel) -> System<7, 2> {
     let (lift, effectors) = (&aircraft.lift, &aircraft.effectors);
     let c_lift_elevator = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     // Vertical acceleration per angle of attack, pitch rate, elevator and airspeed.
+    // The thrust turns with the nose and adds to the slope of the lift.
     let g_n_alpha = G_M_S2 * (q_s * lift.c_lift_alpha + aircraft.trim.thrust_n) / weight;
     let g_n_q = G_M_S2 * q_s * lift.c_lift_q * at.chord_time / weight;
     let g_n_e = G_M_S2 * q_s * c_lift_elevator / weight;
+    // The lift grows with the square of the airspeed.
     let g_n_v = 2.0 * G_M_S2 / v;
     let m_alpha = slope(model, |state, d| state.alpha += d).y;
     let m_q = slope(model, |state, d| state.rates.y += d).y;

@@ -339,6 +339,8 @@ impl Local<'_> {
                     max: rounded(servo.max),
                 }
             } else {
+                // What the engine can give at this flight condition, which may be less than its
+                // travel.
                 let [min, max] = self.plant.thrust_range_n();
                 ServoModel { lag_s: servo.lag_s, rate_limit: servo.rate_limit, min, max }
             }

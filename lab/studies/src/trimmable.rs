@@ -226,6 +226,7 @@ impl Study {
             // A few hundred.
             let steps = steps as u32;
             let at = |i: u32| middle + (end - middle).signum() * step * f64::from(i);
+            // The last step is shorter, to end exactly at the stop.
             (1..=steps).map(|i| if i == steps { end } else { at(i) }).collect()
         });
         (middle, sides)
@@ -254,6 +255,7 @@ impl Study {
                 let flight =
                     if inside { at_end(at, near.as_slice()) } else { find(at, near.as_slice()) };
                 rows.push(Row { jams: vec![(effector, at)], flight });
+                // The next search begins at the flight that was found last.
                 match flight {
                     Some(_) if inside => (last, near) = (at, flight),
                     Some(_) => near = flight,

@@ -121,6 +121,7 @@ impl TurbulenceArgs {
             air.step(&at);
         }
         let mut welch = [(); 6].map(|()| Welch::new(segment));
+        // At least one whole segment, or there is no estimate.
         for _ in 0..whole(self.seconds / period_s).max(segment) {
             let gust = air.step(&at);
             let values = gust.velocity.0.iter().chain(gust.rates.0.iter());
@@ -204,6 +205,7 @@ fn summary(args: &TurbulenceArgs, flown: &[Flown]) -> String {
         );
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
             let far = |band: &Band| (band.estimate / band.formula - 1.0).abs();
+            // The average of a hundred estimates is good to a tenth.
             let certain = bands.iter().filter(|band| band.count >= 100.0);
             let worst = certain.map(far).fold(0.0, f64::max);
             let _ = writeln!(text, "  {axis}: within {:.1} % of the formula", 100.0 * worst);

@@ -30,6 +30,7 @@ pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let count = (0..=TICKS_MAX as u32).map(|k| (first + f64::from(k)) * step);
     let mut ticks: Vec<f64> = count.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
     ticks.dedup();
+    // A step that is a rounding below 0.1 would get a second decimal.
     let decimals = (-libm::floor(libm::log10(step * 1.000_001))).max(0.0);
     // A small whole number.
     (ticks, decimals as usize)

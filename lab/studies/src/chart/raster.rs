@@ -37,6 +37,7 @@ fn outline_texts(svg: &str, face: &Face<'_>) -> String {
             .split_once('>')
             .and_then(|(attributes, inner)| Some((attributes, inner.split_once("</text>")?)))
         else {
+            // The reader of the SVG will say what is wrong with a text without an end.
             rest = element;
             break;
         };

@@ -158,6 +158,7 @@ impl References {
             let path = self.folder.join(case).join(format!("sim_{sim}.csv"));
             let text = file::read_text(&path, TRAJECTORY_MAX).at(path.display())?;
             let trajectory = Trajectory::read(&path.display().to_string(), &text)?;
+            // All are compared at the times of the first one.
             let at = times.get_or_insert_with(|| trajectory.times().to_vec());
             sims.insert(sim.as_str(), trajectory.at(at)?);
         }

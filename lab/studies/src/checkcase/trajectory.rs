@@ -59,6 +59,7 @@ impl Trajectory {
         let columns = |names: &[&str]| -> Option<Vec<&Vec<f64>>> {
             names.iter().map(|name| self.columns.get(*name)).collect()
         };
+        // Rather than the angles, which lose digits near 90 degrees of pitch.
         if let Some(q) = columns(&["qw", "qx", "qy", "qz"]) {
             return (0..q[0].len())
                 .map(|i| normalised([q[0][i], q[1][i], q[2][i], q[3][i]]))
