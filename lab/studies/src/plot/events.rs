@@ -248,6 +248,7 @@ fn timeline(flight: &Flight) -> Vec<LogEvent> {
         Some(why) => format!("the log ends: {why}"),
         None => "the log breaks off here".to_owned(),
     };
+    // Behind all others, also those of the same time.
     all.push(LogEvent { t_s: flight.span.1, kind: Kind::Flight, text });
     all
 }
@@ -289,6 +290,7 @@ fn inputs(flight: &Flight) -> Vec<LogEvent> {
 /// What only the texts of the log have: scripts and refusals.
 fn logged_texts(flight: &Flight) -> impl Iterator<Item = LogEvent> {
     flight.log.texts().iter().filter_map(|text| {
+        // In a log a text has no kind, only its words.
         let kind = if text.text.contains(" refused: ") {
             Kind::Refusal
         } else if text.text.starts_with("Script") {
@@ -399,6 +401,7 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
         match spans.last_mut() {
             Some(last) if last.2 == name => last.1 = t_s,
             last => {
+                // Up to the next mode, so that the strip has no gap.
                 if let Some(last) = last {
                     last.1 = t_s;
                 }
