@@ -406,6 +406,7 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
                     last.1 = t_s;
                 }
                 spans.push((t_s, t_s, name));
+            // The last mode lasts to the end, which need not have a row of it.
             }
         }
     }

@@ -153,6 +153,7 @@ impl<'a> Search<'a> {
     pub fn new(dynamics: &'a Dynamics, bounds: FlightBounds, thrust_part: [f64; 2]) -> Self {
         let airframe = dynamics.airframe();
         let place = airframe.design_point;
+        // On the flat Earth of `Study` the two altitudes are one.
         let density = dynamics.density_around(place.altitude_m);
         let at = density.at(place.altitude_m);
         let engine = dynamics.thrust_range_n(place.airspeed_m_s, at, place.altitude_m);
@@ -438,6 +439,7 @@ fn bounded_step(
         let mut normal = &free * free.transpose();
         let most = normal.diagonal().max();
         for i in 0..normal.nrows() {
+            // Where everything stands still the matrix is zero, and has no factors without this.
             normal[(i, i)] += damping * most + 1.0e-14;
         }
         let change = free.tr_mul(&normal.cholesky()?.solve(&rest));
