@@ -441,11 +441,11 @@ impl Slopes {
         (position - self.position).norm_squared() <= GOOD_FOR_M * GOOD_FOR_M
     }
 
-    // Where there is no series the reach is zero, and every place is beyond it.
     /// Geodetic coordinates of a position (m, frame E) where the Earth is `place`: those of
     /// [`Earth::geodetic`] to rounding.
     #[inline]
     pub fn geodetic(&self, earth: &Earth, position: &Vector3<f64>, place: &Place) -> Geodetic {
+        // Where there is no series the reach is zero, and every place is beyond it.
         if (position - self.position).norm_squared() >= self.reach_m2 {
             return earth.geodetic(position);
         }

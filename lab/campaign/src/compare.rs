@@ -41,6 +41,7 @@ struct RunChange {
 
 /// Compares the tables of two folders; the text says what differs.
 pub fn folders(one: &Path, other: &Path) -> Result<String, Problem> {
+    // Once, or each call would wrap the hook of the one before.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {
         let report = panic::take_hook();

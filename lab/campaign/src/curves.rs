@@ -180,6 +180,7 @@ fn panel(curves: &Curves, quantity: &Quantity, ink: &dyn Fn(usize) -> Ink) -> Pa
         all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
     };
     let (first, last) = ends(&|point| [point.level; 2]);
+    // A single level has no distance to the next.
     let count = quantity.laws.first().map_or(0, Vec::len).max(2) - 1;
     let distance = (last - first).max(1.0e-9) / count as f64;
     let (low, high) = match ends(&|point| [point.interval.0, point.interval.1]) {

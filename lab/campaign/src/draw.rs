@@ -15,6 +15,7 @@ const ROUNDS: u64 = 6;
 /// ChaCha8 keyed by a hash of the seed and the name; its stream number is `index`.
 pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
     let mut hash = Sha256::new();
+    // This text is part of every recorded campaign.
     hash.update(b"two-step campaign 1");
     hash.update(seed.to_le_bytes());
     hash.update(name.as_bytes());
@@ -25,6 +26,7 @@ pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
 
 /// Numbers between two limits for the manoeuvres of a flight, drawn by its seed.
 pub fn manoeuvres(seed: u64) -> impl FnMut(f64, f64) -> f64 {
+    // And so is this one.
     let mut key = *b"seed------------two-step sitl--4";
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut generator = ChaCha8Rng::from_seed(key);

@@ -136,10 +136,12 @@ impl Plan {
         let mut all = Sha256::new();
         inputs.iter().for_each(|input| all.update(input.sha256));
         let fingerprint = all.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        // In its range, as checked with the file.
         let period_ms = spec.period().unwrap_or_default();
         let step_us = spec.step_us.unwrap_or_else(|| step_within(period_ms, STEP_US));
         let named = || spec.law.iter().zip(&laws);
         let both = aircraft.iter().flat_map(|aircraft| named().map(move |law| (aircraft, law)));
+        // Once for each aircraft with each law, and not for each of a million runs.
         let builders: Vec<SetupBuilder> = both
             .map(|(aircraft, (law, read))| {
                 let (args, laws) = (aircraft.args.clone(), read.args.clone());
@@ -277,6 +279,7 @@ impl Plan {
                 combination /= length;
             }
         }
+        // Listed variables have no dimension, so another list leaves the draws as they are.
         let mut dimension = 0;
         for (value, variable) in values.iter_mut().zip(&spec.vary) {
             if variable.is_drawn() {
@@ -307,6 +310,7 @@ impl Plan {
         let mut table = args.scenario_table(&self.scenario)?;
         let plant = table.entry("plant").or_insert_with(|| toml::Table::new().into());
         if let Some(plant) = plant.as_table_mut() {
+            // In place of what the scenario says.
             let _ = plant.insert("seed".to_owned(), run.seed.cast_signed().into());
             let _ = plant.insert("duration_s".to_owned(), self.file.spec.duration_s.into());
         }
@@ -408,6 +412,7 @@ impl Plan {
             let end = self.aircraft.get(place + 1).map_or(self.flights, |next| next.first);
             for flight in [aircraft.first, end - 1] {
                 for law in 0..laws {
+                    // Only whether it can be made.
                     let _ = self.setup(&self.run(flight * laws + law)?)?;
                 }
             }

@@ -397,6 +397,7 @@ impl Spec {
         let of_airframes = self.airframe.iter().map(|airframe| &airframe.set);
         let of_laws = self.law.iter().map(|law| &law.set);
         for table in [&self.set].into_iter().chain(of_airframes).chain(of_laws) {
+            // For the checks alone: plan and flights read it again.
             let _ = settings_of(table, file)?;
         }
         if let Some(Manoeuvres {
@@ -492,6 +493,7 @@ pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, Prob
         table.iter().map(|(key, value)| checked(key, value, file)).collect::<Result<_, _>>()?;
     // Entry 2 of a list before entry 10: each is one more than there are.
     let words = |key: &str| -> Vec<(usize, String)> {
+        // A word that is no number stands by its letters.
         key.split('.').map(|word| (word.parse().unwrap_or(0), word.to_owned())).collect()
     };
     settings.sort_by_cached_key(|setting| words(&setting.key));

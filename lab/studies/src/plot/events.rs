@@ -406,10 +406,10 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
                     last.1 = t_s;
                 }
                 spans.push((t_s, t_s, name));
-            // The last mode lasts to the end, which need not have a row of it.
             }
         }
     }
+    // The last mode lasts to the end, which need not have a row of it.
     if let Some(last) = spans.last_mut() {
         last.1 = flight.span.1;
     }
