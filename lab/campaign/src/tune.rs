@@ -167,6 +167,7 @@ fn row_of<'a>(text: &'a str, names: &[String]) -> Option<&'a str> {
 /// The same campaign with another seed: what the search has not seen.
 fn validation(file: &SpecFile) -> SpecFile {
     let mut other = file.clone();
+    // 53 bits, as every seed of a campaign.
     other.spec.seed = draw::stream(file.spec.seed, "validation", 0).next_u64() >> 11;
     other
 }
@@ -248,6 +249,7 @@ fn cost(plan: &Plan, airframe: usize, outcome: &Outcome) -> f64 {
     }
     let list = &plan.aircraft[airframe].airframe.effectors;
     let angles = list.all().filter(|effector| list.is_angle(*effector));
+    // A measure that a flight does not have counts as the worst.
     let of = |name: &str| outcome.metric(name).unwrap_or(f64::INFINITY);
     let travel_rad: f64 =
         angles.map(|effector| of(&format!("travel_{}", list.key(effector)))).sum();

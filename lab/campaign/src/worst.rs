@@ -138,6 +138,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<WorstCase>, Problem> {
     let samples = u64::from(plan.file.spec.samples);
     let laws = plan.laws().len() as u64;
     let mut cases: Vec<WorstCase> = Vec::new();
+    // Samples differ in what is drawn, and that is at its median here.
     for flight in (0..plan.flights()).step_by(usize::try_from(samples)?) {
         for law in 0..laws {
             let mut run = plan.drawn(flight * laws + law)?;
@@ -187,6 +188,7 @@ fn outwards(
     let mut kept_to = None;
     for step in 0..=STEPS {
         let part = f64::from(step) / f64::from(STEPS);
+        // Written so that both ends are exact.
         let mut next = begin * (1.0 - part) + end * part;
         let (mut run, mut outcome) = at(next)?;
         if outcome.is_kept() {
