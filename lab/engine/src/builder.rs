@@ -167,6 +167,7 @@ impl SetupBuilder {
             script: flight.script.map(Arc::new),
             own_law: laws.own.clone(),
             knows_fault: false,
+            // Its range was checked with the scenario.
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
         })
     }

@@ -391,6 +391,7 @@ impl Flight {
 
     /// The plant's reports and the operators' inputs, which enter here and nowhere else.
     fn begin_exchange(&mut self, reports_max: usize, inputs: impl IntoIterator<Item = Recorded>) {
+        // What came in exchanges without a step belongs to the next tick.
         if mem::take(&mut self.is_shown) {
             self.events.clear();
         }

@@ -116,6 +116,7 @@ fn steady_turn(airframe: &Airframe, at: &Last) -> Option<SteadyTurn> {
         let middle = 0.5 * (low + high);
         if balanced(middle).2 < 0.0 { low = middle } else { high = middle }
     }
+    // The upper end, with which the wing carries the weight for sure.
     let (elevator_rad, thrust_n, _) = balanced(high);
     let largest =
         |kind| airframe.effectors.of_kind(kind).map(|e| airframe.servos[e].max).fold(0.0, f64::max);

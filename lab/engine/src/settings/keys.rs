@@ -59,5 +59,6 @@ pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> 
         let changes = changes(&key.to_lowercase(), &known.to_lowercase());
         (last(known) != last(key), changes)
     };
+    // As a key that can be typed.
     keys.filter(|known| !known.ends_with(ANY)).min_by_key(rank).map(|key| key.replace(".N", ".1"))
 }
