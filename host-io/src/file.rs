@@ -93,6 +93,7 @@ fn check_free(path: &Path) -> Result<(), FileProblem> {
 pub fn open(path: &Path) -> Result<File, FileProblem> {
     // Checked before opening: opening a device may have an effect.
     check_ordinary(fs::metadata(path)?.file_type())?;
+    // By now the name may be that of a pipe, which must not be waited for.
     let file = OpenOptions::new().read(true).custom_flags(O_NONBLOCK).open(path)?;
     // Metadata of the opened file, whatever the name refers to by now.
     check_ordinary(file.metadata()?.file_type())?;
@@ -336,6 +337,7 @@ impl OwnFile {
     /// Gives the file this content, or leaves it unchanged: a new file next to it takes its name. Creates missing
     /// folders.
     pub fn replace(&self, content: &[u8]) -> Result<(), FileProblem> {
+        // Each time, because another program may have taken the name since.
         self.check()?;
         let folder = self.folder();
         let mut builder = DirBuilder::new();

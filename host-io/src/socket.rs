@@ -152,6 +152,7 @@ impl LinkSocket {
         let mut is_gone = false;
         for _ in 0..ERRORS_MAX {
             let mut control = nix::cmsg_space!(sock_extended_err, nix::libc::sockaddr_in6);
+            // The packet comes back with its error, and is of no use.
             let mut payload = [0; 1];
             let mut buffers = [IoSliceMut::new(&mut payload)];
             let flags = MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT;
@@ -213,6 +214,7 @@ impl LinkSocket {
                 }
             }
         }
+        // Only for the compiler: the count has no end.
         Ok(None)
     }
 

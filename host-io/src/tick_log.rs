@@ -79,6 +79,7 @@ impl TickLogWriter {
                 return Err(error).at(self.path.display());
             }
         };
+        // An entry has at most `ENTRY_MAX` bytes.
         let length = u16::try_from(used).unwrap_or(u16::MAX);
         self.buffer.extend_from_slice(&length.to_le_bytes());
         self.buffer.extend_from_slice(&scratch[..used]);

@@ -687,6 +687,7 @@ impl Parser<'_> {
         let incompatible = body.take::<8>()?;
         for (index, flags) in incompatible.into_iter().enumerate() {
             let unknown = if index == 0 { flags & !DATA_APPENDED } else { flags };
+            // The format wants a file refused that has a flag unknown to its reader.
             if unknown != 0 {
                 return Err(ReadStop::Flags(ReadError::Flags { index, flags: unknown }));
             }

@@ -181,6 +181,7 @@ impl From<Field> for Cell {
             Field::Long(value) => Self::Integer(value),
             Field::Double(value) => Self::Number(value),
             Field::Str(text) => Self::Text(text),
+            // Tables of other programs have more kinds; as texts they can still be compared.
             other => Self::Text(other.to_string()),
         }
     }
