@@ -41,6 +41,7 @@ pub struct Shown<W>(W);
 impl<W: Write> Write for Shown<W> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.0.write_all(shown(&String::from_utf8_lossy(bytes)).as_bytes())?;
+        // All bytes of the caller are used up, however many have been written for them.
         Ok(bytes.len())
     }
 
@@ -60,6 +61,7 @@ fn remembered<T>(result: io::Result<T>) -> io::Result<T> {
     if let Err(error) = &result
         && error.kind() != io::ErrorKind::BrokenPipe
     {
+        // The value is good even if a thread that held it has panicked.
         let mut failed = FAILED.lock().unwrap_or_else(PoisonError::into_inner);
         let _ = failed.get_or_insert_with(|| io::Error::new(error.kind(), error.to_string()));
     }

@@ -93,6 +93,7 @@ fn check_free(path: &Path) -> Result<(), FileProblem> {
 pub fn open(path: &Path) -> Result<File, FileProblem> {
     // Checked before opening: opening a device may have an effect.
     check_ordinary(fs::metadata(path)?.file_type())?;
+    // By now the name may be that of a pipe, which must not be waited for.
     let file = OpenOptions::new().read(true).custom_flags(O_NONBLOCK).open(path)?;
     // Metadata of the opened file, whatever the name refers to by now.
     check_ordinary(file.metadata()?.file_type())?;
@@ -154,11 +155,13 @@ pub fn create(path: &Path, is_own: impl Fn(&[u8]) -> bool) -> Result<File, FileP
         Err(error) => return Err(error.into()),
     }
     let mut options = OpenOptions::new();
+    // Not emptied yet: first comes the look at what is in it.
     options.read(true).write(true).create(true).truncate(false).custom_flags(O_NONBLOCK);
     let mut file = options.open(path)?;
     check_ordinary(file.metadata()?.file_type())?;
     check_own(&file, is_own)?;
     file.set_len(0)?;
+    // The look has moved the position.
     file.rewind()?;
     Ok(file)
 }
@@ -172,6 +175,7 @@ pub fn write(path: &Path, content: &[u8], mark: &[u8]) -> Result<(), FileProblem
 
 /// Whether a file that begins so is of the kind that this mark stands for.
 pub(crate) fn has_mark(beginning: &[u8], mark: &[u8]) -> bool {
+    // `windows` panics at zero; so an empty mark is found nowhere.
     beginning.windows(mark.len().max(1)).any(|window| window == mark)
 }
 
@@ -230,10 +234,12 @@ impl NewFile {
     }
 
     fn finish_with(mut self, waits_for_disk: bool) -> Result<(), FileProblem> {
+        // On the disk before the rename: after a power cut the name must not lead to an empty file.
         if waits_for_disk { self.put_on_disk() } else { self.file.flush() }?;
         if let Some(beside) = &self.beside {
             fs::rename(beside, &self.path)?;
         }
+        // It has its name now, so `drop` must not remove it.
         self.beside = None;
         Ok(())
     }
@@ -243,6 +249,7 @@ impl NewFile {
         self.put_on_disk()?;
         let Some(beside) = &self.beside else { return Ok(false) };
         match fs::hard_link(beside, &self.path) {
+            // `drop` removes the other name.
             Ok(()) => Ok(true),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok(false),
             // A file system without links: the last of several programs wins.
@@ -320,6 +327,7 @@ impl OwnFile {
     pub fn check(&self) -> Result<(), FileProblem> {
         match read(&self.path, self.limit) {
             Ok(content) if content.is_empty() || (self.is_own)(&content) => Ok(()),
+            // Longer than anything that the program writes.
             Ok(_) | Err(FileProblem::TooLong { .. }) => Err(FileProblem::Foreign),
             Err(problem) if problem.is_not_found() => check_free(&self.path),
             Err(problem) => Err(problem),
@@ -329,6 +337,7 @@ impl OwnFile {
     /// Gives the file this content, or leaves it unchanged: a new file next to it takes its name. Creates missing
     /// folders.
     pub fn replace(&self, content: &[u8]) -> Result<(), FileProblem> {
+        // Each time, because another program may have taken the name since.
         self.check()?;
         let folder = self.folder();
         let mut builder = DirBuilder::new();

@@ -30,6 +30,7 @@ impl OutFolder {
     /// Makes the folder if it is not there, and tries whether it takes a file.
     pub fn create(path: &Path) -> Result<Self, Problem> {
         let make = || {
+            // `create_dir_all` would only say that the file exists.
             if fs::metadata(path).is_ok_and(|about| !about.is_dir()) {
                 return Err(FileProblem::NoFolder);
             }

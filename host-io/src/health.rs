@@ -35,6 +35,7 @@ impl HealthFile {
         if self.touched.is_some_and(|touched| now.saturating_duration_since(touched) < EVERY) {
             return Ok(());
         }
+        // Also if the write fails: then it is tried again after a second, not in the next tick.
         self.touched = Some(now);
         self.file.replace(CONTENT)
     }

@@ -64,6 +64,7 @@ const ENDS: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGQUIT];
 /// Takes these signals on a thread of its own. One thread takes all of them, since each thread blocks those that it does not take.
 fn on_signals(signals: &[Signal], take: impl Fn(Signal) + Send + 'static) -> std::io::Result<()> {
     let signals = SigSet::from_iter(signals.iter().copied());
+    // Blocked before the thread begins: it inherits the mask, and alone waits for them.
     signals.thread_block()?;
     let wait = move || {
         while let Ok(signal) = signals.wait() {
@@ -115,6 +116,7 @@ fn each_line(mut input: impl BufRead, mut on_line: impl FnMut(&str)) {
     let mut line = Vec::new();
     loop {
         match input.by_ref().take(LINE_MAX).read_until(b'\n', &mut line) {
+            // An input that cannot be read has no more requests, like one that has ended.
             Ok(0) | Err(_) => return,
             Ok(_) => {
                 // Bytes that are not text cannot be a request; a warning shows them as replacement characters.

@@ -152,6 +152,7 @@ impl LinkSocket {
         let mut is_gone = false;
         for _ in 0..ERRORS_MAX {
             let mut control = nix::cmsg_space!(sock_extended_err, nix::libc::sockaddr_in6);
+            // The packet comes back with its error, and is of no use.
             let mut payload = [0; 1];
             let mut buffers = [IoSliceMut::new(&mut payload)];
             let flags = MsgFlags::MSG_ERRQUEUE | MsgFlags::MSG_DONTWAIT;
@@ -202,14 +203,18 @@ impl LinkSocket {
                 Wait::Yield => std::thread::yield_now(),
                 Wait::Spin => std::hint::spin_loop(),
             }
+            // Reading the clock costs more than an attempt.
             if attempts.is_multiple_of(ATTEMPTS_PER_LOOK) {
                 let now = clock::now();
+                // The first look starts the wait, so that an answer that comes before it costs no
+                // reading.
                 if now >= *deadline.get_or_insert(now + self.timeout) {
                     self.quiet = true;
                     return Ok(None);
                 }
             }
         }
+        // Only for the compiler: the count has no end.
         Ok(None)
     }
 

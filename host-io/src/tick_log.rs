@@ -74,13 +74,16 @@ impl TickLogWriter {
         let used = match postcard::to_slice(entry, &mut scratch) {
             Ok(used) => used.len(),
             Err(error) => {
+                // Nothing is written behind a gap, and the error is reported once.
                 self.full = None;
                 return Err(error).at(self.path.display());
             }
         };
+        // An entry has at most `ENTRY_MAX` bytes.
         let length = u16::try_from(used).unwrap_or(u16::MAX);
         self.buffer.extend_from_slice(&length.to_le_bytes());
         self.buffer.extend_from_slice(&scratch[..used]);
+        // The longest entry still fits, so the buffer never grows.
         if self.buffer.len() + ENTRY_MAX + 2 > BUFFER_BYTES {
             let buffer = std::mem::replace(&mut self.buffer, Vec::with_capacity(BUFFER_BYTES));
             let accepted = self.full.as_ref().is_some_and(|full| full.send(buffer).is_ok());
@@ -145,6 +148,7 @@ impl TickLogReader {
     /// Next entry; `None` at the end.
     pub fn next_entry<T: DeserializeOwned>(&mut self) -> Result<Option<T>, Problem> {
         let mut length = [0; 2];
+        // The end of the file is an end only between two entries.
         if self.file.read(&mut length[..1]).at(self.path.display())? == 0 {
             return Ok(None);
         }

@@ -377,6 +377,7 @@ impl EffectorList {
             if is_single && before.iter().any(|other| other.kind == kind) {
                 return Err(wrong(ListProblem::OnlyOne(kind)));
             }
+            // Among all entries, since the partner may come later in the file.
             let mirrored = partner(entry, &all).map_err(wrong)?.unwrap_or(place);
             let mirrored = Effector::from_index(mirrored).ok_or(wrong(ListProblem::TooMany))?;
             list.members[place] = Member { entry: *entry, key, mirrored };
@@ -535,6 +536,7 @@ impl EffectorList {
         let mut hasher = crc32fast::Hasher::new();
         for member in self.members() {
             hasher.update(member.entry.name.as_bytes());
+            // The zero ends the name: without it two lists could give the same bytes.
             hasher.update(&[0]);
             hasher.update(member.entry.kind.key().as_bytes());
             hasher.update(&[0, member.entry.instance]);

@@ -106,6 +106,7 @@ impl Attitude {
     /// Roll, pitch, yaw in rad.
     pub fn euler(&self) -> EulerAngles {
         let [w, x, y, z] = self.wxyz();
+        // Rounding can exceed one, where the arc sine is NaN.
         let sin_theta = (2.0 * (w * y - z * x)).clamp(-1.0, 1.0);
         EulerAngles {
             phi: atan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y)),

@@ -56,6 +56,7 @@ fn spherical(cosine: f64, sine: f64, ratio: f64, longitude_rad: f64, years: f64)
     // Cosine and sine of m λ.
     let (sin, cos) = libm::sincos(longitude_rad);
     let mut multiples = [(1.0, 0.0); DEGREE + 1];
+    // By the addition theorem: one sine and one cosine serve all orders.
     for m in 1..=DEGREE {
         let (c, s) = multiples[m - 1];
         multiples[m] = (c * cos - s * sin, s * cos + c * sin);

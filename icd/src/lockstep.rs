@@ -243,6 +243,7 @@ impl FlightSide {
     pub fn handle(&mut self, datagram: &[u8], from: SocketAddr, is_free: bool) -> FlightEvent<'_> {
         let packet = match wire::decode(datagram) {
             Ok(Packet::Sensors(packet)) => packet,
+            // Anybody else could end a flight with a forged refusal.
             Ok(Packet::Refusal(refusal)) if self.plant().is_none_or(|plant| plant == from) => {
                 return FlightEvent::Refused(refusal);
             }
@@ -266,6 +267,7 @@ impl FlightSide {
             }
             _ if packet.aircraft != self.aircraft => self.other_aircraft(&packet),
             _ => {
+                // They are sessions of another plant.
                 self.retired.clear();
                 self.open(&packet, from, false);
                 FlightEvent::NewFlight(packet)
@@ -289,6 +291,7 @@ impl FlightSide {
             self.retired.push(current.session);
             self.open(&packet, current.plant, false);
             FlightEvent::NewFlight(packet)
+        // A plant goes on only after an answer, so a higher number before one is no next packet.
         } else if packet.sequence == current.sequence.saturating_add(1) && current.answered {
             self.open(&packet, current.plant, true);
             FlightEvent::Next(packet)
@@ -340,6 +343,7 @@ fn refusal_of<'a>(error: &WireError, out: &'a mut PacketBytes) -> Option<&'a [u8
     let about = match *error {
         WireError::Version { session, sequence, .. } => (session, sequence, RefusalReason::Version),
         WireError::Value { session, sequence, .. } => (session, sequence, RefusalReason::Value),
+        // The others carry no session and number that an answer could name.
         _ => return None,
     };
     Some(refusal(about, out))

@@ -117,6 +117,7 @@ impl Measured<4> for Attitude {
     }
 
     fn none() -> Self {
+        // Zeros would be no rotation.
         Self::of([1.0, 0.0, 0.0, 0.0])
     }
 }

@@ -340,6 +340,7 @@ pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
     let detail = r.u8()?;
     let session = r.u64()?;
     let sequence = r.u64()?;
+    // Before the checksum, which another version may compute in another way.
     // Refusals are the same in all versions.
     if version != VERSION && kind != KIND_REFUSAL {
         return Err(WireError::Version { theirs: version, session, sequence });
@@ -403,6 +404,7 @@ fn read_sensors(r: &mut Reader<'_>, now: SimTime) -> Result<Sensors, WireError> 
     let mut last = None;
     for _ in 0..r.u8()? {
         let number = r.u8()?;
+        // Ascending, so that no sensor comes twice; `None` is less than every number.
         if last.replace(number) >= Some(number) {
             return Err(WireError::Code { field: "number of a sensor", value: number });
         }

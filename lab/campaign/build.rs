@@ -29,6 +29,7 @@ fn main() {
         println!("cargo::rerun-if-changed={}", path.display());
         let mut files = Vec::new();
         list(path, &mut files);
+        // The order of a folder is that of its file system.
         files.sort();
         for file in files {
             let name = file.strip_prefix(&root).expect("below it").to_string_lossy().into_owned();

@@ -212,6 +212,7 @@ pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {
     if size <= linear {
         angle
     } else {
+        // A tanh leaves with slope one, so no coefficient has a kink where its linear range ends.
         let span = max - linear;
         libm::copysign(linear + span * libm::tanh((size - linear) / span), angle)
     }
@@ -223,6 +224,7 @@ fn stalled(angle: f64, linear: f64) -> f64 {
     if angle.abs() <= linear {
         0.0
     } else {
+        // The sine starts at zero, so the drag has no step where the linear range ends.
         let sine = libm::sin(angle.abs() - linear);
         sine * sine
     }
@@ -251,6 +253,7 @@ pub fn coefficients(
     let stall =
         stalled(air.alpha_rad, a.alpha_linear_rad) + stalled(air.beta_rad, a.beta_linear_rad);
 
+    // The order of these sums is part of the bits of every recorded flight.
     let clean = Coefficients {
         lift,
         drag: a.c_drag_zero
@@ -278,6 +281,8 @@ pub fn wrench(
 ) -> Wrench {
     let (u, w) = (velocity.0.x, velocity.0.z);
     let in_plane = (u * u + w * w).sqrt();
+    // The quotients are sine and cosine of the angle of `AirState` without trigonometry. Without
+    // flow in the plane of symmetry `atan2` gives zero, hence (1, 0).
     let (cos_alpha, sin_alpha) =
         if in_plane > 0.0 { (u / in_plane, w / in_plane) } else { (1.0, 0.0) };
     let pressure_area = 0.5 * density * air.airspeed_m_s * air.airspeed_m_s * geometry.area_m2;
@@ -339,6 +344,7 @@ pub struct Surfaces {
 impl Surfaces {
     /// For effectors with these derivatives.
     pub fn new(list: &EffectorList, derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
+        // Nozzles have deflections too, but they act through the jet.
         let is_surface = |e: &Effector| list.kind(*e).is_some_and(EffectorKind::is_surface);
         // From the last pair to the first: drag adds up in this order.
         let mut pairs: ArrayVec<Pair, _> = list
@@ -367,8 +373,12 @@ impl Surfaces {
             for (all, (together, against)) in
                 all.iter_mut().zip(pair.together.iter().zip(&pair.against))
             {
+                // A mirrored flight swaps left and right: the sum keeps its bits, the difference
+                // changes only its sign.
                 *all = together * (left + right) + against * (left - right);
             }
+            // After the sum over both sides: the file gives this yaw as a ratio to the roll of the
+            // pair.
             all[YAW] += pair.yaw_per_roll * all[ROLL];
             for (sum, part) in sum.iter_mut().zip(all) {
                 *sum += part;
@@ -403,6 +413,8 @@ impl Pair {
     fn new([left, right]: [Effector; 2], derivatives: &PerEffector<SurfaceDerivatives>) -> Self {
         let of = |effector: Effector| {
             let mut of = derivatives[effector];
+            // The pair has one ratio. If its surfaces differ, the yaw of each becomes part of its
+            // own derivative.
             if derivatives[left].yaw_per_roll != derivatives[right].yaw_per_roll {
                 of.c_yaw += of.yaw_per_roll * of.c_roll;
                 of.yaw_per_roll = 0.0;
@@ -410,6 +422,7 @@ impl Pair {
             of
         };
         let (ours, theirs) = (of(left), of(right));
+        // a left + b right = (a + b)/2 (left + right) + (a - b)/2 (left - right).
         let both = |mix: fn(f64, f64) -> f64| {
             let (a, b) = (ours.linear(), theirs.linear());
             std::array::from_fn(|i| 0.5 * mix(a[i], b[i]))

@@ -170,6 +170,7 @@ impl Airframe {
     /// each one of the kind. False if the aircraft has none. For campaigns, which scale them.
     pub fn change_derivative(&mut self, name: &str, change: impl FnMut(&mut f64)) -> bool {
         let Self { effectors, aero, surface_derivatives, .. } = self;
+        // Tables have no derivatives that could be scaled.
         let Aerodynamics::Derivatives(aero) = aero else { return false };
         let place = derivatives::Place::by_name(name);
         place.is_some_and(|place| place.change(effectors, aero, surface_derivatives, change) > 0)
@@ -178,6 +179,7 @@ impl Airframe {
     /// The derivative with these letters, for surfaces that of the first one of the kind; `None` if the aircraft has none.
     pub fn derivative(&self, name: &str) -> Option<f64> {
         let mut first = None;
+        // The walk over the derivatives needs a mutable set; on a copy it can serve the reader too.
         self.clone().change_derivative(name, |value| {
             first.get_or_insert(*value);
         });
@@ -189,6 +191,8 @@ impl Airframe {
     pub fn set_derivative(&mut self, name: &str, instead: f64) -> Option<f64> {
         let before = self.derivative(name)?;
         self.change_derivative(name, |value| {
+            // Zero equals minus zero: without the second test every derivative that is zero would
+            // count as mirrored.
             *value = if *value == -before && before != 0.0 { -instead } else { instead };
         });
         Some(before)
@@ -218,11 +222,13 @@ impl Airframe {
             ] {
                 let linear = linear.to_degrees();
                 check_range("aerodynamics", linear_key, linear, 1.0, 60.0)?;
+                // `bent` divides by the difference of the two.
                 check_range("aerodynamics", max_key, max.to_degrees(), linear + 0.1, 90.0)?;
             }
         }
         if let Some(nozzle) = &self.nozzle {
             check_range("nozzle", "arm_m", nozzle.arm_m, 0.0, 100.0)?;
+            // The compensator divides by this thrust, so zero is no floor.
             check_range("nozzle", "thrust_floor_n", nozzle.thrust_floor_n, 1.0e-3, 1.0e7)?;
         }
         check_vector("air_data", "vanes_m", self.air_data.vanes_m, 100.0)?;
@@ -233,6 +239,7 @@ impl Airframe {
         self.damage.check()?;
         if let Some(fuel) = &self.fuel {
             fuel.check(self.mass.mass_kg)?;
+            // `without` also gives `None` where nothing is missing, hence the test for zero.
             // With empty tanks there is still a body that can fly.
             let rest = self.without(&PerPart::default(), fuel.initial_kg);
             if rest.is_none() && fuel.initial_kg != 0.0 {
@@ -364,6 +371,7 @@ struct EffectorTable {
 
 /// Reads a file that has been parsed as TOML. `text` provides line and column of errors.
 fn read(file: &str, table: toml::Table, text: Option<&str>) -> Result<Airframe, Problem> {
+    // Serde could try both forms, but of a mistake in either it would say only that no form fits.
     let has_tables = table
         .get("aerodynamics")
         .and_then(toml::Value::as_table)
@@ -387,6 +395,7 @@ static KNOWN_KEYS: LazyLock<BTreeSet<String>> = LazyLock::new(|| {
     let mut keys = BTreeSet::new();
     gather::<AirframeFile<Aero>>("", &mut keys);
     gather::<AirframeFile<TableAero>>("", &mut keys);
+    // An enum with a tag shows the search no keys, so each form is searched by itself.
     gather::<ThrustTables>("propulsion", &mut keys);
     gather::<Propeller>("propulsion", &mut keys);
     keys
@@ -438,6 +447,7 @@ impl<A> AirframeFile<A> {
         let name = short(&self.name)?;
         let entries: Vec<EffectorEntry> =
             self.effector.iter().map(|table| table.entry()).collect::<Result<_, _>>()?;
+        // `new` refuses an empty list, which a body without effectors has.
         let effectors = match entries.is_empty() {
             true => EffectorList::default(),
             false => EffectorList::new(entries)?,
@@ -475,6 +485,8 @@ impl<A> AirframeFile<A> {
             surface_derivatives,
             gains,
             nozzle: self.nozzle,
+            // Only a body without effectors can lack these three, as checked above, and nothing
+            // reads them then.
             air_data: self.air_data.unwrap_or(AirData { vanes_m: [0.0; 3], pitot_m: [0.0; 3] }),
             propulsion: self.propulsion,
             mach: self.mach,
@@ -530,6 +542,7 @@ impl EffectorTable {
         let (second_order, lag_s) = self.order()?;
         let imperfections = self.imperfections()?;
         Ok(if is_angle {
+            // Present, as checked above.
             let [min, max] = self.travel_deg.unwrap_or_default();
             Servo {
                 lag_s,
@@ -543,6 +556,7 @@ impl EffectorTable {
         } else {
             let (min, max) = (self.thrust_min_n, self.thrust_max_n);
             let (min, max) = (min.unwrap_or_default(), max.unwrap_or_default());
+            // The lag alone slows an engine; files have no rate for it.
             Servo { lag_s, rate_limit: f64::INFINITY, min, max, second_order, imperfections }
         })
     }
@@ -588,6 +602,7 @@ impl EffectorTable {
 
     fn derivatives(&self, has_tables: bool) -> Result<SurfaceDerivatives, Problem> {
         let Self { c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll, .. } = *self;
+        // In the order of `DERIVATIVES`, with which the list is zipped below.
         let given = [c_lift, c_drag, c_side, c_roll, c_pitch, c_yaw, yaw_per_roll];
         let problem = match (self.kind.is_surface(), has_tables) {
             (false, _) => Some("has no meaning for what is no surface"),

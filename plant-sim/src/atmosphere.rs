@@ -61,6 +61,7 @@ const fn layer(base_m: f64, base_temperature: f64, base_pressure: f64, gradient:
 
 /// The layer of an altitude inside the model.
 fn layer_at(altitude_m: f64) -> usize {
+    // Below altitude zero the lowest layer goes on.
     LAYERS.iter().rposition(|layer| layer.base_m <= altitude_m).unwrap_or(0)
 }
 
@@ -96,10 +97,12 @@ impl Atmosphere {
 
     /// Warmer than the standard by this, K; colder if it is negative. Zero is [`Atmosphere::STANDARD`], to the bit.
     pub fn new(offset_k: f64) -> Self {
+        // Pressures integrated anew could differ from the table in their last digits.
         if offset_k == 0.0 {
             return Self::STANDARD;
         }
         let mut air = Self { offset_k, ..Self::STANDARD };
+        // An offset with the pressures of the standard would be air that does not rest.
         for (below, next) in LAYERS[1..].iter().enumerate() {
             air.base_pressure[below + 1] = air.in_layer(below, next.base_m).1;
         }
@@ -158,7 +161,9 @@ pub fn pressure_altitude_m(pressure_pa: f64) -> f64 {
         return LOWEST_M;
     }
     let at = LAYERS.iter().rev().find(|layer| pressure_pa <= layer.base_pressure);
+    // A pressure above that of the ground lies below altitude zero, where the lowest layer goes on.
     let at = at.unwrap_or(&LAYERS[0]);
+    // 1e-6 Pa is far below the top of the model (0.37 Pa) and keeps the logarithm finite.
     let logarithm = libm::log(pressure_pa.max(1.0e-6) / at.base_pressure);
     let height = if at.gradient == 0.0 {
         -GAS_CONSTANT * at.base_temperature / STANDARD_GRAVITY_M_S2 * logarithm
@@ -215,6 +220,7 @@ impl LocalDensity {
     /// Whether the series is valid at this altitude and half its range around it; otherwise it has to be renewed.
     #[inline]
     pub fn covers(&self, geopotential_altitude_m: f64) -> bool {
+        // Half of the range, so that the stages of the step that begins here stay inside it.
         (geopotential_altitude_m - self.altitude_m).abs() < 0.5 * SERIES_M
     }
 

@@ -28,9 +28,12 @@ pub(crate) fn parse<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Pr
 
 /// The error about a missing key with the table that lacks it, and its number where it is an entry of a list.
 fn missing(error: &toml::de::Error, text: &str) -> Option<Problem> {
+    // toml tells a missing key by its message only.
     let key = error.message().strip_prefix("missing field `")?.strip_suffix('`')?;
     let start = error.span()?.start;
+    // The span of the error begins at the heading of the table that lacks the key.
     let heading = text.get(start..)?.lines().next()?.trim();
+    // All entries of a list have the same heading, so those before it give its number.
     let is_it = |line: &&str| line.trim() == heading;
     let number = text.get(..start)?.lines().filter(is_it).count() + 1;
     match (heading.starts_with("[["), heading.starts_with('[')) {
@@ -49,6 +52,7 @@ pub(crate) fn in_units<T: DeserializeOwned>(
     known: &BTreeSet<String>,
 ) -> Result<T, Problem> {
     let has_converted = convert(file, &mut table, known)?;
+    // Line and column are those of the text, and after a conversion its keys are others.
     match text.filter(|_| !has_converted) {
         Some(text) => parse(file, text),
         None => T::deserialize(table.clone())
@@ -101,9 +105,11 @@ fn split(key: &str) -> Option<(&str, KeyUnit)> {
         QUANTITIES.iter().flat_map(|quantity| quantity.iter().map(move |unit| (quantity, unit)));
     units
         .filter_map(|(quantity, (name, in_si))| {
+            // `m` alone is a key, not a unit.
             let stem = key.strip_suffix(name)?.strip_suffix('_').filter(|stem| !stem.is_empty())?;
             Some((stem, KeyUnit { quantity, name, in_si: *in_si }))
         })
+        // `speed_m_s` ends in m_s and in s.
         .max_by_key(|(_, unit)| unit.name.len())
 }
 
@@ -135,6 +141,7 @@ impl Walk<'_> {
             "" => key.to_owned(),
             _ => format!("{parent}.{key}"),
         };
+        // A copy, since a conversion renames keys of the table.
         let keys: Vec<String> = table.keys().cloned().collect();
         for key in keys {
             let (path, shown_path) = (below(place, &key), below(shown, &key));
@@ -164,14 +171,18 @@ impl Walk<'_> {
         shown: &str,
     ) -> Result<(), Problem> {
         let prefix = if place.is_empty() { String::new() } else { format!("{place}.") };
+        // A table that takes any word also takes one that looks like a unit.
         if self.known.contains(&format!("{prefix}{key}"))
             || self.known.contains(&format!("{prefix}{ANY}"))
         {
             return Ok(());
         }
+        // What has no unit, and below what has no counterpart, is left to the reader, which refuses
+        // it in its own words.
         let Some((stem, unit)) = split(key) else { return Ok(()) };
         let beside = self.known.iter().filter_map(|known| known.strip_prefix(&prefix));
         let same_stem = beside
+            // Not a key of a table further down.
             .filter(|known| !known.contains('.'))
             .find_map(|known| split(known).filter(|(other, _)| *other == stem).zip(Some(known)));
         let Some(((_, native), native_key)) = same_stem else { return Ok(()) };
@@ -284,6 +295,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
+        // A reader may ask for more keys inside of what is optional.
         visitor.visit_some(self)
     }
 
@@ -299,6 +311,7 @@ impl<'de> Deserializer<'de> for Probe<'_> {
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
+        // One entry shows the keys of all.
         visitor.visit_seq(SeqDeserializer::new(iter::once(self.below("N"))))
     }
 
@@ -308,11 +321,13 @@ impl<'de> Deserializer<'de> for Probe<'_> {
         visitor: V,
     ) -> Result<V::Value, Nothing> {
         self.is_key();
+        // A reader of a fixed number of entries fails on fewer.
         visitor.visit_seq(SeqDeserializer::new(iter::repeat_n(self.below("N"), len)))
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Nothing> {
         self.is_key();
+        // No word of a map is known before a file has it.
         self.below(ANY).is_key();
         visitor.visit_map(KeyFields { probe: self, names: &[] })
     }

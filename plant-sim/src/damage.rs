@@ -137,6 +137,7 @@ impl Panels {
             check("taper_ratio", panel.taper_ratio, 0.0, 1.0)?;
             check("lift_slope", panel.lift_slope, 0.0, 10.0)?;
             check("drag", panel.drag, 0.0, 2.0)?;
+            // Five parts of 18 % leave a tenth of the mass.
             check("mass_percent", panel.mass_percent, 0.0, 18.0)?;
             check("effector_span", panel.effector_span, 1.0e-3, 1.0)?;
         }
@@ -185,9 +186,11 @@ impl TornPiece {
         let slope = self.panel.lift_slope * pressure_area;
         drag + match self.part {
             AirframePart::Fin => {
+                // Along body y, as the side force of the whole aircraft.
                 Vector3::new(0.0, -slope * bounded(libm::asin(flow.y / speed)), 0.0)
             }
             _ => {
+                // Strip theory: the flow along the span makes no lift.
                 let alpha = libm::atan2(flow.z, flow.x);
                 let ((sin, cos), lift) = (libm::sincos(alpha), slope * bounded(alpha));
                 Vector3::new(lift * sin, 0.0, -lift * cos)
@@ -203,6 +206,7 @@ impl TornPiece {
                 (Matrix3::identity() - along * along.transpose())
                     * (self.mass_kg * self.length_m * self.length_m / 12.0)
             }
+            // Root and tip in one place: only a point mass is left of the rod.
             None => Matrix3::zeros(),
         };
         own + at_distance(self.mass_kg, &self.centroid_m)
@@ -235,6 +239,8 @@ impl Remainder {
             })
             .collect();
         if pieces.is_empty() && burnt_kg <= 0.0 {
+            // An undamaged aircraft then pays one comparison in each evaluation, and keeps its
+            // bits.
             return None;
         }
         let gone = || {
@@ -246,10 +252,13 @@ impl Remainder {
         let moment: Vector3<f64> = gone().map(|(mass, at, _)| at * mass).sum();
         let shift_m = moment * (-1.0 / mass_kg);
         let about_old = whole.inertia - gone().map(|(.., inertia)| inertia).sum::<Matrix3<f64>>();
+        // Parallel axes: about the old centre the inertia is larger by that of the rest at the
+        // distance of the shift.
         let mass = MassProperties::new(mass_kg, about_old - at_distance(mass_kg, &shift_m))?;
         let mut left = PerEffector::from_fn(|_| 1.0);
         for piece in &pieces {
             if let Some(effector) = surfaces[piece.part as usize] {
+                // A product, since two parts may carry the same surface.
                 left[effector] *= 1.0 - (piece.lost / piece.panel.effector_span).min(1.0);
             }
         }
@@ -275,10 +284,12 @@ impl Remainder {
         let (mut force, mut moment) = (whole.force.0, whole.moment.0);
         for piece in &self.pieces {
             let at = &piece.centroid_m;
+            // With the flow of its own place, so that the loss also takes damping away.
             let lost = piece.force(&(velocity.0 + rates.0.cross(at)), density);
             force -= lost;
             moment -= at.cross(&lost);
         }
+        // The sum is about the old centre; from there the shift is the arm of the whole force.
         Wrench { force: Body(force), moment: Body(moment - self.shift_m.cross(&force)) }
     }
 }

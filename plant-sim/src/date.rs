@@ -25,6 +25,7 @@ impl Date {
 
     /// As a year with its fraction: 2026.5 is in the middle of 2026.
     pub fn decimal_year(self) -> f64 {
+        // No century without a leap day lies in the years of the magnetic model.
         let leap = self.year.is_multiple_of(4);
         let after_february = u16::from(leap && self.month > 2);
         let days = BEFORE[usize::from(self.month) - 1] + after_february + u16::from(self.day) - 1;
@@ -42,13 +43,16 @@ impl FromStr for Date {
                 "date = \"{text}\", expected YYYY-MM-DD from {FROM_YEAR}-01-01 to {last}-12-31, the years of the World Magnetic Model 2025"
             )
         };
+        // By `get`: an index inside a character of several bytes would panic.
         let digits = |range, length| {
             let part: &str = text.get(range).filter(|part: &&str| part.len() == length)?;
+            // `parse` alone would accept a sign.
             part.bytes().all(|byte| byte.is_ascii_digit()).then(|| part.parse::<u16>().ok())?
         };
         if text.len() != 10 || text.get(4..5) != Some("-") || text.get(7..8) != Some("-") {
             return Err(error());
         }
+        // Zero stands for what is no number; the ranges below refuse it.
         let [year, month, day] =
             [digits(0..4, 4), digits(5..7, 2), digits(8..10, 2)].map(|part| part.unwrap_or(0));
         let (month, day) = (u8::try_from(month).unwrap_or(0), u8::try_from(day).unwrap_or(0));

@@ -52,6 +52,7 @@ pub(crate) enum Place {
 impl Place {
     /// By the letters (docs/paper.md), as in `Cma` or `Cmde`.
     pub(crate) fn by_name(name: &str) -> Option<Self> {
+        // The whole aircraft first: `Cma` ends in the letter of the aileron.
         if let Some(clean) = Aero::DERIVATIVES.iter().position(|d| d.letters == name) {
             return Some(Self::Clean(clean));
         }
@@ -106,6 +107,7 @@ impl Place {
 
 /// Checks all derivatives: those of an airframe, and those of its surfaces.
 pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), Problem> {
+    // The lists give mutable access only; on a copy it serves a check too.
     let mut aero = aero.clone();
     for derivative in &Aero::DERIVATIVES {
         derivative.check("aerodynamics", &mut aero)?;
@@ -199,6 +201,7 @@ impl MachTable {
     /// The derivatives at a Mach number.
     fn at(&self, mach: f64) -> (Aero, PerEffector<SurfaceDerivatives>) {
         let growth = compression(mach) * self.per_design - 1.0;
+        // From the numbers of the file each time, or the factors would pile up.
         let (mut aero, mut surfaces) = (self.aero.clone(), self.surfaces);
         for (place, k) in &self.growth {
             let factor = 1.0 + k * growth;

@@ -154,6 +154,7 @@ impl Dynamics {
         let (atmosphere, profile) = (Atmosphere::STANDARD, WindProfile::default());
         Ok(Self {
             mass,
+            // `[mass]` counts the fuel of the start, so nothing is missing yet.
             remainder: None,
             servo_dynamics,
             inert,
@@ -186,6 +187,7 @@ impl Dynamics {
 
     /// Wind at a geopotential altitude (m) where the steady wind is `steady`, m/s, NED.
     pub fn wind(&self, steady: &Ned, altitude_m: f64) -> Ned {
+        // Without a profile the height need not be converted.
         if self.profile.is_empty() {
             return *steady;
         }
@@ -275,6 +277,7 @@ impl Dynamics {
     ) -> Motion {
         let e_from_body = rigid.e_from_body();
         let mut velocity = Body(rigid.velocity.0 - gust.velocity.0);
+        // In calm air, the usual case, the rotation would be work for nothing.
         if nearby.wind != Vector3::zeros() {
             velocity.0 -= e_from_body.tr_mul(&nearby.wind);
         }
@@ -285,6 +288,7 @@ impl Dynamics {
             velocity.0 -= rigid.rates.0.cross(&remainder.shift_m);
         }
         let air = AirState::new(&velocity, Body(rigid.rates.0 - earth_rate.0 - gust.rates.0));
+        // The speed of sound costs a root that most aircraft do not need.
         let engine_air = match self.needs_mach {
             true => self.engine_air(air.airspeed_m_s, density, nearby.geopotential_altitude_m),
             false => EngineAir::default(),
@@ -293,6 +297,7 @@ impl Dynamics {
         let (jet, thrust_n) = self.jet.wrench(effective, &engine_air, thrust_limits);
         let mach = engine_air.mach;
         let mut wrench = self.air.wrench(&air, &velocity, density, mach, effective).plus(&jet);
+        // With the jet in the sum, whose moment is about the old centre too.
         if let Some(remainder) = &self.remainder {
             wrench = remainder.wrench(&wrench, &velocity, &air.rates, density);
         }
@@ -336,6 +341,8 @@ impl Dynamics {
         }
         let density = inputs.density.at(nearby.geopotential_altitude_m);
         let effective = self.effective(&state, &inputs.effects);
+        // A held lever makes the thrust follow the air in each stage. Otherwise the limits stay
+        // those of the beginning of the step.
         let limits = self.jet.lever().is_none().then_some(present.motion.thrust_limits);
         let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
         self.with_servos(&motion.derivative, x, &state, inputs)
@@ -362,6 +369,7 @@ impl Dynamics {
                 [servos[e], rates[rate]] = inert.derivative(command, at, x[rate], limit);
             }
         }
+        // Last: a fault decides how far a servo follows at all.
         let servos = inputs.effects.rates(count, &servos);
         rates[rigid_body::STATES..][..count].copy_from_slice(servos.first(count));
         rates
@@ -380,6 +388,8 @@ impl Dynamics {
         if !self.inert.is_empty() {
             return self.step_with_rates(state, rates, present, inputs, step_s);
         }
+        // RK4 works on every number four times, so an aircraft with few effectors gets the shorter
+        // array.
         match self.airframe.effectors.len() {
             ..=8 => self.step_of::<FEW_STATES>(&state.to_array(), state, present, inputs, step_s).0,
             _ => self.step_of::<STATES>(&state.to_array(), state, present, inputs, step_s).0,
@@ -419,10 +429,12 @@ impl Dynamics {
         inputs: &StepInputs,
         step_s: f64,
     ) -> (State, [f64; N]) {
+        // The first stage is the evaluation that the caller has already made.
         let k1 = self.with_servos(&present.motion.derivative, x, state, inputs);
         let start = &state.rigid.position;
         let x = rk4(x, &k1, step_s, |x| self.stage(x, start, present, inputs));
         let next = State::from_array(&x);
+        // RK4 does not keep the length of the quaternion.
         (State { rigid: next.rigid.normalised(), ..next }, x)
     }
 

@@ -102,6 +102,7 @@ impl Earth {
             flat_gravity: STANDARD_GRAVITY_M_S2,
             is_flat_air_geometric: false,
         };
+        // Frame E of the flat Earth is NED at the start already.
         if model != EarthModel::Flat {
             earth.origin = earth.position(&ground);
             earth.e_from_start_ned = earth.place(&earth.origin).e_from_ned;
@@ -249,10 +250,12 @@ impl Earth {
     /// axes into frame E.
     pub fn attitude(&self, place: &Place, q_e_from_body: &[f64; 4]) -> Attitude {
         match self.model {
+            // Frame E is NED at every place of the plane, so the state is the attitude, to the bit.
             EarthModel::Flat => Attitude::from_unit_wxyz(*q_e_from_body),
             _ => {
                 let (latitude, longitude) = place.angles();
                 let [w, x, y, z] = q_e_from_ned(latitude, longitude);
+                // The conjugate of a unit quaternion is its inverse.
                 let [w, x, y, z] = product(&[w, -x, -y, -z], q_e_from_body);
                 Attitude::from_quaternion(w, x, y, z)
             }
@@ -339,6 +342,7 @@ impl Place {
 
     /// Sine and cosine of the geodetic latitude, and of the longitude (round Earth).
     fn angles(&self) -> ((f64, f64), (f64, f64)) {
+        // The matrix has them already; signs and places are those of `below`.
         let m = &self.e_from_ned;
         ((-m.m33, m.m31), (-m.m12, m.m22))
     }
@@ -355,6 +359,7 @@ fn q_e_from_ned(latitude: (f64, f64), longitude: (f64, f64)) -> [f64; 4] {
 
 /// Sine and cosine of half an angle in (-180°, 180°], without trigonometry and without cancellation.
 fn half((sin, cos): (f64, f64)) -> (f64, f64) {
+    // The root is taken of a half at least, so nothing cancels near 180 degrees.
     if cos >= 0.0 {
         let cos_half = (0.5 * (1.0 + cos)).sqrt();
         (0.5 * sin / cos_half, cos_half)
@@ -413,6 +418,7 @@ impl Slopes {
         let (sin, cos) = latitude;
         let radii = geodesy::radii(sin);
         let horizontal = (position.x * position.x + position.y * position.y).sqrt();
+        // The slopes are derived for the ellipsoid alone.
         let usable = earth.model == EarthModel::Wgs84 && horizontal > AXIS_M;
         Self {
             position: *position,
@@ -439,6 +445,7 @@ impl Slopes {
     /// [`Earth::geodetic`] to rounding.
     #[inline]
     pub fn geodetic(&self, earth: &Earth, position: &Vector3<f64>, place: &Place) -> Geodetic {
+        // Where there is no series the reach is zero, and every place is beyond it.
         if (position - self.position).norm_squared() >= self.reach_m2 {
             return earth.geodetic(position);
         }
@@ -446,6 +453,7 @@ impl Slopes {
         let longitude_rad = self.geodetic.longitude_rad + difference(longitude, self.longitude);
         Geodetic {
             latitude_rad: self.geodetic.latitude_rad + difference(latitude, self.latitude),
+            // A flight over the date line leaves (-180°, 180°].
             longitude_rad: if longitude_rad.abs() > PI {
                 longitude_rad - TAU.copysign(longitude_rad)
             } else {
@@ -480,6 +488,7 @@ impl Slopes {
     fn along(&self, here: &Place, way: &Vector3<f64>, wind: &Ned) -> Nearby {
         let ned = here.e_from_ned.tr_mul(way);
         let (north, east) = (ned.x * self.curvature.0, ned.y * self.curvature.1);
+        // Along a tangent the height grows by half of the curvature times the square of the way.
         let rise = 0.5 * (ned.x * north + ned.y * east) - ned.z;
         // R / (R + h), whose square is the change of R h / (R + h) with h.
         let ratio = 1.0 - PER_GEOPOTENTIAL_RADIUS * here.geopotential_altitude_m;
@@ -511,6 +520,7 @@ fn difference((sin, cos): (f64, f64), (sin_0, cos_0): (f64, f64)) -> f64 {
 /// With s = -GM/r³, o = 3/2 J2 a²/r² and p = 5 z²/r², the radial part of the gravitation is s (1 - o (p - 1)),
 /// and along the axis there is s 2 o more.
 fn gravity_gradient(position: &Vector3<f64>) -> Matrix3<f64> {
+    // The bound of `gravitation`, whose derivative this is.
     let r2 = position.norm_squared().max(1.0e6);
     let strength = -GRAVITATIONAL_PARAMETER / (r2 * r2.sqrt());
     let oblate = 1.5 * J2 * SEMI_MAJOR_M * SEMI_MAJOR_M / r2;

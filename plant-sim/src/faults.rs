@@ -97,6 +97,7 @@ impl Faults {
             travel: PerEffector::from_fn(|e| [servos[e].min, servos[e].max]),
             current: [None; Target::MAX],
             has: *has,
+            // All that it will ever hold, so no request in flight allocates.
             schedule: Vec::with_capacity(SCHEDULE_MAX),
             effects: Effects::none(),
             commands: *commands,
@@ -165,6 +166,7 @@ impl Faults {
         self.insert(fault)?;
         self.look_ahead(SimTime::ZERO);
         let at = fault.plan.onset(0);
+        // A fault that acts from the start is reported as active instead.
         if at > SimTime::ZERO {
             report(fault.entry(FaultState::Scheduled { at }));
         }
@@ -235,6 +237,7 @@ impl Faults {
                 && other.is_like(request)
                 && other.timing.onset == request.timing.onset
         };
+        // Ground stations repeat a command whose answer was lost.
         if let Some(other) = self.schedule.iter().find(same) {
             return Ok(FaultReply::Unchanged { at: other.plan.onset(0) });
         }
@@ -271,10 +274,14 @@ impl Faults {
     /// Applies every event that is due at the context's time; the plant calls it when the integration has reached
     /// that time.
     pub fn apply_due(&mut self, context: &mut FaultContext<'_>) {
+        // First of all to where the faults have brought the effectors by now: a repair goes on from
+        // there.
         let now = context.now;
         for effector in self.list.all() {
             self.refresh(effector, now, &mut context.positions[effector]);
         }
+        // Ends come before onsets: of two faults that meet at one time the first is repaired before
+        // the second begins.
         for index in 0..Target::MAX {
             if let Some(current) = self.current[index]
                 && current.active.is_some()
@@ -282,6 +289,7 @@ impl Faults {
             {
                 self.pause_or_end(index, &current, context);
             }
+            // Read again, since the lines above may have ended or paused it.
             if let Some(CurrentFault { fault, cycle, active: None }) = self.current[index]
                 && fault.plan.onset(cycle + 1) <= now
             {
@@ -299,6 +307,7 @@ impl Faults {
     fn begin(&mut self, fault: Fault, cycle: u32, context: &mut FaultContext<'_>) {
         let now = context.now;
         let before = self.current[slot(fault.target)];
+        // A repetition begins the same fault once more, which ends nothing.
         if let Some(before) = before.filter(|before| before.fault.id != fault.id) {
             (context.report)(before.fault.entry(FaultState::Ended { at: now }));
         }
@@ -324,12 +333,15 @@ impl Faults {
         let now = context.now;
         let old = self.current[slot(effector)].and_then(|before| before.active);
         let servo = context.positions[effector];
+        // What the kinds call "here": taken before anything changes.
         let effective = self.effects.effective_deflection(effector, servo);
         let mut position = match old {
             // The servo does not sense such a deviation, and continues from its own position.
             Some(old) if active::deviates(&old.kind) && active::deviates(&kind) => servo,
             _ => self.effects.position(effector, servo),
         };
+        // A late effector goes on with the command that it has received; any other starts from the
+        // latest one.
         if !old.is_some_and(|old| old.is_delayed()) {
             self.received[effector] = self.commands[effector];
         }
@@ -342,9 +354,11 @@ impl Faults {
             effective,
             &mut position,
         );
+        // What is on its way belongs to the fault before.
         self.delayed[effector].clear();
         self.current[slot(effector)] =
             Some(CurrentFault { fault: *fault, cycle, active: Some(active) });
+        // At once: the step that begins now flies with the fault.
         self.refresh(effector, now, &mut position);
         context.positions[effector] = position;
     }
@@ -375,6 +389,7 @@ impl Faults {
 
     /// Gives an effector back to its healthy servo, at its present position; a sensor is repaired at once.
     fn repair(&mut self, target: Target, positions: &mut PerEffector<f64>) {
+        // Effects on sensors and parts are asked for anew at each use, and leave nothing to undo.
         let Some(effector) = target.effector() else { return };
         positions[effector] = self.effects.position(effector, positions[effector]);
         self.effects.set(effector, &FaultEffect::HEALTHY, 0);
@@ -433,6 +448,7 @@ impl Faults {
         for effector in self.list.all() {
             self.receive(effector, now);
         }
+        // The arrival of a late command is an event too.
         self.look_ahead(now);
     }
 
@@ -461,6 +477,7 @@ impl Faults {
         self.received[effector] = match self.active_fault(effector) {
             None => command,
             Some(active) if active.is_delayed() => {
+                // Until the first command has arrived the servo keeps what it had.
                 self.delayed[effector].due(now).unwrap_or(self.received[effector])
             }
             Some(active) => active.command(command, now),
@@ -489,8 +506,10 @@ impl Faults {
 
     /// The engine gets no fuel any more: it is out, and no repair brings it back.
     pub fn starve(&mut self, engine: Effector, context: &mut FaultContext<'_>) {
+        // An empty tank asks in every period.
         if self.active(engine).is_none_or(|(kind, _)| kind != active::STARVED) {
             let (target, kind, timing) = (engine.into(), active::STARVED, Timing::NOW);
+            // No station has asked; the report of the onset tells it.
             let _reply = self.inject(&ScheduledFault { target, kind, timing }, context);
             self.look_ahead(context.now);
         }
@@ -518,6 +537,7 @@ impl Faults {
             return Err(Refusal::ScheduleFull { capacity: SCHEDULE_MAX as u32 });
         }
         let at = fault.plan.onset(0);
+        // Behind those of the same onset, which act in the order of their requests.
         let place = self.schedule.partition_point(|other| other.plan.onset(0) <= at);
         self.schedule.insert(place, fault);
         Ok(())
@@ -620,6 +640,7 @@ impl Fault {
 
     /// Whether the request was the same, apart from the onset.
     pub fn is_like(&self, request: &ScheduledFault) -> bool {
+        // The onset is a time by now, also where the request said "at once".
         let timing = Timing { onset: self.timing.onset, ..request.timing };
         self.kind == request.kind && timing == self.timing
     }
@@ -631,6 +652,7 @@ impl CurrentFault {
         match &self.active {
             Some(active) => FaultState::Active { since: active.since() },
             None => {
+                // Only a fault with an end rests.
                 let since = plan.end(cycle).unwrap_or_default();
                 FaultState::Resting { since, next: plan.onset(cycle + 1) }
             }
@@ -700,6 +722,7 @@ impl FaultPlan {
 
 /// Seconds, rounded to the nearest microsecond; the caller has checked their range.
 pub(crate) fn micros(seconds: f64) -> u64 {
+    // Only NaN fails here, which no checked value is.
     SimTime::from_seconds(seconds.clamp(0.0, SimTime::MAX_SECONDS)).unwrap_or_default().as_micros()
 }
 

@@ -90,6 +90,7 @@ pub fn ecef(geodetic: &Geodetic) -> Vector3<f64> {
 pub fn vertical(position: &Vector3<f64>) -> Vertical {
     let (x, y, z) = (position.x, position.y, position.z);
     let horizontal = (x * x + y * y).sqrt();
+    // The radius is a divisor, and zero at the centre of the Earth.
     let radius = (x * x + y * y + z * z).sqrt().max(AXIS_M);
     // Reduced latitude, as sine and cosine times an unknown length.
     let reduced_sin =
@@ -112,6 +113,7 @@ pub fn vertical(position: &Vector3<f64>) -> Vertical {
         cos_latitude,
         sin_longitude,
         cos_longitude,
+        // Along the normal: p / cos φ - N would divide by zero at the poles.
         altitude_m: horizontal * cos_latitude + z * sin_latitude - SEMI_MAJOR_M * w,
     }
 }

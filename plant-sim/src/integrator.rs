@@ -18,6 +18,7 @@ pub fn rk4<const N: usize>(
     let k4 = derivative(&moved(x, &k3, step_s));
     let mut next = *x;
     for i in 0..N {
+        // Another grouping would change the last bits of every recorded flight.
         next[i] += step_s / 6.0 * ((k1[i] + k4[i]) + 2.0 * (k2[i] + k3[i]));
     }
     next

@@ -69,6 +69,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, Problem> {
     let create = |path: &PathBuf| TickLogWriter::create(path, Kind::Truth);
     let mut truth_log = args.truth_log.as_ref().map(create).transpose().at(TRUTH_LOG)?;
     if let Some(cpu) = args.cpu
+        // Without a core of its own the flight has the same bits and only takes longer.
         && let Err(error) = process::pin_this_thread(cpu)
     {
         warn!(%error, "running on any core");
@@ -77,6 +78,7 @@ pub fn run(args: &PlantArgs) -> Result<ExitReason, Problem> {
     let health = args.health_file.as_deref().map(HealthFile::new).transpose()?;
     let link = Link::new(socket, setup.airframe.aircraft(), stop.clone(), health).at(PROGRAM)?;
     let end = fly(args, &setup, plant, link, &stop, &parent, &mut truth_log);
+    // Before an error of the flight is returned: that is when somebody reads the log.
     if let Some(log) = truth_log {
         log.finish().at(TRUTH_LOG)?;
     }
@@ -128,7 +130,9 @@ fn fly(
             FlightEnd::Failed(problem) => return Err(problem),
             FlightEnd::Restart => {
                 info!("the autopilot asks for a new flight");
+                // From the same setup, so that a restart repeats the first flight to the bit.
                 plant = Plant::new(setup)?;
+                // Packets of the flight before belong to another session and are refused.
                 link.begin_session().at(PROGRAM)?;
             }
         }

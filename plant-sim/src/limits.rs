@@ -101,6 +101,8 @@ impl FlightLimits {
             ("angle_of_attack_deg", self.alpha_rad, 180.0),
             ("sideslip_deg", self.beta_rad, 180.0),
         ] {
+            // Tidied, since an angle at the end of its range may have gained a digit through
+            // radians.
             check_range(SECTION, key, tidy(angle.to_degrees()), 1.0, max)?;
         }
         check_range(SECTION, "altitude_min_m", self.altitude_min_m, 0.0, 25_000.0)

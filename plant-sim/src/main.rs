@@ -17,6 +17,7 @@ fn main() -> ExitCode {
     host_io::process::take_size_limit_as_error();
     let cli = PlantCli::try_parse().unwrap_or_else(|error| match error.use_stderr() {
         true => host_io::console::refuse(&error.render(), error.exit_code()),
+        // Help and version are no errors: clap prints them to the standard output.
         false => error.exit(),
     });
     host_io::console::show();

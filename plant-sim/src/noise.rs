@@ -35,6 +35,7 @@ impl Source {
             Self::TurbulencePitch => 4,
             Self::TurbulenceYaw => 5,
             Self::GnssVelocity => 6,
+            // Room for 32 sensors in either block.
             Self::Sensor(sensor) => 32 + sensor as u64,
             Self::SensorFault(sensor) => 64 + sensor as u64,
         }
@@ -56,6 +57,8 @@ pub struct Normals {
 impl Normals {
     /// The stream of `source` in one run.
     pub fn new(seed: u64, run: u64, source: Source) -> Self {
+        // The text fills the rest of the key. Like the stream numbers it is part of every recorded
+        // flight.
         let mut key = *b"........--------two-step plant-1";
         key[..8].copy_from_slice(&seed.to_le_bytes());
         key[8..16].copy_from_slice(&run.to_le_bytes());

@@ -140,6 +140,7 @@ impl Plant {
             wind,
             gusts,
             airspeed_m_s,
+            // Without a controller nobody reads them.
             sensors: &SensorSettings::IDEAL,
             faults,
             seed: *seed,
@@ -214,10 +215,14 @@ impl Plant {
             gusts,
         };
         let positions = plant.trim.positions();
+        // The controller's modelled actuators begin here, so these are the healthy positions: the
+        // report comes before any fault acts.
         push(&mut plant.reports, &mut plant.reports_dropped, PlantReport::Started { positions });
+        // Faults that act from the start need the travel that the hinge moments leave.
         plant.update_hinge_moments();
         plant.schedule(faults)?;
         plant.with_faults(Faults::apply_due);
+        // Again, now with the faults that act from the start.
         plant.observe();
         Ok(plant)
     }
@@ -320,6 +325,7 @@ impl Plant {
             return;
         }
         self.command(actuators);
+        // Before the steps: the period burns by the thrust of its beginning.
         self.burn_fuel();
         let before = self.state;
         self.integrate(self.time.as_micros() + self.period_us);
@@ -327,6 +333,8 @@ impl Plant {
         if broken.is_some() {
             self.state = before;
         }
+        // Still of the beginning of the period: the new airspeed depends on the gust that is made
+        // here.
         let airspeed_m_s = self.truth.airspeed_m_s;
         let turbulence = self.turbulence.step(&Surroundings {
             airspeed_m_s,
@@ -344,6 +352,8 @@ impl Plant {
         }
         if broken.is_some() {
             self.broken = broken;
+            // To everybody else this is an end like that on the ground; `is_broken` tells the two
+            // apart.
             self.touch_down();
         }
         if !self.on_ground && self.truth.altitude_m <= 0.0 {
@@ -357,6 +367,7 @@ impl Plant {
             return FaultReply::Refused(Refusal::FlightOver);
         }
         let reply = self.with_faults(|faults, context| faults.request(request, context));
+        // The sensors of this instant have to show what acts at once.
         self.observe();
         reply
     }
@@ -386,12 +397,14 @@ impl Plant {
             let grid_us = (now_us / self.step_us + 1) * self.step_us;
             let event_us = self.faults.next_event().map_or(u64::MAX, SimTime::as_micros);
             let arrival_us = self.next_arrival().map_or(u64::MAX, SimTime::as_micros);
+            // At least a microsecond, or an event that is overdue would stop the time.
             let next_us = grid_us.min(end_us).min(event_us.min(arrival_us).max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
             let Self { dynamics, state, rates, present, inputs, .. } = self;
             *state = dynamics.step(state, rates, present, inputs, step_s);
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
+            // A fault at the same microsecond finds the command that has just arrived.
             if arrival_us <= now_us {
                 self.deliver_due_commands();
             }
@@ -401,6 +414,7 @@ impl Plant {
                 self.faults.vary(self.time, &mut self.state.positions);
                 self.hold_faults();
             }
+            // At the end of the period `observe` does this, with the next gust.
             if now_us < end_us {
                 self.present = self.dynamics.present(&self.state, &self.inputs);
             }
@@ -473,6 +487,8 @@ impl Plant {
     fn command(&mut self, actuators: &Actuators) {
         let Airframe { effectors, servos, .. } = self.dynamics.airframe();
         let (count, now) = (effectors.len(), self.time);
+        // Ideal actuators need no paths: they cost nothing and keep the bits that they have without
+        // any.
         if self.paths.is_empty() {
             let previous = self.faults.commands();
             let commands = servos::accepted(count, servos, &actuators.commands, previous);
@@ -487,6 +503,7 @@ impl Plant {
             let due = SimTime::from_micros(now.as_micros() + path.delay_us);
             path.pending.push(due, path.sent);
         }
+        // First the travel, since commands without a delay arrive right after, inside of it.
         self.update_hinge_moments();
         self.deliver_due_commands();
     }
@@ -554,8 +571,10 @@ impl Plant {
     fn burn_fuel(&mut self) {
         let Some(fuel) = self.dynamics.airframe().fuel else { return };
         let period_s = self.period_us as f64 * 1.0e-6;
+        // A propeller that brakes makes no fuel.
         let flow_kg_s = fuel.flow_kg_n_s * self.present.motion.thrust_n.max(0.0);
         let burnt_kg = (self.losses.burnt_kg + flow_kg_s * period_s).min(fuel.initial_kg);
+        // Mass and inertia are worked out again only while fuel burns.
         if burnt_kg != self.losses.burnt_kg {
             self.losses.burnt_kg = burnt_kg;
             self.remove_lost_mass();
@@ -571,6 +590,7 @@ impl Plant {
         self.dynamics.remove_lost_mass(&self.losses.torn_off, self.losses.burnt_kg);
         let moved = self.dynamics.shift_m() - before;
         let rigid = &mut self.state.rigid;
+        // The airframe stays where it is; only the point that the state describes moves.
         rigid.position += rigid.e_from_body() * moved;
         rigid.velocity.0 += rigid.rates.0.cross(&moved);
         // The step that comes begins with the forces on what is left.
@@ -634,6 +654,7 @@ impl CommandPath {
         }
         let half = 0.5 * imperfections.hysteresis;
         self.played = self.played.max(self.followed - half).min(self.followed + half);
+        // The travel comes last, since no bias pushes a surface beyond its stop.
         self.servo.limited(self.played + imperfections.bias)
     }
 }
@@ -666,6 +687,7 @@ fn released(
     };
     let rigid = initial.rigid(earth, theta_rad);
     let here = earth.geodetic(&rigid.position);
+    // Before the forces: the thrust follows the lever.
     dynamics.hold_lever(controls.lever);
     let place = dynamics.earth().place(&rigid.position);
     let density = dynamics.density_around(place.geopotential_altitude_m);

@@ -73,6 +73,7 @@ impl Jet {
             let middle = 0.5 * (low + high);
             if engine.thrust_at(middle, at) < thrust_n { low = middle } else { high = middle }
         }
+        // The upper end, whose thrust is not below the wanted one.
         Some(high)
     }
 
@@ -121,6 +122,7 @@ impl Jet {
         let thrust = if thrust < least { least } else { thrust };
         let thrust = if thrust > most { most } else { thrust };
         let roll_n_m = self.roll_n_m(thrust, at);
+        // Without a nozzle these are exactly 0 and 1, and the thrust keeps its bits.
         let [(sin_z, cos_z), (sin_y, cos_y)] = self.nozzle.map(|nozzle| libm::sincos(of(nozzle)));
         let (forward, side, down) = match self.shape {
             NozzleShape::Gimbal => {
@@ -128,6 +130,7 @@ impl Jet {
             }
             NozzleShape::Axisymmetric => {
                 let (tan_z, tan_y) = (sin_z / cos_z, sin_y / cos_y);
+                // Scaled to the length of the thrust: the jet turns without a loss.
                 let forward = thrust / (1.0 + tan_z * tan_z + tan_y * tan_y).sqrt();
                 (forward, -forward * tan_y, forward * tan_z)
             }

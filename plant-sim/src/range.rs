@@ -37,6 +37,7 @@ pub(crate) fn out_of_range(section: &str, key: &str, numbers: [f64; 3]) -> Probl
 /// Rounded to nine decimals: a value in degrees was converted through radians and would show rounding errors.
 fn tidy(value: f64) -> f64 {
     let rounded = libm::round(value * 1.0e9) / 1.0e9;
+    // A tiny number must not be shown as zero, nor a huge one as infinite.
     if rounded.is_finite() && (value == 0.0 || rounded != 0.0) { rounded } else { value }
 }
 

@@ -163,6 +163,7 @@ impl InitialState {
             }
             InitialPosition::Local { position, .. } => {
                 check_vector(SECTION, "position_ned_m", position.0.iter().copied(), 1.0e6)?;
+                // From the ground to well below the top of the model of the air.
                 check_range(SECTION, "position_ned_m", position.0.z, -80_000.0, 0.0)?;
             }
         }

@@ -49,6 +49,7 @@ pub struct MassProperties {
 impl MassProperties {
     /// From mass (kg) and tensor (kg m²); `None` if one of them is not positive definite.
     pub fn new(mass_kg: f64, inertia: Matrix3<f64>) -> Option<Self> {
+        // Sylvester's criterion: all leading minors are positive.
         let positive = mass_kg > 0.0
             && inertia[(0, 0)] > 0.0
             && inertia.fixed_view::<2, 2>(0, 0).determinant() > 0.0

@@ -202,6 +202,8 @@ impl PlantTable {
         if let Some(duration_s) = self.duration_s {
             check_range("plant", "duration_s", duration_s, 0.001, SimTime::MAX_SECONDS)?;
         }
+        // Only the keys of the file are checked; the others come from an airframe that is not known
+        // here.
         self.start.over(&Start::NOT_USED).check("plant.start")?;
         let table = self.wind.unwrap_or_default();
         let wind = WindSettings {
@@ -242,9 +244,7 @@ impl PlantTable {
 
 /// Keys of the target of a fault, one of which is required.
 const TARGETS: [&str; 3] = ["effector", "sensor", "part"];
-/// Key of the kind.
 const KIND: &str = "kind";
-/// Key of the onset.
 const ONSET: &str = Quantity::Onset.keys()[0];
 
 /// Every key, and whether its value is a number.
@@ -264,11 +264,9 @@ static KEYS: LazyLock<Vec<(&'static str, bool)>> = LazyLock::new(|| {
     words.chain(of_kinds).chain(times).filter(|(key, _)| known.insert(*key)).collect()
 });
 
-/// Their names.
 static NAMES: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| KEYS.iter().map(|(key, _)| *key).collect());
 
-/// The kinds.
 static KINDS: LazyLock<Vec<&'static str>> =
     LazyLock::new(|| CATALOGUE.iter().map(|info| info.key).collect());
 
@@ -319,6 +317,8 @@ impl FaultTable {
         let mut draft = FaultDraft::new(info, class);
         let numbers = self.numbers.iter().map(|(key, value)| (*key, FaultValue::Number(*value)));
         let words = self.words.iter().map(|(key, word)| (*key, FaultValue::Word(word)));
+        // Told last: what is missing or out of range says more about the mistake than a key too
+        // many.
         let mut stray = None;
         for (key, value) in numbers.chain(words) {
             if !draft.put(key, value).map_err(error)? {

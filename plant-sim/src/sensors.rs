@@ -92,6 +92,7 @@ impl SensorSet {
         faults: &Faults,
     ) -> Sensors {
         let (AirData { vanes_m, pitot_m }, motion) = (self.places, &present.motion);
+        // Taken out for the call, because `exact` borrows the whole set.
         let mut sensors = match self.real.take() {
             // Everything exactly, apart from the noise of the gyros.
             None => {
@@ -102,12 +103,15 @@ impl SensorSet {
             // Everything exactly where it is measured, then with errors: vanes and pitot tube turn with the aircraft.
             Some(mut real) => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_around(place_m, motion));
+                // The noise of the scenario is that of ideal gyros; a grade has its own.
                 let sensors = real.sense(&self.exact(truth, present, &air, &Body::zero()));
                 self.real = Some(real);
                 sensors
             }
         };
+        // After the errors: a fault is of the sensor that the aircraft has.
         self.faulty.apply(truth.time, faults, &mut sensors);
+        // Last, so that nothing gives a sample to a sensor that is not there.
         sensors.keep(&self.fitted);
         sensors
     }
@@ -137,6 +141,7 @@ impl SensorSet {
         let angles =
             FlowAngles { angle_of_attack_rad: vanes.alpha_rad, sideslip_rad: vanes.beta_rad };
         let sound_m_s = self.atmosphere.speed_of_sound(present.place.geopotential_altitude_m);
+        // a² = κ p/ρ of an ideal gas saves the exponential of the pressure.
         let pressure_pa = present.density * sound_m_s * sound_m_s / HEAT_RATIO;
         let airspeed_m_s = pitot.airspeed_m_s;
         let impact_pa = impact_pressure_pa(pressure_pa, airspeed_m_s / sound_m_s);
@@ -177,6 +182,7 @@ impl SensorSet {
             return Body::zero();
         }
         let mut axis = || self.gyro_noise_rad_s * self.gyro.draw();
+        // In this order, which is part of every recorded flight.
         let (p, q, r) = (axis(), axis(), axis());
         Body::new(p, q, r)
     }

@@ -134,6 +134,7 @@ impl ServoDynamics {
         Self {
             per_lag: PerEffector::from_fn(|e| {
                 let lag_s = servos[e].lag_s;
+                // An unused slot has no lag and stays where it is.
                 if lag_s > 0.0 { 1.0 / lag_s } else { 0.0 }
             }),
             rate_limit: PerEffector::from_fn(|e| servos[e].rate_limit),
@@ -197,6 +198,7 @@ impl Delayed {
 
     /// Removes the newest command that is due by `now` and all older ones, and returns the newest.
     pub fn due(&mut self, now: SimTime) -> Option<f64> {
+        // A servo holds one set point, so of several due commands only the newest counts.
         let mut newest = None;
         while let Some((_, command)) = self.0.pop_front_if(|(due, _)| *due <= now) {
             newest = Some(command);
@@ -232,6 +234,7 @@ impl SecondOrder {
     /// Largest rate in the response to a unit step without a rate limit, 1/s: ω e^(−ζ φ / sin φ) with cos φ = ζ.
     pub fn fastest(&self) -> f64 {
         let zeta = self.damping_ratio;
+        // Of an overdamped servo the root is that of ζ² - 1.
         let root = (1.0 - zeta * zeta).abs().sqrt();
         // The ratio of angle and sine goes to 1 at critical damping, where both vanish.
         let ratio = match root {
@@ -279,7 +282,9 @@ impl Inert {
     pub fn derivative(&self, command: f64, at: f64, rate: f64, fault_limit: f64) -> [f64; 2] {
         let limit = self.rate_limit.min(fault_limit);
         let free = self.stiffness * (command - at) - self.damping * rate;
+        // At its limit the rate does not grow on, so that it turns as soon as the command does.
         let pushes_on = rate.abs() >= limit && free * rate > 0.0;
+        // A stage of the integration may try a rate beyond the limit.
         [rate.max(-limit).min(limit), if pushes_on { 0.0 } else { free }]
     }
 

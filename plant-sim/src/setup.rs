@@ -28,6 +28,7 @@ pub fn default_step_us(period: ControlPeriod) -> u32 {
 /// The largest divisor of the period up to `longest_us`, µs.
 pub fn step_within(period: ControlPeriod, longest_us: u32) -> u32 {
     let period_us = period.as_micros();
+    // One divides every period, so this ends with a divisor.
     (1..=longest_us).rev().find(|step| period_us.is_multiple_of(*step)).unwrap_or(period_us)
 }
 

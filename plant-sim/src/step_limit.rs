@@ -65,6 +65,7 @@ pub fn check(
             false => (quotient, rate_max),
         };
         if rate > rate_max {
+            // The quotient is inverse to the value, so this value brings it down to the limit.
             let (min, altitude_m) = (value * quotient / limit, start.altitude_m);
             let problem = problem!(
                 "[mass] {key} = {value} is too small for [aerodynamics] {derivative_key} = {derivative}: in flight at {v} m/s and \

@@ -132,6 +132,7 @@ impl TableText {
         if !(1..=INPUTS_MAX).contains(&n) {
             return Err(problem!("inputs = {n} names, expected 1 to {INPUTS_MAX}"));
         }
+        // Lines count from the header, also where the text begins with an empty line.
         let mut lines = self
             .csv
             .trim_start_matches(['\r', '\n'])
@@ -218,6 +219,7 @@ fn input(name: &str, rows: &[Row], i: usize) -> Result<Input, Problem> {
 /// Every combination of breakpoints once, the last input fastest.
 fn check_order(inputs: &[Input], rows: &[Row]) -> Result<(), Problem> {
     let expected: usize = inputs.iter().map(|input| input.breakpoints.len()).product();
+    // Surplus rows are told by their number below.
     for (index, (line, row)) in rows.iter().enumerate().take(expected) {
         let mut rest = index;
         for (i, input) in inputs.iter().enumerate().rev() {

@@ -116,11 +116,14 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
     let place = earth.place(&earth.position(&start.geodetic()));
     let altitude_m = place.geopotential_altitude_m;
     let total_wind = dynamics.wind(wind, altitude_m);
+    // A NaN would hide behind many words what the search can say: nothing there is level.
     let sine = (total_wind.0.z / start.airspeed_m_s).clamp(-1.0, 1.0);
     let density = dynamics.density_around(altitude_m);
+    // Newton needs slopes, and a thrust at its limit has none. `held` checks the limits at the end.
     let (dynamics, climb_rad) = (&dynamics.with_any_thrust(), libm::asin(sine));
     let search = LevelSearch { dynamics, start, wind, total_wind, climb_rad, density, altitude_m };
     let mut x = Unknowns::zeros();
+    // An ordinary angle of attack inside the linear range.
     x[0] = 0.03;
     if let Some(engine) = dynamics.jet().engine() {
         let engine = &dynamics.airframe().servos[engine];
@@ -139,6 +142,8 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
         x -= step * scale;
         residual = search.residual(&x);
     }
+    // Near the edge of what the aircraft can do Newton's method may leave the flight that the
+    // bounded search still finds.
     let (x, residual, nearest) = search.nearest();
     if residual.amax() < TOLERANCE {
         return search.held(&x);
@@ -214,6 +219,8 @@ impl LevelSearch<'_> {
         let q_e_from_body = earth.q_e_from_body(&here, &attitude);
         let position = earth.position(&here);
         let e_from_ned = earth.place(&position).e_from_ned;
+        // The local NED axes turn with the Earth and over its curvature; a steady flight turns with
+        // them.
         let frame =
             e_from_ned.tr_mul(&earth.rotation()) + earth.transport_rate(&here, &Ned(ground));
         let rates = Body(attitude.to_body(Ned(frame)).0 + relative);
@@ -233,6 +240,7 @@ impl LevelSearch<'_> {
     }
 
     fn jacobian(&self, x: &Unknowns) -> SMatrix<f64, 6, 6> {
+        // The thrust counts in newton, and a smaller step of it would drown in rounding.
         jacobian(x, [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6], |x| self.residual(x))
     }
 
@@ -261,6 +269,8 @@ impl LevelSearch<'_> {
             }
             let mut normal = jacobian.tr_mul(&jacobian);
             for i in 0..6 {
+                // A control that the aircraft lacks has a zero here, which would make the matrix
+                // singular.
                 normal[(i, i)] += damping * normal[(i, i)].max(1.0e-12);
             }
             let Some(step) = normal.lu().solve(&jacobian.tr_mul(&residual)) else { break };
@@ -295,6 +305,7 @@ impl LevelSearch<'_> {
                 let gains = &airframe.gains[effector];
                 let gain = [gains.roll, gains.pitch, gains.yaw][command];
                 let [low, high] = airframe.servos[effector].travel_at(pressure_pa);
+                // A gain of zero has infinite ends, which are thrown away below.
                 let ends = [low / gain, high / gain];
                 (gain != 0.0).then_some([ends[0].min(ends[1]), ends[0].max(ends[1])])
             });
@@ -379,6 +390,7 @@ pub fn solve_longitudinal(
     given: &Controls,
     wind: &Ned,
 ) -> Result<LongitudinalTrim, Problem> {
+    // As in `solve`: a thrust at its limit has no slope.
     let free = dynamics.with_any_thrust();
     let place = dynamics.earth().place(&initial.place(dynamics.earth()));
     let density = dynamics.density_around(place.geopotential_altitude_m);
@@ -410,6 +422,7 @@ pub fn solve_longitudinal(
 impl LongitudinalSearch<'_> {
     fn controls(&self, x: &Vector3<f64>) -> Controls {
         let followed = self.dynamics.airframe().follow([0.0, x.y, 0.0, x.z]);
+        // Only what the main commands move is searched; other controls stay as they are given.
         let positions = PerEffector::from_fn(|e| self.given.positions[e] + followed[e]);
         Controls { positions, lever: None }
     }
@@ -430,6 +443,7 @@ impl LongitudinalSearch<'_> {
         let track = Vector3::new(velocity.x, velocity.y, 0.0);
         let along = match track.norm() {
             speed if speed > 0.0 => acceleration.dot(&track) / speed,
+            // A body that moves straight up or down has no track; north stands in for it.
             _ => acceleration.x,
         };
         (Vector3::new(along, acceleration.z, e.motion.derivative.rates.0.y), e)

@@ -97,6 +97,7 @@ impl Truth {
         e: &Evaluation,
     ) -> Self {
         let mut deflections = dynamics.effective(state, &inputs.effects);
+        // The thrust that there is, and not the one that is asked for.
         if let Some(engine) = dynamics.jet().engine() {
             deflections[engine] = e.motion.thrust_n;
         }

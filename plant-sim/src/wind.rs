@@ -123,6 +123,7 @@ impl Turbulence {
         }
         let scales = Scales::isotropic(LENGTH_M, self.intensity_m_s);
         let way_m = airspeed_m_s.max(SLOWEST_M_S) * self.period_s;
+        // The order of the draws is part of every recorded flight.
         let (along, across) = (self.noise.velocity.draw(), self.noise.across());
         self.field.step(&scales, self.span_m, way_m, (along, across), &mut self.noise)
     }
@@ -252,6 +253,7 @@ impl DiscreteGusts {
             air.velocity =
                 Body(air.velocity.0 + part * Vector3::new(forward_m_s, right_m_s, down_m_s));
             air.rates = Body(air.rates.0 + slope * Vector3::new(0.0, -down_m_s, right_m_s));
+            // After its use, so that the gust begins at zero.
             *distance_m += airspeed_m_s * self.period_s;
         }
         air
@@ -293,6 +295,7 @@ impl WindProfile {
         let mut least = -5_000.0;
         for level in &self.levels {
             check_range(LEVEL_SECTION, "altitude_m", level.altitude_m, least, 100_000.0)?;
+            // Two levels at one altitude would divide by zero in `at`.
             least = level.altitude_m.next_up();
             check_vector(LEVEL_SECTION, "velocity_ned_m_s", level.velocity_ned_m_s, 200.0)?;
         }

@@ -88,6 +88,7 @@ fn default_faults(airframe: &Airframe) -> Vec<String> {
     };
     let kinds = [EffectorKind::Elevator, EffectorKind::Rudder, EffectorKind::Aileron];
     let mut faults: Vec<String> = kinds.into_iter().filter_map(half).collect();
+    // QGroundControl shows three buttons at a time, and the repair should be one of them.
     faults.insert(faults.len().min(2), "Everything OK: all".to_owned());
     faults
 }

@@ -95,7 +95,7 @@ fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), Box<dyn Error>> {
 /// A question and an answer as the link sends them: a tick without reports or requests.
 fn packets() -> (Vec<u8>, Vec<u8>) {
     let mut values = [0.0; Sensors::COUNT];
-    // The attitude must be one.
+    // The attitude, behind three rates and three forces, has to be of length one.
     values[6] = 1.0;
     let sensors = Sensors::at(SimTime::ZERO, &values);
     let mut plant = PlantSide::new(1, tvc_jet::aircraft());

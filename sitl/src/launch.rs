@@ -61,6 +61,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
         screen.message(note).at(HERE)?;
     }
     let arrangement = if args.is_as_fast_as_possible() {
+        // Before the two processes start, which would disturb the measurement.
         let fastest = arrangement::fastest(program);
         let note = format!(
             "fastest here: {}, {:.0} bare round trips/s",
@@ -356,6 +357,7 @@ impl Child {
         self.input = None;
         while let Ok(None) = self.process.try_wait() {
             if clock::now() > deadline {
+                // `drop` kills it.
                 return;
             }
             clock::sleep(END_LOOK_EVERY);

@@ -79,6 +79,7 @@ fn fly_processes(
     fs::write(&control_file, postcard::to_stdvec(&setup.settings()).at(no_setup)?).at(no_setup)?;
 
     let mut autopilot = Command::new(program);
+    // Any free port, since several flights may run at once.
     autopilot.args(["autopilot", "--plant-link", "127.0.0.1:0"]);
     autopilot.args(["--no-gcs", "--status", "--with-parent"]);
     autopilot.arg("--setup").arg(&control_file).args(arrangement.autopilot.options());

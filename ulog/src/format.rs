@@ -82,6 +82,7 @@ impl Field {
 
     /// Bytes of the field.
     pub fn size(&self) -> usize {
+        // A damaged file may claim any length.
         self.kind.size().saturating_mul(self.array.unwrap_or(1))
     }
 

@@ -190,6 +190,7 @@ impl Info {
         match self.field.kind {
             Bool | U8 | U16 | U32 | U64 => Some(value),
             I8 | I16 | I32 | I64 => {
+                // `wide` fills up with zeros, so only the sign bit tells a negative number.
                 let negative = self.bytes.last().is_some_and(|byte| *byte >= 0x80);
                 (!negative).then_some(value)
             }
@@ -614,6 +615,7 @@ impl Parser<'_> {
                     if !self.resume(wrong.clone()) {
                         let damage = Damage { offset: self.at, resumed: None, wrong };
                         self.log.damages.push(damage);
+                        // Appended data may still be whole.
                         if !self.jump() {
                             self.log.is_cut = true;
                             return Ok(());
@@ -653,6 +655,7 @@ impl Parser<'_> {
         let start = place.start;
         let mut body = MessageBody { kind, bytes: &self.bytes[place] };
         match kind {
+            // No message is empty, so a run of zeros is damage and not a row of messages.
             _ if size == 0 => return Err(Wrong::Message { kind, size }.into()),
             b'B' => self.flags(body)?,
             b'F' => self.format(body)?,
@@ -684,6 +687,7 @@ impl Parser<'_> {
         let incompatible = body.take::<8>()?;
         for (index, flags) in incompatible.into_iter().enumerate() {
             let unknown = if index == 0 { flags & !DATA_APPENDED } else { flags };
+            // The format wants a file refused that has a flag unknown to its reader.
             if unknown != 0 {
                 return Err(ReadStop::Flags(ReadError::Flags { index, flags: unknown }));
             }
@@ -702,6 +706,7 @@ impl Parser<'_> {
     fn format(&mut self, body: MessageBody<'_>) -> Result<(), Wrong> {
         let text = body.text()?;
         let format = Format::parse(text).ok_or_else(|| Wrong::Format(text.to_owned()))?;
+        // A later format of this name counts from here on; topics keep theirs by its index.
         self.log.by_name.insert(format.name.clone(), self.log.formats.len());
         self.log.formats.push(TopicLayout::new(format));
         Ok(())
@@ -733,6 +738,7 @@ impl Parser<'_> {
             topics.len() - 1
         });
         self.ids.insert(id, index);
+        // The first topic ends the definitions.
         self.after_us = self.after_us.or(Some(self.log.start_us));
         Ok(())
     }
@@ -801,6 +807,7 @@ impl Parser<'_> {
     /// Offset of the next sync message.
     fn next_sync(&self) -> Option<usize> {
         const LENGTH: usize = MESSAGE_HEADER + SYNC.len();
+        // Behind the first byte of this message: at the same place reading would never move on.
         let from = self.at + 1;
         let rest = self.bytes.get(from..)?;
         let is_sync = |window: &[u8]| {

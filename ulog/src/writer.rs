@@ -145,6 +145,7 @@ impl<W: Write> Definitions<W> {
         header[7] = VERSION;
         header[8..].copy_from_slice(&start_us.to_le_bytes());
         messages.out.write_all(&header)?;
+        // The format wants them in front of all other messages.
         messages.message(b'B', &[&FLAG_BITS])?;
         Ok(Self(messages))
     }
@@ -282,6 +283,7 @@ impl<W: Write> Messages<W> {
     }
 
     fn named(&mut self, kind: u8, name: &str, value: Value<'_>) -> io::Result<()> {
+        // The format has no parameters of other types.
         let is_number = matches!(value, Value::I32(_) | Value::F32(_));
         if kind == b'P' && !is_number {
             let text = format!("parameter {name} is neither int32_t nor float");

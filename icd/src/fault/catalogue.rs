@@ -440,6 +440,7 @@ impl KindInfo {
     /// The kind with this alternative (from 0) and these numbers, SI units; `None` without such an alternative.
     pub fn with(&self, alternative: u8, values: [f64; NUMBERS_MAX]) -> Option<FaultKind> {
         let code = self.code.checked_add(alternative)?;
+        // Beyond its own alternatives the number belongs to the next kind.
         FaultKind::from_code(code, values).filter(|kind| kind.info().code == self.code)
     }
 

@@ -105,6 +105,7 @@ impl SizedKind {
         };
         let kinds = || failure.kinds().filter(is_for);
         let not_of_type = SizeError::NotOfType(failure, text);
+        // Before the numbers: `+` and `-` alone are ends of the travel.
         if let Some(kind) = kinds().find_map(|kind| alternative(kind, |(word, _)| word == text)) {
             return Ok(kind);
         }

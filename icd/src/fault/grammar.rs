@@ -155,6 +155,8 @@ impl FaultDraft {
         // The ranges of times depend on each other.
         if let Some(number) = number {
             let usual = measure.unit(self.class);
+            // In the usual unit as it stands: a conversion to SI units and back would cost the last
+            // digits.
             let as_written = |end| if unit == usual { end } else { unit.from_si(usual.to_si(end)) };
             let [min, max] = number.range.anywhere(measure, self.class).map(as_written);
             if !(min..=max).contains(&value) {
@@ -338,6 +340,7 @@ pub fn check_timing(kind: &FaultKind, timing: &Timing) -> Result<(), Refusal> {
         // A repetition needs a duration; a missing one counts as zero, which is too short.
         let duration_s = timing.duration_s.unwrap_or(0.0);
         range(Quantity::Duration, duration_s, durations)?;
+        // The end and the next onset are two events, at least a microsecond apart.
         let shortest = EVERY_MIN_S.max(duration_s + MICROSECOND_S);
         range(Quantity::Every, repeat.every_s, [shortest, SimTime::MAX_SECONDS])?;
         if let Some(times) = repeat.times {

@@ -41,10 +41,12 @@ struct RunChange {
 
 /// Compares the tables of two folders; the text says what differs.
 pub fn folders(one: &Path, other: &Path) -> Result<String, Problem> {
+    // Once, or each call would wrap the hook of the one before.
     static QUIET: Once = Once::new();
     QUIET.call_once(|| {
         let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
+            // Other threads report as before.
             if thread::current().name() != Some(READER) {
                 report(panic);
             }
@@ -256,6 +258,7 @@ fn report(
         }
         let mut changed: Vec<_> = measures.iter().filter(|(_, change)| change.runs > 0).collect();
         let relative =
+            // `MIN_POSITIVE` stands for a zero, by which nothing can be divided.
             |change: &RunChange| change.sum.abs() / change.magnitude.max(f64::MIN_POSITIVE);
         changed.sort_by(|a, b| relative(b.1).total_cmp(&relative(a.1)));
         for (name, change) in changed.iter().take(LISTED) {

@@ -63,6 +63,7 @@ pub struct Curves {
 /// The curves of an aircraft over every joint level.
 pub fn of(plan: &Plan, results: &Results, airframe: usize) -> Vec<Curves> {
     let variables = plan.variables().iter().enumerate();
+    // Cases have names and no place on an axis.
     let is_level = |v: &Variable| v.meaning == Meaning::Level && v.cases.is_empty();
     let levels = variables.filter(|(_, variable)| is_level(variable));
     levels.map(|(place, _)| over(plan, results, airframe, place)).collect()
@@ -72,6 +73,7 @@ fn over(plan: &Plan, results: &Results, airframe: usize, place: usize) -> Curves
     let spec = &plan.file.spec;
     let mut levels: Vec<(f64, Vec<usize>)> = Vec::new();
     for flight in plan.flights_of(airframe) {
+        // Every law flies the same values, so the run of the first one has them.
         let run = plan.run(flight as u64 * plan.laws().len() as u64);
         let Some(level) = run.ok().and_then(|run| run.values[place].number()) else { continue };
         match levels.binary_search_by(|(known, _)| known.total_cmp(&level)) {
@@ -178,6 +180,7 @@ fn panel(curves: &Curves, quantity: &Quantity, ink: &dyn Fn(usize) -> Ink) -> Pa
         all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
     };
     let (first, last) = ends(&|point| [point.level; 2]);
+    // A single level has no distance to the next.
     let count = quantity.laws.first().map_or(0, Vec::len).max(2) - 1;
     let distance = (last - first).max(1.0e-9) / count as f64;
     let (low, high) = match ends(&|point| [point.interval.0, point.interval.1]) {

@@ -15,6 +15,7 @@ const ROUNDS: u64 = 6;
 /// ChaCha8 keyed by a hash of the seed and the name; its stream number is `index`.
 pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
     let mut hash = Sha256::new();
+    // This text is part of every recorded campaign.
     hash.update(b"two-step campaign 1");
     hash.update(seed.to_le_bytes());
     hash.update(name.as_bytes());
@@ -25,6 +26,7 @@ pub fn stream(seed: u64, name: &str, index: u64) -> ChaCha8Rng {
 
 /// Numbers between two limits for the manoeuvres of a flight, drawn by its seed.
 pub fn manoeuvres(seed: u64) -> impl FnMut(f64, f64) -> f64 {
+    // And so is this one.
     let mut key = *b"seed------------two-step sitl--4";
     key[..8].copy_from_slice(&seed.to_le_bytes());
     let mut generator = ChaCha8Rng::from_seed(key);
@@ -80,6 +82,7 @@ fn shuffled(seed: u64, key: &str, index: u32, count: u32) -> u32 {
             (left, right) = (right, mixed);
         }
         at = (left << bits) | right;
+        // The walk ends: a permutation leads back to where it began, which is inside.
         if at < count {
             return at;
         }
@@ -92,6 +95,7 @@ impl Normal {
         let Self { mean, deviation, min, max } = *self;
         let below = |limit: f64| 0.5 * libm::erfc(-(limit - mean) / deviation / 2.0_f64.sqrt());
         let [low, high] = [min.map_or(0.0, below), max.map_or(1.0, below)];
+        // Sum and inverse may miss a limit by their last digits.
         let value = mean + deviation * standard_quantile(low + probability * (high - low));
         value.clamp(min.unwrap_or(f64::NEG_INFINITY), max.unwrap_or(f64::INFINITY))
     }
@@ -99,6 +103,7 @@ impl Normal {
 
 /// Quantile of the standard normal distribution: halving of its distribution function, to the last bit but a few.
 fn standard_quantile(probability: f64) -> f64 {
+    // No probability of a draw lies beyond nine deviations.
     let (mut low, mut high) = (-9.0_f64, 9.0_f64);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);

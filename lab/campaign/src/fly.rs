@@ -89,9 +89,11 @@ pub fn fly(plan: &Plan, store: &RunStore, shard: Option<Shard>) -> Result<u64, P
             row
         };
         let rows: Vec<Row> = store.range(*part).map(fly).collect();
+        // A part must not be of files that have changed while it was flown.
         plan.check_inputs()?;
         store.write(*part, &rows)
     };
+    // One part for each task: a thread that took several would leave the others idle at the end.
     (0..missing.len()).into_par_iter().with_max_len(1).try_for_each(one)?;
     progress.finish();
     Ok(runs)

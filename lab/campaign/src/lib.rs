@@ -244,6 +244,7 @@ pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
 /// Writes tables, scores, maps and the page of a campaign whose runs are all there; gives the losses of each law.
 pub fn write(plan: &Plan, store: &RunStore) -> Result<Vec<Group>, Problem> {
     let mut results = Results::new(plan);
+    // In one pass, because the rows of a million runs are not read twice.
     table::write(plan, store, &mut |row| results.add(row))?;
     let groups = summary::groups(plan, &results);
     let folder = OutFolder::create(store.folder())?;
@@ -259,6 +260,7 @@ pub fn write(plan: &Plan, store: &RunStore) -> Result<Vec<Group>, Problem> {
     let mut studied = Vec::new();
     for airframe in 0..plan.aircraft.len() {
         let limits = jams.map(|_| PhysicsLimits::of(plan, airframe, store.folder()));
+        // Without the limits of physics the campaign is still worth its tables.
         if let Some(Err(error)) = &limits {
             let name = &plan.aircraft[airframe].name;
             // Nobody may read any more.
@@ -304,6 +306,7 @@ pub fn write(plan: &Plan, store: &RunStore) -> Result<Vec<Group>, Problem> {
         tables: &tables,
         fields: fields.as_ref(),
     };
+    // The page comes last: `report::is_of` takes it as the sign that everything is there.
     let page = report::page(&sources);
     folder.write_marked(REPORT, page::GENERATOR.as_bytes(), page.as_bytes())?;
     print_line!("wrote {}", folder.path().join(REPORT).display());
@@ -318,6 +321,7 @@ fn replay(args: &CampaignReplayArgs, plan: &Plan) -> Result<(), Problem> {
         scenario: &name,
         aircraft: &plan.args(&run)?,
         setup: &setup,
+        // As in the campaign, or the flight would be another one.
         stops_at_loss: true,
         folder: args.out.as_deref(),
         ulog: args.out.is_some(),

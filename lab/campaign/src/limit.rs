@@ -112,8 +112,10 @@ static KEPT: Mutex<Vec<KnownLimits>> = Mutex::new(Vec::new());
 impl KnownLimits {
     /// From this process, else from the file; a file that is not whole, or of something else, is as none.
     fn find(sha256: &str, path: &Path) -> Option<Self> {
+        // A thread that panicked has left the list whole.
         let kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
         let here = kept.iter().find(|kept| kept.sha256 == sha256).cloned();
+        // The disk is read without the lock.
         drop(kept);
         let read = || serde_json::from_slice(&file::read(path, TEXT_MAX).ok()?).ok();
         here.or_else(read).filter(|kept: &Self| kept.sha256 == sha256)
@@ -137,6 +139,7 @@ impl PhysicsLimits {
         let airframe = plan.aircraft[airframe].airframe.clone();
         let sets = sets::read("sets.toml", sets::SHIPPED)?;
         let list = airframe.effectors;
+        // With the program, whose search may find other limits in another version.
         let of = (serde_json::to_string(&airframe)?, sets::SHIPPED, STEP_DEG, PROGRAM);
         let digest = Sha256::digest(postcard::to_allocvec(&of)?);
         let sha256: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
@@ -155,6 +158,7 @@ impl PhysicsLimits {
                 KnownLimits { sha256, limits }
             }
         };
+        // Also what another campaign of this process has found, for the next start here.
         found.keep(&path)?;
         Ok(Self { sets, found: found.limits, list })
     }

@@ -111,6 +111,7 @@ impl Plan {
     /// Reads everything that a specification leads to.
     pub fn new(file: SpecFile) -> Result<Self, Problem> {
         let spec = &file.spec;
+        // The seed of the last sample still has to be exact in JSON.
         let greatest = SEED_MAX - u64::from(spec.samples);
         if spec.seeds == Seeds::Samples && spec.seed > greatest {
             return Err(problem!("{}: seed = {}: expected 0 to {greatest}", file.name, spec.seed));
@@ -135,10 +136,12 @@ impl Plan {
         let mut all = Sha256::new();
         inputs.iter().for_each(|input| all.update(input.sha256));
         let fingerprint = all.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        // In its range, as checked with the file.
         let period_ms = spec.period().unwrap_or_default();
         let step_us = spec.step_us.unwrap_or_else(|| step_within(period_ms, STEP_US));
         let named = || spec.law.iter().zip(&laws);
         let both = aircraft.iter().flat_map(|aircraft| named().map(move |law| (aircraft, law)));
+        // Once for each aircraft with each law, and not for each of a million runs.
         let builders: Vec<SetupBuilder> = both
             .map(|(aircraft, (law, read))| {
                 let (args, laws) = (aircraft.args.clone(), read.args.clone());
@@ -276,6 +279,7 @@ impl Plan {
                 combination /= length;
             }
         }
+        // Listed variables have no dimension, so another list leaves the draws as they are.
         let mut dimension = 0;
         for (value, variable) in values.iter_mut().zip(&spec.vary) {
             if variable.is_drawn() {
@@ -306,6 +310,7 @@ impl Plan {
         let mut table = args.scenario_table(&self.scenario)?;
         let plant = table.entry("plant").or_insert_with(|| toml::Table::new().into());
         if let Some(plant) = plant.as_table_mut() {
+            // In place of what the scenario says.
             let _ = plant.insert("seed".to_owned(), run.seed.cast_signed().into());
             let _ = plant.insert("duration_s".to_owned(), self.file.spec.duration_s.into());
         }
@@ -364,6 +369,7 @@ impl Plan {
         let law = &self.file.spec.law[run.law];
         let builder = &self.builders[run.airframe * self.laws.len() + run.law];
         let beyond = self.aircraft[run.airframe].args.settings.len();
+        // The builder has the settings of the aircraft already.
         let mut setup = builder.setup(&self.scenario, &self.settings(run)?[beyond..])?;
         setup.plant.seed = run.seed;
         setup.knows_fault = law.fault_known;
@@ -406,6 +412,7 @@ impl Plan {
             let end = self.aircraft.get(place + 1).map_or(self.flights, |next| next.first);
             for flight in [aircraft.first, end - 1] {
                 for law in 0..laws {
+                    // Only whether it can be made.
                     let _ = self.setup(&self.run(flight * laws + law)?)?;
                 }
             }
@@ -426,6 +433,7 @@ impl Manoeuvres {
         let mut entries = vec![[0.0, 0.0, altitude_m, airspeed_m_s]];
         let mut at_s = self.from_s;
         while at_s < duration_s {
+            // The order of the draws is part of every recorded campaign.
             let side = if between(0.0, 1.0) < 0.5 { -1.0 } else { 1.0 };
             let roll_deg = side * between(self.roll_deg[0], self.roll_deg[1]);
             let most_m = self.altitude_part * altitude_m;

@@ -145,6 +145,7 @@ impl Results {
                 places.iter().filter_map(|place| row.measures.get(*place).copied().flatten());
             let value = match column.source {
                 ColumnSource::Largest(_) => values.reduce(f64::max),
+                // A median or a mean has one source, which is its own sum.
                 _ => values.reduce(|sum, value| sum + value),
             };
             list.push(value.map_or(f64::NAN, |value| value * column.factor));
@@ -179,6 +180,7 @@ impl Results {
     /// What a table reads of a run: how it ended, or a measure of a flight that was kept or, with `all`, lost; NaN where there is
     /// none.
     pub(crate) fn value(&self, name: &str, all: bool, run: usize) -> f64 {
+        // The first law is the reference.
         let (end, first) = (self.ends[run], self.ends[run - run % self.laws]);
         let is = |holds: bool| f64::from(u8::from(holds));
         match (name, self.names.iter().position(|known| known == name)) {

@@ -260,6 +260,7 @@ impl SpecFile {
     pub fn parse(name: &str, text: String, folder: PathBuf) -> Result<Self, Problem> {
         let mut spec: Spec = toml::from_str(&text).at(name)?;
         spec.check(name)?;
+        // After `check`, because names of levels are no keys of `--set`.
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
         let (name, options) = (name.to_owned(), Vec::new());
@@ -273,6 +274,8 @@ impl SpecFile {
             let Setting { key, value } = checked(&setting.key, &setting.value, "--set")?;
             self.note("set", &setting);
             self.spec.name += &format!(", {setting}");
+            // The specification has a key of its own for the duration, which would win over the
+            // setting.
             if key == "plant.duration_s" {
                 self.spec.duration_s = number(&value).unwrap_or(f64::NAN);
                 self.spec.check_duration("--set")?;
@@ -349,6 +352,7 @@ impl Spec {
         };
         let values = variable.values.iter().flatten();
         let is_it =
+            // A text is no number, and NaN equals nothing.
             |v: &&Toml| **v == only.value || number(v) == number(&only.value).or(Some(f64::NAN));
         match values.clone().find(is_it).cloned() {
             Some(value) => variable.values = Some(vec![value]),
@@ -393,6 +397,7 @@ impl Spec {
         let of_airframes = self.airframe.iter().map(|airframe| &airframe.set);
         let of_laws = self.law.iter().map(|law| &law.set);
         for table in [&self.set].into_iter().chain(of_airframes).chain(of_laws) {
+            // For the checks alone: plan and flights read it again.
             let _ = settings_of(table, file)?;
         }
         if let Some(Manoeuvres {
@@ -488,6 +493,7 @@ pub fn settings_of(table: &toml::Table, file: &str) -> Result<Vec<Setting>, Prob
         table.iter().map(|(key, value)| checked(key, value, file)).collect::<Result<_, _>>()?;
     // Entry 2 of a list before entry 10: each is one more than there are.
     let words = |key: &str| -> Vec<(usize, String)> {
+        // A word that is no number stands by its letters.
         key.split('.').map(|word| (word.parse().unwrap_or(0), word.to_owned())).collect()
     };
     settings.sort_by_cached_key(|setting| words(&setting.key));

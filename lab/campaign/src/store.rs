@@ -142,10 +142,13 @@ impl RunStore {
         let aircraft = plan.aircraft.iter().map(of).collect();
         let store = Self { folder: folder.to_path_buf(), head: Head::of(plan), aircraft };
         let parts = store.parts();
+        // Only for its checks, and for the folder itself.
         let _ = OutFolder::create(folder)?;
         fs::create_dir_all(&parts).at(parts.display())?;
         let path = store.head_path();
+        // Every other error is told by the comparison below, which reads the file again.
         if matches!(file::read_text(&path, TEXT_MAX), Err(problem) if problem.is_not_found()) {
+            // Plain fields always become text.
             let text = toml::to_string(&store.head).unwrap_or_default();
             let mut new = NewFile::begin(&path, |_| false).at(path.display())?;
             write!(new, "{HEAD}\n\n{text}").at(path.display())?;
@@ -187,6 +190,7 @@ impl RunStore {
 
     /// Whether a part is there and whole.
     pub fn has(&self, part: u64) -> Result<bool, Problem> {
+        // Read in full, because a part that is not whole is not there.
         Ok(self.read(part)?.is_some())
     }
 
@@ -321,6 +325,7 @@ fn decode(bytes: &[u8]) -> Option<StorePart<'_>> {
     let (crc, content) = rest.split_first_chunk::<4>()?;
     let is_whole = u64::from_le_bytes(*length) == content.len() as u64
         && u32::from_le_bytes(*crc) == crc32fast::hash(content);
+    // Decoded last, since damaged bytes could claim a list of any length.
     is_whole.then(|| postcard::from_bytes(content).ok())?
 }
 

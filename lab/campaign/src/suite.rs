@@ -25,6 +25,7 @@ pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Resu
     for (name, plan) in plans(aircraft, own)? {
         print_line!("{}", plan.file.spec.name);
         let store = RunStore::open(&plan, &folder.join(name))?;
+        // How many were flown just now does not matter.
         let _ = fly::fly(&plan, &store, None)?;
         let groups = crate::write(&plan, &store)?;
         flown.push(FlownCampaign { name, plan, groups });

@@ -81,6 +81,7 @@ fn group(
     let flown = kept + lost;
     let both = |end: fn(RunEnd) -> bool| {
         flights.clone().filter(move |flight| {
+            // The first law is what the others are compared with.
             law > 0 && end(results.end(*flight, law)) && end(results.end(*flight, 0))
         })
     };
@@ -134,6 +135,7 @@ impl LossDifference {
         };
         let mut means: Vec<f64> = (0..RESAMPLES).map(resample).collect();
         means.sort_by(f64::total_cmp);
+        // At either end a fortieth, 2.5 %, is left out.
         let interval = (means[RESAMPLES / 40], means[RESAMPLES - 1 - RESAMPLES / 40]);
         Some(Self { mean: mean(differences.iter().sum()), interval })
     }

@@ -55,6 +55,7 @@ fn columns(plan: &Plan) -> Vec<Column> {
         end_s: Number = "time at the end of the flight",
     ]);
     for (name, unit) in plan.aircraft.iter().flat_map(|aircraft| &aircraft.measures) {
+        // Aircraft share measures, and each has one column.
         if columns.iter().all(|column| column.name != *name) {
             let meaning = "a measure, defined in docs/fly.md";
             columns.push(Column { meaning, ..Column::with_unit(name, unit) });

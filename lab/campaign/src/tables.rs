@@ -137,6 +137,7 @@ impl<'a> Cells<'a> {
                 });
                 let values = columns.iter().map(|column| {
                     let value = self.value(column, runs, results);
+                    // NaN would become the number 0, and so the first word.
                     let word = column.words.get(value as usize).filter(|_| value.is_finite());
                     if column.words.is_empty() { value.into() } else { word.into() }
                 });

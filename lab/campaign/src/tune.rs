@@ -108,6 +108,7 @@ pub fn run(file: &SpecFile, folder: &Path) -> Result<(), Problem> {
             Ok(text) => text,
             Err(problem) if problem.is_not_found() => {
                 let text = head.clone() + &tune(&plan, &others, law)?;
+                // Gains that were found with files that have changed meanwhile are not kept.
                 plan.check_inputs()?;
                 write_new(&path, text.as_bytes(), MARK.as_bytes())?;
                 text
@@ -166,6 +167,7 @@ fn row_of<'a>(text: &'a str, names: &[String]) -> Option<&'a str> {
 /// The same campaign with another seed: what the search has not seen.
 fn validation(file: &SpecFile) -> SpecFile {
     let mut other = file.clone();
+    // 53 bits, as every seed of a campaign.
     other.spec.seed = draw::stream(file.spec.seed, "validation", 0).next_u64() >> 11;
     other
 }
@@ -186,6 +188,7 @@ fn tune(plan: &Plan, others: &Plan, law: usize) -> Result<String, Problem> {
         .solve();
     progress.finish();
     let (best, best_cost) = solved.as_best();
+    // The search may find nothing better than what it began with.
     let is_better = *best_cost < before.cost;
     let values = if is_better { solved.func().values(best) } else { solved.func().start.clone() };
     let gains: Vec<(&str, f64)> = names.iter().map(String::as_str).zip(values).collect();
@@ -246,6 +249,7 @@ fn cost(plan: &Plan, airframe: usize, outcome: &Outcome) -> f64 {
     }
     let list = &plan.aircraft[airframe].airframe.effectors;
     let angles = list.all().filter(|effector| list.is_angle(*effector));
+    // A measure that a flight does not have counts as the worst.
     let of = |name: &str| outcome.metric(name).unwrap_or(f64::INFINITY);
     let travel_rad: f64 =
         angles.map(|effector| of(&format!("travel_{}", list.key(effector)))).sum();
@@ -265,6 +269,7 @@ impl<'a> Tuned<'a> {
             let row = parameters::table().iter().find(|row| row.name == name);
             let value = row.map_or(0.0, |row| row.value(&parameters));
             let Some(row) = row.filter(|row| row.kind == parameters::Kind::Real && value != 0.0)
+            // Zero stays zero under every factor.
             else {
                 return Err(problem!(
                     "law {}: tune: {name}: expected a parameter that is no choice and no whole number, and whose value is not zero",
@@ -282,6 +287,7 @@ impl<'a> Tuned<'a> {
     fn values(&self, at: &[f64]) -> Vec<f64> {
         let of = |((exponent, start), [min, max]): ((&f64, &f64), &[f64; 2])| {
             let value = (start * libm::pow(FACTOR, *exponent)).clamp(*min, *max);
+            // What flies is what the file of gains will say.
             format!("{value:.*e}", DIGITS - 1).parse().unwrap_or(value)
         };
         at.iter().zip(&self.start).zip(&self.ranges).map(of).collect()

@@ -138,6 +138,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<WorstCase>, Problem> {
     let samples = u64::from(plan.file.spec.samples);
     let laws = plan.laws().len() as u64;
     let mut cases: Vec<WorstCase> = Vec::new();
+    // Samples differ in what is drawn, and that is at its median here.
     for flight in (0..plan.flights()).step_by(usize::try_from(samples)?) {
         for law in 0..laws {
             let mut run = plan.drawn(flight * laws + law)?;
@@ -147,6 +148,7 @@ fn cases(plan: &Plan, place: Option<usize>) -> Result<Vec<WorstCase>, Problem> {
                 if variable.is_drawn() {
                     *value = Value::Number(variable.quantile(0.5));
                 }
+                // The same value everywhere, so that cases that differ in nothing else are one.
                 if Some(number) == place {
                     *value = Value::Number(0.0);
                 }
@@ -186,6 +188,7 @@ fn outwards(
     let mut kept_to = None;
     for step in 0..=STEPS {
         let part = f64::from(step) / f64::from(STEPS);
+        // Written so that both ends are exact.
         let mut next = begin * (1.0 - part) + end * part;
         let (mut run, mut outcome) = at(next)?;
         if outcome.is_kept() {
@@ -255,6 +258,7 @@ impl ObjFunc for Likelihood<'_> {
                 let near = part("peak_roll_error", limits.roll_rad)
                     .max(part("peak_sideslip", limits.beta_rad))
                     .max(part("peak_angle_of_attack", limits.alpha_rad));
+                // At most 10 beyond, which is less than a draw that cannot be flown gets.
                 beyond + 1.0 / (0.1 + near)
             }
             // A draw that cannot be flown is no answer.

@@ -151,6 +151,7 @@ impl SetupBuilder {
         let plant = flight.plant.setup(airframe, 0, *period_ms, step_us);
         plant.check()?;
         plant.check_faults().at(format_args!("scenario {}", scenario.name))?;
+        // Its sensors are known only with the scenario. What is set below wins over their preset.
         let parameters = fitted(model.defaults, &plant.sensors);
         let parameters = self.parameters(parameters, &all.settings, &model.aircraft);
         let parameters = match &self.law {
@@ -166,6 +167,7 @@ impl SetupBuilder {
             script: flight.script.map(Arc::new),
             own_law: laws.own.clone(),
             knows_fault: false,
+            // Its range was checked with the scenario.
             duration: SimTime::from_seconds(duration_s).unwrap_or(SimTime::ZERO),
         })
     }
@@ -177,6 +179,7 @@ impl SetupBuilder {
         settings: &[Setting],
         model: &AircraftModel,
     ) -> Result<Parameters, Problem> {
+        // Gains, options and single settings in this order: each wins over the one before.
         self.options.laws.apply(&mut parameters, self.gains.as_deref(), model)?;
         if let Some(ftc) = self.options.ftc {
             parameters.set("FTC_MODE", ftc.value()).at("--ftc")?;

@@ -88,6 +88,7 @@ impl Named {
     fn table(&self) -> Result<Table, Problem> {
         if self.table.get().is_none() {
             let table = toml::from_str(&self.text).at(&self.name)?;
+            // Another thread may have been quicker, with the same table.
             let _ = self.table.set(table);
         }
         Ok(self.table.get().cloned().unwrap_or_default())

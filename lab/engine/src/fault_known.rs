@@ -72,6 +72,7 @@ impl FaultKnown {
             self.mixer = Mixer::new(&self.model.aircraft().effectors);
         }
         let Some(failed) = self.failed(effects, positions) else {
+            // After a repair the next fault begins anew.
             self.relief.reset();
             self.active = ActiveSet::default();
             return None;
@@ -79,6 +80,7 @@ impl FaultKnown {
         let at = self.model.condition(&log.state);
         let (main, z2) = self.with_rudder(&failed, &log.main, &at);
         let Gains { activation, relief, .. } = &self.gains;
+        // It knows the fault from the first step on, so nothing fades in.
         self.relief.observe(&z2, 1.0, &failed.model, activation, relief);
         let input = ReliefInput {
             state: &log.state,
@@ -95,8 +97,10 @@ impl FaultKnown {
         let mut commands = relieved.mixed.commands;
         for (effector, effect) in failed.effects.iter() {
             if let Some(effect) = effect {
+                // The allocation gives effective deflections: d = remaining · (command + offset).
                 commands[effector] = match is_free(effect) {
                     true => commands[effector] / effect.remaining - effect.offset,
+                    // What does not follow has no use for a command of the reference.
                     false => log.commands[effector],
                 };
             }
@@ -155,6 +159,7 @@ impl FaultKnown {
                 && failed.effects[effector].is_none()
         };
         let mut rudders = effectors.list.all().filter(|effector| is_rudder(*effector));
+        // The main command has one rudder, so it can be moved only where there is one.
         let (Some(rudder), None) = (rudders.next(), rudders.next()) else {
             return (*main, Vector3::zeros());
         };

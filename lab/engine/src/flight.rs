@@ -242,6 +242,7 @@ impl Flight {
         let exchange = self.here(Moment::Step);
         self.begin_exchange(REPORTS_MAX, inputs);
         let sensors = self.sensors.get_or_insert_with(|| self.plant.sense());
+        // The snapshot below has all of the step.
         let _ = self.autopilot.step(exchange.time, sensors);
         self.end_exchange();
         let snapshot = self.autopilot.snapshot()?;
@@ -279,6 +280,7 @@ impl Flight {
         }
         let on_ground = self.plant.on_ground();
         let exchange = self.here(if on_ground { Moment::OnGround } else { Moment::Holding });
+        // The link sends as many packets as they need before time goes on.
         self.begin_exchange(usize::MAX, inputs);
         let sensors = self.sensors.get_or_insert_with(|| self.plant.sense());
         let actuators = self.autopilot.hold(sensors, on_ground);
@@ -380,6 +382,7 @@ impl Flight {
                 self.plant.advance(&actuators);
                 self.sensors = None;
             }
+            // The first step has no commands; later there are none once the flight is over.
             None if self.step > 0 => return false,
             None => {}
         }
@@ -388,6 +391,7 @@ impl Flight {
 
     /// The plant's reports and the operators' inputs, which enter here and nowhere else.
     fn begin_exchange(&mut self, reports_max: usize, inputs: impl IntoIterator<Item = Recorded>) {
+        // What came in exchanges without a step belongs to the next tick.
         if mem::take(&mut self.is_shown) {
             self.events.clear();
         }

@@ -109,6 +109,7 @@ pub fn of(settings: &[Setting], target: Target) -> Vec<&Setting> {
 /// Checks that every key exists.
 pub fn check_keys(settings: &[Setting]) -> Result<(), Problem> {
     for (place, Setting { key, .. }) in settings.iter().enumerate() {
+        // Which of two counts would depend on their order.
         if settings[..place].iter().any(|before| before.key == *key) {
             return Err(problem!("--set {key}: this key is set twice"));
         }
@@ -171,6 +172,7 @@ fn empty(next: Option<&&str>) -> Value {
 pub fn written(text: &str) -> Value {
     let line: Result<Table, _> = toml::from_str(&format!("value = {text}"));
     match line {
+        // A value with a line feed could bring more keys.
         Ok(mut table) if table.len() == 1 => table.remove("value"),
         _ => None,
     }

@@ -57,6 +57,7 @@ fn expected_at(
     state: &NavigationState,
     modelled: &PerEffector<f64>,
 ) -> Vector3<f64> {
+    // A scheduled model is taken at the true state, as the observer takes it at the measured one.
     let adapted = model.at(state);
     let model = adapted.as_ref().unwrap_or(model);
     model.acceleration(state, &model.condition(state), modelled)

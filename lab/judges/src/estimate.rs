@@ -43,6 +43,7 @@ impl EstimateJudge {
             _ => None,
         };
         let end_s = setup.duration.as_seconds();
+        // A sensor that fails near the end would leave nothing to judge.
         let lost_s = setup.plant.faults.iter().filter_map(lost_s).filter(|at_s| *at_s < end_s);
         let from_s = lost_s.fold(SETTLED_S, f64::max);
         Self { from_s, ..Self::default() }

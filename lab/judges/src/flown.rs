@@ -76,6 +76,7 @@ pub fn fly(
         None => problem,
     };
     let mut flight = Flight::new(setup).map_err(|error| of_scenario(error.into()))?;
+    // Only the log and the judges read verdicts.
     if judge.keep.log.is_none() && judge.judges.is_empty() {
         flight.skip_unread_verdict();
     }
@@ -176,6 +177,7 @@ impl Judge<'_> {
             output.write(self.line.as_bytes())?;
         }
         if let Some(log) = self.keep.log.as_mut() {
+            // Reports came before the step, so they stand before it.
             tick.reports.iter().for_each(|report| log.report(tick.exchange.time, report));
             log.tick(tick)?;
         }
@@ -213,6 +215,7 @@ impl FlightLog {
         let begin = Begin { time: SimTime::ZERO, header };
         let mut log = Encoder::begin(Vec::new(), begin, &setup.parameters, LogRate::Events)?;
         let json = serde_json::to_vec(&PlantHeader::new(scenario, &setup.plant))?;
+        // In one piece, because no packet has to carry it.
         log.add(Entry::Piece { index: 0, count: 1, bytes: json.into() })?;
         Ok(Self(log))
     }

@@ -89,6 +89,7 @@ fn steady_turn(airframe: &Airframe, at: &Last) -> Option<SteadyTurn> {
     let v = at.airspeed_m_s;
     let q_s = 0.5 * density * v * v * airframe.aero.geometry().area_m2;
     let load_factor = 1.0 / at.roll_rad.cos();
+    // q = ψ̇ sin φ with ψ̇ = g tan φ / V, in terms of n = 1 / cos φ.
     let pitch_rate = STANDARD_GRAVITY_M_S2 * (load_factor - 1.0 / load_factor) / v;
     let weight = load_factor * airframe.mass.mass_kg * STANDARD_GRAVITY_M_S2;
     let forces = AirForces::new(airframe).ok()?;
@@ -115,6 +116,7 @@ fn steady_turn(airframe: &Airframe, at: &Last) -> Option<SteadyTurn> {
         let middle = 0.5 * (low + high);
         if balanced(middle).2 < 0.0 { low = middle } else { high = middle }
     }
+    // The upper end, with which the wing carries the weight for sure.
     let (elevator_rad, thrust_n, _) = balanced(high);
     let largest =
         |kind| airframe.effectors.of_kind(kind).map(|e| airframe.servos[e].max).fold(0.0, f64::max);

@@ -195,6 +195,7 @@ impl Measures {
         for (spread, (z2, fault)) in self.estimate.iter_mut().zip(log.z2.iter().zip(&fault)) {
             spread.add(z2 - fault);
         }
+        // In the order of the bands: roll, then altitude.
         for ((outside_s, band), error) in
             self.outside_s.iter_mut().zip(BANDS).zip([errors[1], errors[0]])
         {
@@ -217,8 +218,6 @@ impl Measures {
     }
 
     /// What the design model expects at the true state for healthy effectors at their modelled positions, rad/s².
-    ///
-    /// Where the sensors report the truth, the observer has computed just that.
     fn expected(&self, measured: &Measured<'_>) -> Vector3<f64> {
         let Measured { truth, attitude, log, .. } = *measured;
         let of_truth = [
@@ -242,6 +241,7 @@ impl Measures {
             s.altitude_m,
             s.thrust_n,
         ];
+        // Where the sensors report the truth, the observer has computed just that.
         let same = of_truth.map(f64::to_bits) == of_sensors.map(f64::to_bits);
         match (self.observer, same) {
             (ObserverMode::Informed, true) => log.modelled_acceleration,
@@ -302,6 +302,7 @@ impl Measures {
         all.push(Metric::new("altitude_lost", "m", lost_m));
         for (name, outside_s) in ["roll", "altitude"].into_iter().zip(self.outside_s) {
             let recovered = self.fault.and_then(|(at_s, _)| {
+                // That tick was the last one outside, so it is back with the next.
                 let back_s = outside_s.map_or(at_s, |outside_s| outside_s + self.period_s);
                 (self.last_s - back_s >= RECOVERED_S).then_some(back_s - at_s)
             });
@@ -349,6 +350,7 @@ impl Measures {
     fn overshoot(&self, axis: usize) -> Option<f64> {
         let [z2, fault] = &self.transient[axis];
         let peak = |values: &[f64]| values.iter().map(|value| value.abs()).fold(0.0, f64::max);
+        // A truth without a peak gives no finite number, and so no measure.
         (!z2.is_empty()).then(|| 100.0 * (peak(z2) - peak(fault)) / peak(fault))
     }
 

@@ -7,6 +7,7 @@
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 pub fn max(values: impl IntoIterator<Item = f64>) -> f64 {
+    // `f64::max` would drop a NaN, and with it a failure.
     let larger = |a: f64, b: f64| if b > a || b.is_nan() { b } else { a };
     values.into_iter().reduce(larger).unwrap_or(f64::NAN)
 }

@@ -77,6 +77,7 @@ impl Judge for SensorFaultJudge {
             && now_s < repair_s
         {
             let health = status.source(sensor);
+            // The first report, or a loss that follows it: a sensor that comes back hides no loss.
             if health.is_gone() || self.reported == SourceHealth::Unused {
                 self.reported = health;
             }

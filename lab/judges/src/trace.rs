@@ -102,6 +102,7 @@ impl Trace {
     pub fn window(&self, from_s: f64, to_s: f64) -> &[Sample] {
         let first = self.samples.partition_point(|s| s.row.t_s < from_s - SAME_TICK_S);
         let past = self.samples.partition_point(|s| s.row.t_s <= to_s + SAME_TICK_S);
+        // A window that ends before it begins is empty.
         &self.samples[first..past.max(first)]
     }
 

@@ -56,6 +56,7 @@ impl Columns {
         let mut before = "";
         for (place, column) in Row::NAMES.iter().enumerate() {
             if is_position(column) {
+                // All effectors stand where the first column of the group stood.
                 if !is_position(before) {
                     columns.add("", effectors, CellSource::Position);
                 }

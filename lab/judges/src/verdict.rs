@@ -45,6 +45,7 @@ impl VerdictJudge {
         let broken = |effector: &Effector| {
             faults.iter().any(|fault| fault.target == Target::Effector(*effector))
         };
+        // The isolation names two at most.
         let mut broken = setup.plant.airframe.effectors.all().filter(broken);
         Self {
             broken: [broken.next(), broken.next()],

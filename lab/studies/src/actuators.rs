@@ -127,6 +127,7 @@ impl ActuatorsArgs {
             problem!("--effector {name}: expected one of {}", known.join(", "))
         })?;
         let servo = airframe.servos[effector];
+        // By the shorter side, so that the triangle stays inside the travel both ways.
         let height = PART_OF_TRAVEL * servo.max.min(-servo.min);
         let scenario = self.aircraft.scenario(&Named::scenario("nominal")?, &list)?.plant;
         let setup = PlantPart { earth: EarthModel::Flat, ..scenario };
@@ -164,6 +165,7 @@ impl Bench {
         let hysteresis = or(own.hysteresis, 0.3 * height);
         let bias = or(own.bias, 0.2 * height);
         let delay_s = or(own.delay_s, 0.1);
+        // The example stalls at 0.6 of the height.
         let stall_pa = own.stall_pressure_pa.unwrap_or(0.6 * height / ideal.max * pressure_pa);
         let rate_limit = 0.25 * ideal.rate_limit;
         let with = |title: String, imperfections: Imperfections| Property {
@@ -229,6 +231,7 @@ impl Bench {
         let mut commands = plant.trim().positions();
         let mut positions = Vec::new();
         while plant.time().as_seconds() < seconds {
+            // The body begins each period where it was: only the actuators move on.
             plant.resume_from(&State { rigid, ..*plant.state() });
             commands[self.effector] = command(plant.time().as_seconds());
             plant.advance(&Actuators { commands });
@@ -249,6 +252,7 @@ impl Bench {
                 let with = move_it(&mut self.plant(servo)?);
                 let period_s = self.setup.period.as_seconds();
                 let row = |(tick, (ideal, at)): (usize, (f64, f64))| {
+                    // A position is that of the end of its period.
                     let time_s = period_s * (tick + 1) as f64;
                     [time_s, command(time_s).to_degrees(), ideal, at]
                 };
@@ -264,6 +268,7 @@ impl Bench {
         let pressure_pa = self.plant(self.ideal())?.truth().dynamic_pressure_pa();
         let mut properties = self.properties(pressure_pa);
         let stalls = |property: &Property| property.servo.imperfections.stall_pressure_pa.is_some();
+        // The stall is the last one, where the effector has it.
         let Some(property) = properties.pop().filter(stalls) else { return Ok(Vec::new()) };
         let plant = self.plant(property.servo)?;
         let at = |place: u32| {

@@ -121,6 +121,7 @@ fn lay_out(legend: &[(&str, Ink)], left: f64) -> Vec<(f64, u32)> {
     let (mut x, mut line) = (left, 0);
     let place = |(name, _): &(&str, Ink)| {
         let width = SAMPLE + SAMPLE_GAP + LETTER * name.chars().count() as f64;
+        // The first of a line stands there, however long it is.
         if x > left && x + width > WIDTH {
             (x, line) = (left, line + 1);
         }

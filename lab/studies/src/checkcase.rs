@@ -52,6 +52,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
     let case = args.case()?;
     let mut flight = Flight::new(&name, &case)?;
     let out = format!("--out {}", args.out.display());
+    // Before the flight: a place that cannot be written shall not cost one.
     let mut file = NewFile::begin(&args.out, |beginning| beginning.starts_with(MARK)).at(&out)?;
     print_line!("{}", flight.described());
     let rows = case.duration.as_micros() / case.output_us + 1;
@@ -60,6 +61,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
     let mut count = 0_u64;
     let end = flight.fly(&mut |line| {
         file.write_all(format!("{line}\n").as_bytes()).at(&out)?;
+        // The header is no row.
         if count > 0 {
             progress.one_done();
         }
@@ -67,6 +69,7 @@ pub fn run(args: &CheckcaseArgs) -> Result<(), Problem> {
         Ok(())
     });
     progress.finish();
+    // A contact with the ground leaves rows that are worth keeping.
     if end.is_err() && !flight.plant.on_ground() {
         return end.at(name);
     }
@@ -93,6 +96,7 @@ impl CheckcaseArgs {
         let mut aircraft =
             AircraftArgs { settings: self.settings.clone(), ..AircraftArgs::default() };
         let of_scenario = settings::of(&self.settings, Target::Scenario);
+        // A text keeps its lines for errors; a table that settings have changed has none.
         let file = if of_scenario.is_empty() {
             CaseFile::from_toml(&scenario.name, &scenario.text)?
         } else {
@@ -117,6 +121,7 @@ impl<'a> Flight<'a> {
     pub fn new(name: &str, case: &'a CheckCase) -> Result<Self, Problem> {
         let plant = Plant::release(&case.setup).at(name)?;
         let start = plant.controls();
+        // All of them now, instead of an error in the middle of the flight.
         for step in &case.steps {
             let controls = start.plus(&step.change);
             case.setup.check_controls(&controls).at(name)?;
@@ -156,17 +161,20 @@ impl<'a> Flight<'a> {
         let mut steps = case.steps.iter().peekable();
         write(columns.header())?;
         loop {
+            // A step acts at its time, so the row of that time shows it.
             while let Some(step) = steps.next_if(|step| step.at <= plant.time()) {
                 plant.set_controls(&start.plus(&step.change));
             }
             let now_us = plant.time().as_micros();
             let is_over = now_us >= end_us || plant.on_ground();
+            // The end gets a row also where it is not on the grid.
             if now_us.is_multiple_of(case.output_us) || is_over {
                 write(&columns.row(plant))?;
             }
             if is_over {
                 break;
             }
+            // Commanded to where they are, so that no servo moves.
             plant.advance(&Actuators { commands: plant.controls().positions });
             if let Some(what) = plant.broken_by() {
                 let time_s = SimTime::from_micros(now_us).as_seconds();

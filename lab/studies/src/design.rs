@@ -98,6 +98,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
         lqr: LqrGains { elevator, thrust, aileron, rudder, error_max_m },
         ..Gains::REFERENCE
     };
+    // As the file will have them, so that what is designed is what flies.
     for tunable in gains::LQR {
         let value = rounded((tunable.get)(&gains));
         (tunable.set)(&mut gains, value);
@@ -160,9 +161,11 @@ fn longitudinal(model: &DesignModel) -> System<7, 2> {
     let (lift, effectors) = (&aircraft.lift, &aircraft.effectors);
     let c_lift_elevator = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
     // Vertical acceleration per angle of attack, pitch rate, elevator and airspeed.
+    // The thrust turns with the nose and adds to the slope of the lift.
     let g_n_alpha = G_M_S2 * (q_s * lift.c_lift_alpha + aircraft.trim.thrust_n) / weight;
     let g_n_q = G_M_S2 * q_s * lift.c_lift_q * at.chord_time / weight;
     let g_n_e = G_M_S2 * q_s * c_lift_elevator / weight;
+    // The lift grows with the square of the airspeed.
     let g_n_v = 2.0 * G_M_S2 / v;
     let m_alpha = slope(model, |state, d| state.alpha += d).y;
     let m_q = slope(model, |state, d| state.rates.y += d).y;
@@ -248,6 +251,7 @@ fn riccati<const N: usize, const M: usize>(
         g += a * w * g * a.transpose();
         a = a * w * a;
         let change = (next - p).norm();
+        // Rounding makes P unsymmetrical, and the doublings would make that grow.
         p = (next + next.transpose()) * 0.5;
         if !p.iter().all(|value| value.is_finite()) {
             return None;

@@ -150,6 +150,7 @@ pub struct OneFlight<'a> {
 impl OneFlight<'_> {
     /// Flies it and writes its files, `outcome.json` last.
     pub fn fly(&self) -> Result<Outcome, Problem> {
+        // Before the flight: a folder that cannot be written shall not cost one.
         let folder = self.folder.map(OutFolder::create).transpose()?;
         let begin = |folder: &OutFolder| {
             folder.begin(TABLE, file::beginning(trajectory::header().as_bytes()))
@@ -282,10 +283,12 @@ impl FlyArgs {
             ("plant.seed", self.seed.map(|_| "--seed")),
             ("plant.earth", self.earth.map(|_| "--earth")),
             ("plant.sensors.gyro_noise_deg_s", self.gyro_noise_deg_s.map(|_| "--gyro-noise-deg-s")),
+            // The option replaces a level as well as a constant intensity.
             ("plant.wind.turbulence", turbulence),
             ("plant.wind.turbulence_m_s", turbulence),
         ];
         let given = given.into_iter().filter_map(|(key, option)| Some((key, option?)));
+        // With an option and `--set` for one key it would be open which of them counts.
         self.options.aircraft.check_beside(given)?;
         let mut setup = self.options.setup(&self.scenario)?;
         let plant = &mut setup.plant;

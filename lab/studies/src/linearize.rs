@@ -100,6 +100,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         Start { altitude_m, airspeed_m_s, ..setup.start }
     };
     let mut points: Vec<Start> = args.at.iter().map(at).collect();
+    // One condition is that of the model itself; only several are a schedule.
     if let [only] = points[..] {
         setup.start = only;
         points.clear();
@@ -108,6 +109,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let model = linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
     model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
     let failed = |problem: FileProblem| format!("--out {}: {problem}", out.display());
+    // The parameters that people have written into the file stay.
     let text = to_toml(&model, &parameters_of(out).map_err(failed)?)?;
     file::write(out, text.as_bytes(), MARK.as_bytes()).map_err(failed)?;
     print_line!("wrote {}", out.display());
@@ -129,6 +131,7 @@ pub fn linearize(setup: &PlantSetup, points: &[Start]) -> Result<AircraftModel, 
         let at = PlantSetup { start: *start, ..setup.clone() };
         schedule.push(schedule_point(&linearize_at(&at)?));
     }
+    // A schedule interpolates between neighbours in the dynamic pressure.
     schedule.sort_by(|a, b| a.pressure_pa().total_cmp(&b.pressure_pa()));
     Ok(AircraftModel { schedule: Schedule::new(schedule), ..linearize_at(setup)? })
 }
@@ -245,6 +248,7 @@ impl Local<'_> {
         let per_span = 2.0 * self.start.airspeed_m_s / self.geometry.span_m;
         let per_chord = 2.0 * self.start.airspeed_m_s / self.geometry.chord_m;
         let [stall_onset_rad, stall_ceiling_rad] = self.stall();
+        // On the tangent at the trim, which need not meet the coefficient at zero.
         let at_zero = self.trimmed(alpha, 0.0, still).pitch
             - d_alpha.pitch * alpha
             - self.in_trim(slopes, |slopes| slopes.pitch);
@@ -315,6 +319,7 @@ impl Local<'_> {
         let per_thrust = (at(thrust_n + step) - at(thrust_n - step)) / (2.0 * step);
         let roll_per_thrust_m = rounded(per_thrust);
         let roll_zero_n_m = rounded(at(thrust_n) - per_thrust * thrust_n);
+        // Without an engine the step is zero, and the slope no number.
         let turns = (roll_per_thrust_m, roll_zero_n_m) != (0.0, 0.0) && per_thrust.is_finite();
         turns.then_some(EngineModel { roll_zero_n_m, roll_per_thrust_m })
     }
@@ -334,6 +339,8 @@ impl Local<'_> {
                     max: rounded(servo.max),
                 }
             } else {
+                // What the engine can give at this flight condition, which may be less than its
+                // travel.
                 let [min, max] = self.plant.thrust_range_n();
                 ServoModel { lag_s: servo.lag_s, rate_limit: servo.rate_limit, min, max }
             }
@@ -376,6 +383,7 @@ fn difference(step: f64, at: impl Fn(f64) -> Coefficients) -> ModelSlopes {
 
 /// Keeps [`DIGITS`] significant digits, so that the file does not carry rounding noise.
 fn rounded(value: f64) -> f64 {
+    // What cancels leaves noise, which must not look like a coefficient.
     if value.abs() < 1.0e-12 {
         return 0.0;
     }

@@ -113,6 +113,7 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     let airframe = args.aircraft.airframe()?;
     let all = args.all_laws(&airframe.effectors);
     let texts =
+        // An error in a box cannot leave its thread.
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
     print_line!("{}", args.heading(&airframe));
     for text in texts {
@@ -134,6 +135,7 @@ impl MarginsArgs {
             None => MainLaw::NAMES
                 .map(|(_, law)| law)
                 .into_iter()
+                // A law of one's own need not show its states, and the eigenvalues would miss them.
                 .filter(|law| *law != MainLaw::Own)
                 // Without a nozzle it is the PID.
                 .filter(|law| has_nozzle || *law != MainLaw::PidGangedNozzle)
@@ -212,6 +214,7 @@ impl MarginsArgs {
                 continue;
             }
             let margins = linear.margins(&group, period_s);
+            // A loop that is unstable as it is has no margin that a flight could confirm.
             let flights = (!self.no_flights && linear.is_stable(&group, 1.0)).then(|| {
                 let (settled, linear, group) = (&settled, &linear, group.as_slice());
                 let loops = Loops { settled, linear, group, amplitude: self.amplitude, period_s };
@@ -246,6 +249,7 @@ fn fly(loops: &Loops<'_>, margins: &Margins) -> Flights {
     };
     let [least, most] = margins.gain;
     let above = (most < GAIN_FLOWN_MAX).then(|| with_gains(INSIDE * most, OUTSIDE * most));
+    // The lower limit is left downwards, so inside of it is above.
     let below = (least > 1.0 / GAIN_FLOWN_MAX).then(|| with_gains(least / INSIDE, least / OUTSIDE));
     let gain = match (above, below) {
         (Some(above), Some(below)) => Some(above && below),
@@ -256,6 +260,7 @@ fn fly(loops: &Loops<'_>, margins: &Margins) -> Flights {
         let periods = |factor: f64| (factor * delay_s / h) as usize;
         let duration_s = CYCLES * TAU / crossover_rad_s;
         loops.decays(1.0, periods(INSIDE), duration_s)
+            // A delay is a whole number of periods: this one is surely outside.
             && !loops.has_died_out(1.0, periods(OUTSIDE) + 1, duration_s)
     });
     Flights { gain, delay }
@@ -290,6 +295,7 @@ impl Loops<'_> {
         let mut disturbed = self.settled.copy();
         disturbed.disturb(self.amplitude);
         let mut disturbed = ChangedLoop::new(self.group, gain, delay, disturbed);
+        // The twin takes out whatever moves without the disturbance.
         let mut twin = ChangedLoop::new(self.group, gain, delay, self.settled.copy());
         let [mut first, mut middle, mut last] =
             [Swing::default(), Swing::default(), Swing::default()];
@@ -330,6 +336,7 @@ impl<'a> ChangedLoop<'a> {
     fn period(&mut self) -> Option<f64> {
         let commanded = self.flies.commands();
         self.under_way.push_back(commanded);
+        // Without a delay it is the one that was just put in.
         let late = self.under_way.pop_front().unwrap_or(commanded);
         let mut commands = commanded;
         for i in self.group {
@@ -389,6 +396,7 @@ fn table(name: &str, rows: &[LoopRow], eigenvalues: &[Complex<f64>]) -> String {
     }
     let shown: Vec<String> = eigenvalues
         .iter()
+        // Of a conjugate pair one is enough.
         .filter(|s| s.im >= 0.0 && s.re.is_finite())
         .map(|s| {
             if s.im > 0.0 { format!("{:.4} ± {:.4}i", s.re, s.im) } else { format!("{:.4}", s.re) }

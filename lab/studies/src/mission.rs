@@ -349,6 +349,7 @@ fn drawn(flight: &Plan, horizon: &Horizon, flown: &Flown) -> Drawn {
             drawn.circles.extend(radius_m.map(|radius_m| (here, radius_m / 1.0e3)));
         }
     }
+    // The plan does not have the circle at home; its radius is the one that was flown.
     let home = flown.track.last().and_then(|point| point.radius_m);
     drawn.circles.extend(home.map(|radius_m| ((0.0, 0.0), radius_m / 1.0e3)));
     drawn
@@ -379,6 +380,7 @@ fn parts(flown: &Flown, track: &[Point]) -> Vec<(Vec<Point>, Ink)> {
         match parts.last_mut() {
             Some((points, last)) if *last == ink => points.push(*at),
             open => {
+                // The piece begins where the one before it ends.
                 let joint = open.and_then(|(points, _)| points.last().copied());
                 parts.push((joint.into_iter().chain([*at]).collect(), ink));
             }

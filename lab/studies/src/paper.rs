@@ -167,6 +167,7 @@ pub fn fly_and_check(options: &Options, fly: &Fly) -> Result<Evaluation, Problem
     let conditions = options.conditions();
     let case = |number| Case::with(number, &conditions, &options.aircraft);
     let cases = [case(1)?, case(2)?];
+    // Two real processes want the cores for themselves.
     let parallel = options.link == Link::InProcess;
     let flown = [cases[0].fly_all(fly, parallel)?, cases[1].fly_all(fly, parallel)?];
     let mut results = Vec::new();

@@ -69,6 +69,7 @@ impl Progress {
             let length = u64::try_from(total).unwrap_or(u64::MAX);
             let bar = ProgressBar::with_draw_target(Some(length), ProgressDrawTarget::stderr());
             let template = "{msg:32} [{bar:40}] {pos}/{len} {prefix}, {per_sec}, {eta} left";
+            // The template is constant; without it the bar would still count.
             if let Ok(style) = ProgressStyle::with_template(template) {
                 bar.set_style(style.progress_chars("=> "));
             }
@@ -109,6 +110,7 @@ impl Progress {
 
     /// One more is done.
     pub fn one_done(&self) {
+        // Only a count: no other memory is ordered by it.
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let is_shown = self.is_shown();
         match &self.bar {

@@ -114,6 +114,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     let places = sensors.flat_map(|sensor| sensor.places().map(move |place| (sensor, place)));
     let places: Vec<_> = places.collect();
     let mut real = Plant::new(&setup)?;
+    // The same aircraft in the same air: only the sensors differ.
     setup.sensors = SensorSettings::of_grade(GradeName::Ideal);
     let mut exact = Plant::new(&setup)?;
     let actuators = Actuators { commands: exact.trim().positions() };

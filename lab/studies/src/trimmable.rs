@@ -221,10 +221,12 @@ impl Study {
             || healthy.map_or(&self.trim.positions, |flight| &flight.positions)[all[effector]];
         let middle = if is_angle { 0.0 } else { thrust() };
         let sides = [servo.min, servo.max].map(|end| {
+            // Rounding must not add a step without a length.
             let steps = ((end - middle).abs() / step - 1.0e-9).ceil().max(0.0);
             // A few hundred.
             let steps = steps as u32;
             let at = |i: u32| middle + (end - middle).signum() * step * f64::from(i);
+            // The last step is shorter, to end exactly at the stop.
             (1..=steps).map(|i| if i == steps { end } else { at(i) }).collect()
         });
         (middle, sides)
@@ -253,6 +255,7 @@ impl Study {
                 let flight =
                     if inside { at_end(at, near.as_slice()) } else { find(at, near.as_slice()) };
                 rows.push(Row { jams: vec![(effector, at)], flight });
+                // The next search begins at the flight that was found last.
                 match flight {
                     Some(_) if inside => (last, near) = (at, flight),
                     Some(_) => near = flight,
@@ -312,6 +315,7 @@ impl Study {
             }
             (*set, *margin, rows)
         });
+        // There are count (count - 1) / 2 pairs, without and with the margin.
         for both in pairs.chunks_mut(count * (count - 1)) {
             let (bare, with_margin) = both.split_at_mut(both.len() / 2);
             for ((.., bare), (.., with_margin)) in bare.iter_mut().zip(with_margin) {

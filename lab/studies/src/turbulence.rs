@@ -114,12 +114,14 @@ impl TurbulenceArgs {
         };
         // Limited.
         let whole = |value: f64| value.min(SAMPLES_MAX) as usize;
+        // The transform wants a power of two.
         let segment = whole(LENGTHS * longest_m / way_m).next_power_of_two();
         // The filters start still.
         for _ in 0..segment / 4 {
             air.step(&at);
         }
         let mut welch = [(); 6].map(|()| Welch::new(segment));
+        // At least one whole segment, or there is no estimate.
         for _ in 0..whole(self.seconds / period_s).max(segment) {
             let gust = air.step(&at);
             let values = gust.velocity.0.iter().chain(gust.rates.0.iter());
@@ -203,6 +205,7 @@ fn summary(args: &TurbulenceArgs, flown: &[Flown]) -> String {
         );
         for (bands, (axis, _)) in axes.iter().zip(AXES) {
             let far = |band: &SpectrumBand| (band.estimate / band.formula - 1.0).abs();
+            // The average of a hundred estimates is good to a tenth.
             let certain = bands.iter().filter(|band| band.count >= 100.0);
             let worst = certain.map(far).fold(0.0, f64::max);
             let _ = writeln!(text, "  {axis}: within {:.1} % of the formula", 100.0 * worst);

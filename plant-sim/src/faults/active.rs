@@ -86,12 +86,14 @@ impl ActiveFault {
             _ => None,
         };
         if slew.is_some() {
+            // What the air has felt goes on, also where the fault before took part of the effect.
             *position = effective;
         }
         let mut active = Self {
             kind,
             since: now,
             ramp_us,
+            // An engine that is out is below its travel.
             ends: [servo.min.min(*position), servo.max],
             fastest: servo.fastest(),
             slew,
@@ -102,6 +104,7 @@ impl ActiveFault {
 
     /// A fault of a sensor or of a part of the airframe that begins at `now`.
     pub fn of_others(kind: FaultKind, ramp_us: u64, now: SimTime) -> Self {
+        // A sensor has no travel that would end a drift.
         let ends = [f64::NEG_INFINITY, f64::INFINITY];
         Self { kind, since: now, ramp_us, ends, fastest: f64::INFINITY, slew: None }
     }
@@ -170,6 +173,8 @@ impl ActiveFault {
                 FaultEffect { remaining: ramped(size, 1.0, remaining), ..healthy }
             }
             FaultKind::Slow { rate } => {
+                // From the fastest rate of the healthy servo, as nothing can be interpolated from
+                // infinity.
                 FaultEffect { rate_limit: ramped(size, self.fastest, rate), ..healthy }
             }
             FaultKind::Delayed { .. }
@@ -209,6 +214,7 @@ impl ActiveFault {
     /// delayed effector.
     pub fn command(&self, command: f64, now: SimTime) -> f64 {
         match self.kind {
+            // Below the travel of the engine, whose lower end is its idle thrust.
             FaultKind::FlameOut => 0.0,
             FaultKind::LimitedTravel { limit } => {
                 let [low, high] = self.limits(limit, now);
@@ -243,6 +249,7 @@ impl ActiveFault {
     /// The next event after `now`, which the integration must not step over.
     pub fn next_event(&self, now: SimTime) -> Option<SimTime> {
         let arrival = self.slew.map(|slew| slew.arrival);
+        // The end of the ramp is an event, so that the full fault acts from its microsecond on.
         let whole = SimTime::from_micros(self.since.as_micros() + self.ramp_us);
         let switch = match self.kind {
             FaultKind::Intermittent { period_s, present } => {
@@ -256,6 +263,7 @@ impl ActiveFault {
     /// Progress of the ramp, 0 to 1.
     fn size(&self, now: SimTime) -> f64 {
         let elapsed_us = now.micros_since(self.since);
+        // Without a ramp this also spares a division of zero by zero.
         if elapsed_us >= self.ramp_us { 1.0 } else { seconds(elapsed_us) / seconds(self.ramp_us) }
     }
 
@@ -296,8 +304,10 @@ impl ActiveFault {
     /// End of the gap and end of the period in which `now` lies.
     fn period(&self, period_s: f64, present: f64, now: SimTime) -> [SimTime; 2] {
         let since_us = self.since.as_micros();
+        // It is a divisor.
         let period_us = micros(period_s).max(1);
         let start_us = since_us + now.micros_since(self.since) / period_us * period_us;
+        // By the ramp at the start of the period: within a period the events must not move.
         let absent = self.size(SimTime::from_micros(start_us)) * (1.0 - present);
         let gap_us = micros(absent * period_s).min(period_us);
         [start_us + gap_us, start_us + period_us].map(SimTime::from_micros)

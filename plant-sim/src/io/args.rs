@@ -111,6 +111,7 @@ impl PlantArgs {
         if let Some(intensity_m_s) = self.turbulence_m_s {
             setup.wind = setup.wind.with_turbulence_m_s(intensity_m_s);
         }
+        // After the options, which may be out of range as well.
         setup.check()?;
         setup.check_faults().at(&self.scenario)?;
         Ok(setup)
@@ -118,6 +119,7 @@ impl PlantArgs {
 
     /// When the flight ends at the latest: at the time of the option, or else at that of the scenario.
     pub fn until(&self) -> Result<Option<SimTime>, Problem> {
+        // A setup is complete, so the scenario of the options is not flown.
         if self.until_s.is_some() || self.setup.is_some() {
             return Ok(self.until_s);
         }
@@ -132,6 +134,7 @@ impl PlantArgs {
 
     fn scenario(&self, airframe: &Airframe) -> Result<PlantPart, Problem> {
         let name = self.scenario.as_str();
+        // Names before files: what lies in the folder does not change the meaning of `nominal`.
         let text = match SCENARIOS.iter().find(|(known, _)| *known == name) {
             Some((_, text)) => Ok((*text).to_owned()),
             None => file::read_text(Path::new(name), TEXT_MAX),

@@ -95,6 +95,7 @@ impl Flight<'_> {
                 info!(session = %self.link.session(), "the flight begins");
                 clock::now()
             });
+            // After the exchange, so that the last tick is in the logs of both sides.
             let next = self.plant.time() + self.period;
             if self.until.is_some_and(|until| next > until) {
                 let wall = clock::now() - began;
@@ -123,6 +124,7 @@ impl Flight<'_> {
             };
             if left > HOLD_EVERY {
                 actuators = self.exchange(Phase::Holding, sensors)?;
+                // Somebody waits for the reports, and more requests may follow at once.
                 if self.had_request || self.has_reports() {
                     continue;
                 }
@@ -139,12 +141,14 @@ impl Flight<'_> {
     /// Sends one packet, waits for the answer and executes its request.
     fn exchange(&mut self, phase: Phase, sensors: &Sensors) -> Result<Actuators, FlightEnd> {
         let mut reports = Reports::new();
+        // The reply first, since it must find room.
         reports.extend(self.reply.take());
         while !reports.is_full()
             && let Some(report) = self.pacer.pop_report().or_else(|| self.plant.pop_report())
         {
             reports.push(report);
         }
+        // A full packet may have left some behind; the next one shows whether it has.
         self.all_reported = !reports.is_full();
         let plant = &self.plant;
         let truth = || plant.truth().to_row(plant.on_ground(), plant.is_broken());
@@ -167,6 +171,7 @@ impl Flight<'_> {
         match answer.request {
             None => {}
             Some(PlantRequest { action: PlantAction::Restart, .. }) => {
+                // The new session is the answer.
                 return Err(FlightEnd::Restart);
             }
             Some(PlantRequest { action: PlantAction::ListFaults, .. }) => self.plant.list_faults(),

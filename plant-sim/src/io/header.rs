@@ -85,6 +85,7 @@ impl Envelopes {
     pub(super) fn set_recorded(&mut self, is_recorded: bool) {
         self.is_recorded = is_recorded;
         if !is_recorded {
+            // A recording that begins later gets the header from its first piece on.
             self.sent = 0;
         }
     }

@@ -110,6 +110,7 @@ impl Link {
                     if let Some(health) = self.health.as_mut()
                         && let Err(problem) = health.all_is_well(clock::now())
                     {
+                        // The file is for an operator; the flight does not need it.
                         warn!(%problem, "the health file cannot be written");
                     }
                     return Ok(Some(packet));
@@ -142,6 +143,7 @@ impl Link {
     /// and another late answer, which would double the traffic for good.
     fn resend_if_due(&mut self, waited: Duration) -> &mut Unanswered {
         let now = clock::now();
+        // Soon after the start of the computer the clock may not reach back so far.
         let first = now.checked_sub(waited).unwrap_or(now);
         let unanswered = self.unanswered.get_or_insert(Unanswered {
             since: first,
@@ -165,11 +167,13 @@ impl Link {
 
     fn refused(&mut self, refusal: RefusalPacket) -> Result<(), Problem> {
         match refusal.reason {
+            // Asking again changes neither version nor aircraft, so the plant ends with the reason.
             RefusalReason::Version => Err(problem!(
                 "the autopilot speaks version {} of the plant link, this plant speaks version {VERSION}",
                 refusal.version
             )),
             RefusalReason::Value => {
+                // Why it was refused, the decoder of this side says about the same bytes.
                 let value = match self.side.unanswered().map(wire::decode) {
                     Some(Err(error)) => error.to_string(),
                     _ => "it was damaged on the way".to_owned(),

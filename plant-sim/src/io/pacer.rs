@@ -87,6 +87,7 @@ impl Pacer {
             steps: VecDeque::new(),
             origin: None,
             reports: VecDeque::new(),
+            // So that the parent learns the pace of the start.
             changed: true,
         }
     }
@@ -111,6 +112,7 @@ impl Pacer {
                 self.interrupt(pace, time);
             }
         }
+        // What the old pace was behind by is not caught up.
         self.origin = None;
         self.report(request, pace, time);
     }
@@ -121,6 +123,7 @@ impl Pacer {
             let pace = Pace::Step(front.periods);
             return self.report(request, pace, time);
         }
+        // After a pause they begin now; behind other steps they keep the rhythm.
         if self.steps.is_empty() {
             self.origin = None;
         }
@@ -165,6 +168,7 @@ impl Pacer {
         self.changed |= self.steps.is_empty();
         match confirmed {
             false => self.report(request, Pace::Step(periods), time),
+            // Who was answered when the steps began learns here that they are flown.
             true if self.steps.is_empty() => self.report(None, Pace::Pause, time),
             true => {}
         }
@@ -205,6 +209,7 @@ impl Pacer {
         if self.paused && self.steps.is_empty() {
             return Due::Never;
         }
+        // As fast as possible needs no clock, whose reading would cost time in every tick.
         let Speed::Times(factor) = self.speed else { return Due::Now };
         let now = clock();
         let (origin, origin_time) = *self.origin.get_or_insert((now, time));
@@ -240,6 +245,7 @@ impl Parent {
 
     /// Sends its requests to the pacer, and prints a change of the pace. `time` is now.
     pub(super) fn update(&self, pacer: &mut Pacer, time: SimTime) {
+        // What finds no room stays in the channel.
         if let Some(requests) = &self.requests {
             while pacer.has_room()
                 && let Ok(pace) = requests.try_recv()
@@ -260,6 +266,7 @@ fn listen(stop: Stop) -> io::Result<Receiver<Pace>> {
     let (sender, receiver) = sync_channel(WAITING_MAX);
     process::listen_to_parent(stop, move |line| match parse(line) {
         Ok(pace) => {
+            // The other error is the end of the plant.
             if let Err(TrySendError::Full(pace)) = sender.try_send(pace) {
                 warn!(?pace, "too many orders at once; this one is dropped");
             }

@@ -255,6 +255,7 @@ impl StepGrid {
             let problem = format!("= {duration_s} is no whole number of steps of {step_ms} ms");
             return Err(key("plant", "duration_s", &problem));
         };
+        // Both ends have a row.
         let rows = duration / output_us + 1;
         if rows > ROWS_MAX {
             let problem = format!(
@@ -262,6 +263,7 @@ impl StepGrid {
             );
             return Err(key("plant", "duration_s", &problem));
         }
+        // Its range was checked in milliseconds above.
         let step_us = u32::try_from(step_us).unwrap_or(STEP_RANGE_US[1]);
         Ok(Self { step_us, output_us, duration: SimTime::from_micros(duration) })
     }
@@ -429,6 +431,7 @@ impl CaseReader<'_> {
         let mut positions = PerEffector::default();
         if let Some((stem, factor)) = config::factor_to(name, "deg") {
             let angle_rad = (value * factor).to_radians();
+            // A single effector first: an aircraft with one elevator may call it like the command.
             if let Some(effector) = list.by_key(stem).filter(|effector| list.is_angle(*effector)) {
                 positions[effector] = angle_rad;
                 return Some(positions);

@@ -61,6 +61,7 @@ impl FaultySensors {
 
     /// Gives the samples of this period the effects of the faults.
     pub fn apply(&mut self, now: SimTime, faults: &Faults, out: &mut Sensors) {
+        // Kept in every period, since a fault may begin in the next one.
         if !faults.has_sensor_faults() {
             self.last = Some(*out);
             return;
@@ -75,6 +76,7 @@ impl FaultySensors {
             };
             let before = last.unwrap_or(healthy);
             let is_new = state.onset.replace(onset) != Some(onset);
+            // Between its gaps an intermittent fault renews what will stand in during the next one.
             if is_new || effect == SensorEffect::None {
                 state.before = Some(before);
             }
@@ -89,6 +91,7 @@ impl FaultySensors {
                 SensorEffect::Offset(offset) => add(sensor, [offset; 3], out),
                 SensorEffect::Noise { rms } => {
                     let time = out.stamps()[sensor as usize].time;
+                    // A slow sensor repeats its sample for some periods, and with it the noise.
                     if state.noise_of.replace(time) != Some(time) {
                         state.noise = [(); 3].map(|()| state.normals.draw());
                     }
@@ -96,6 +99,7 @@ impl FaultySensors {
                 }
                 SensorEffect::Delayed { delay_us } => {
                     is_delayed = true;
+                    // What came before the onset has arrived already, and no sample comes twice.
                     let is_due = |(came, _): &&(SimTime, Sensors)| {
                         *came >= onset && came.as_micros() + delay_us <= now.as_micros()
                     };
@@ -112,6 +116,7 @@ impl FaultySensors {
     }
 
     fn remember(&mut self, now: SimTime, is_delayed: bool, healthy: &Sensors) {
+        // Without a delay nothing reads the history, and it need not grow.
         if !is_delayed {
             self.history.clear();
             return;
@@ -144,6 +149,7 @@ fn add(sensor: SensorKind, error: [f64; 3], to: &mut Sensors) {
             value.altitude_m += pressure_altitude_m(value.pressure_pa) - was_m;
         }
         SensorKind::Pitot => {
+            // It is a divisor, and a pressure with errors may be zero.
             let static_pa = to.barometer.value.pressure_pa.max(1.0);
             let value = &mut to.pitot.value;
             let was_m_s = airspeed_m_s(value.impact_pa, static_pa);

@@ -122,9 +122,11 @@ impl Grade {
             let section = format!("plant.sensors.{}", sensor.key());
             for key in keys(sensor) {
                 let mut copy = *errors;
+                // Ranges are in the unit of the key.
                 let value = *(key.place)(&mut copy) / key.to_si;
                 check_range(&section, key.name, value, key.min, key.max)?;
             }
+            // With more delay the queue would drop samples before they arrive.
             let longest_ms = 1.0e3 * QUEUE_MAX as f64 / errors.effective_rate_hz(period_us);
             check_range(&section, "delay_ms", errors.delay_s * 1.0e3, 0.0, longest_ms)?;
         }
@@ -242,6 +244,7 @@ impl<const SENSOR: usize> SensorTable<SENSOR> {
 
 impl<'de, const SENSOR: usize> Deserialize<'de> for SensorTable<SENSOR> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        // As a struct with these names, since the search for keys asks for fields.
         deserializer.deserialize_struct("SensorTable", &NAMES[SENSOR], Self::default())
     }
 }
@@ -386,6 +389,7 @@ impl SensorsTable {
             config::parse::<Self>(name, text)?.change(&mut grade, &mut settings.fitted);
         }
         let has_numbers = self.change(&mut grade, &mut settings.fitted);
+        // Numbers alone make real sensors too, exact in everything else.
         let is_real = of_file.is_some() || has_numbers;
         settings.grade = is_real.then_some(grade);
         settings.name = self.grade.unwrap_or_default();

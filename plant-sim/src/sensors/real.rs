@@ -137,6 +137,7 @@ impl AirDataComputer {
     /// What follows from a static and an impact pressure, Pa. Both sensors are slower than the controller, so usually neither
     /// has changed.
     fn of(&mut self, static_pa: f64, impact_pa: f64) -> Self {
+        // By bits, because NaN, which stands for no pressure yet, differs from itself.
         if [static_pa, impact_pa].map(f64::to_bits)
             != [self.static_pa, self.impact_pa].map(f64::to_bits)
         {
@@ -205,6 +206,7 @@ impl Receiver {
 
 /// The attitude turned by these angles, rad, about the body axes.
 pub(super) fn turned(attitude: &Attitude, [roll, pitch, yaw]: [f64; 3]) -> Attitude {
+    // The bits stay, and half of a zero angle would be a divisor.
     if [roll, pitch, yaw] == [0.0; 3] {
         return *attitude;
     }
@@ -223,6 +225,7 @@ pub(super) fn turned(attitude: &Attitude, [roll, pitch, yaw]: [f64; 3]) -> Attit
 
 /// The fix with this error of its position, m, NED, and this velocity.
 pub(super) fn moved(fix: &GnssFix, [north, east, down]: [f64; 3], velocity: Ned) -> GnssFix {
+    // Near a pole a metre to the east is any longitude.
     let cosine = libm::cos(fix.latitude_rad).max(1.0e-3);
     GnssFix {
         velocity,
@@ -311,6 +314,7 @@ impl<const N: usize> AxisErrors<N> {
     /// Draws the errors that are constant in a flight; with a control period in µs.
     pub fn new(errors: &Errors, period_us: u32, mut normals: Normals) -> Self {
         let rate_hz = errors.effective_rate_hz(period_us);
+        // Only an error that is there draws a number: exact sensors keep their bits.
         let mut spread = |size: f64| if size > 0.0 { size * normals.draw() } else { 0.0 };
         let bias = [(); N].map(|()| spread(errors.bias));
         let wandering = [(); N].map(|()| spread(errors.instability));
@@ -331,6 +335,7 @@ impl<const N: usize> AxisErrors<N> {
             bias,
             wandering,
             decay,
+            // With this the variance of the error stays what it was drawn with.
             kick: errors.instability * (1.0 - decay * decay).sqrt(),
             every,
             left: every,
@@ -355,6 +360,7 @@ impl<const N: usize> AxisErrors<N> {
             if self.relative_noise > 0.0 {
                 sum += self.relative_noise * value * self.normals.draw();
             }
+            // After the noise, as a converter rounds what it gets.
             if self.resolution > 0.0 {
                 sum = libm::round(sum / self.resolution) * self.resolution;
             }

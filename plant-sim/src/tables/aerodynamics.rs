@@ -185,6 +185,7 @@ impl AeroTables {
             c_z - c_drag * sin_alpha - c_lift * cos_alpha,
         );
         if self.has_drag_wind {
+            // Rounding may put the sine above one.
             let cos_beta = (1.0 - sin_beta * sin_beta).max(0.0).sqrt();
             force.0.x -= c_drag_wind * cos_alpha * cos_beta;
             force.0.y -= c_drag_wind * sin_beta;

@@ -238,6 +238,7 @@ impl LookupBuild<'_> {
                 Factor::Number(number) => product.factor *= number,
                 Factor::Input(name) => {
                     let (index, unit) = self.input(&name)?;
+                    // Inputs come in SI units at run time, so the unit goes into the factor.
                     product.factor /= unit;
                     product.inputs.push(index);
                 }

@@ -158,11 +158,13 @@ impl Field {
         noise: &mut Noise,
     ) -> Gust {
         let horizontal = FilterTransition::new(way_m / scales.horizontal_m);
+        // Equal lengths need the exponential once.
         let vertical = match scales.vertical_m == scales.horizontal_m {
             true => horizontal,
             false => FilterTransition::new(way_m / scales.vertical_m),
         };
         self.along = horizontal.decay * self.along + horizontal.l11 * along;
+        // Kept, because the lags are driven by the gusts as they were.
         let before = self.across;
         let [of_v, of_w] = scales.lags(span_m);
         let [lagged_v, lagged_w] = self.lagged;

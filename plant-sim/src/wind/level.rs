@@ -119,6 +119,7 @@ impl TurbulenceLevel {
         // A NaN counts as the ground.
         let h = height_ft.max(LOWEST_FT);
         let rise = 0.177 + 0.000_823 * h;
+        // One logarithm serves both powers.
         let logarithm = libm::log(rise);
         Scales {
             horizontal_m: FOOT_M * h * libm::exp(-1.2 * logarithm),
@@ -185,6 +186,8 @@ impl LevelTurbulence {
             (noise.velocity.draw(), across)
         };
         let mut air = Gust::none();
+        // A field without weight rests; when it is needed again its state is as good a sample as
+        // any.
         if part < 1.0 {
             let excitation = drawn(noise);
             let gust = self.low.step(&scales, span_m, way_m, excitation, noise);

@@ -158,6 +158,8 @@ impl LaunchArgs {
         let words = self.words_for::<PlantArgs>();
         let plant: PlantArgs = parse("sitl plant-sim", &words)?;
         let setup = plant.plant_setup()?;
+        // A flight that cannot begin is refused here, with its reason, and not by a child that
+        // ends.
         plant.plant(&setup)?;
         let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
         let of_autopilot = Self { model: self.model.clone().or(named), ..self.clone() };
@@ -186,6 +188,7 @@ impl LaunchArgs {
         } else {
             options.autopilot.push(format!("--param=EST_PRESET={}", expected as u8));
         }
+        // Only checked; the autopilot's process reads both again.
         autopilot.links()?;
         autopilot.kept_key()?;
         Ok(options)

@@ -136,6 +136,7 @@ impl Screen {
     pub(super) fn set_pace(&mut self, pace: PaceState) {
         if self.state.pace != pace {
             self.state.pace = pace;
+            // What was measured at the old pace says nothing about the new one.
             self.measured = None;
             self.state.achieved = None;
         }
@@ -156,6 +157,7 @@ impl Screen {
         let (then, then_s) = *self.measured.get_or_insert((now, t_s));
         let wall_s = (now - then).as_secs_f64();
         if t_s < then_s {
+            // A new flight has begun.
             self.measured = Some((now, t_s));
         } else if wall_s >= 1.0 {
             self.state.achieved = Some((t_s - then_s) / wall_s);

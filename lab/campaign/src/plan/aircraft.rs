@@ -66,6 +66,7 @@ impl Aircraft {
             })
         };
         let mut settings = settings_of(&file.spec.set, &file.name)?;
+        // Of two settings of one key the later one counts.
         settings.extend(settings_of(&spec.set, &file.name)?);
         let mut args =
             AircraftArgs { airframe: named(&spec.file), model: named(&spec.model), settings };
@@ -93,6 +94,7 @@ impl Aircraft {
         }
         let period_s = file.spec.period().unwrap_or_default().as_seconds();
         let observer = model.defaults.gains.selection.observer;
+        // The measures of a flight that has not begun have all names and units.
         let measures = Measures::new(&airframe, &model.aircraft, observer, period_s).metrics(None);
         let measures = measures.into_iter().map(|metric| (metric.name, metric.unit));
         let judged = file.spec.judges.iter().flat_map(|kind| kind.columns);
@@ -115,6 +117,7 @@ impl Aircraft {
             lacking: BTreeSet::new(),
             unset: Vec::new(),
         };
+        // An error of what the model of this aircraft lacks is left out instead of refused.
         let is_error = |v: &&Variable| v.level.is_some() && v.key.starts_with("model.");
         let errors = file.spec.vary.iter().filter(is_error);
         let no_base = |v: &&Variable| aircraft.base(file, scenario, &v.key).is_err();
@@ -411,6 +414,7 @@ impl Variable {
             return Some(values.iter().filter_map(of).collect());
         }
         if let Some(grid) = self.grid {
+            // A single value stands at the beginning.
             let last = f64::from(grid.count.max(2) - 1);
             let at = |place: u32| {
                 let part = f64::from(place) / last;

@@ -30,6 +30,7 @@ pub(super) fn inputs(
         let shown = |path: &Option<PathBuf>, what: &str| {
             path.as_ref().map_or_else(|| format!("{what} of {name}"), |p| p.display().to_string())
         };
+        // As parsed, so that a comment does not make another campaign.
         let (airframe, model) = (args.airframe_table()?, args.model_table()?);
         inputs.push(input(shown(&args.airframe, "airframe"), &airframe.to_string()));
         inputs.push(input(shown(&args.model, "model"), &model.to_string()));

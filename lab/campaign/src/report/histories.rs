@@ -94,6 +94,7 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<LostFlight> {
     let mut history = LostFlight { law, run, curves: Default::default() };
     let (mut steps, mut is_lost) = (0_u64, false);
     let flown = closed_loop::fly(&setup, &mut |record| {
+        // The loop goes on to the end of the flight; the history ends with the loss.
         if is_lost {
             return;
         }

@@ -22,6 +22,7 @@ pub fn all() -> &'static BTreeSet<String> {
         gather::<AutopilotFile>("", &mut keys);
         gather::<AirframeFile<Aero>>("airframe", &mut keys);
         gather::<AirframeFile<TableAero>>("airframe", &mut keys);
+        // An enum with a tag shows the search no keys, so its forms are searched one by one.
         gather::<ThrustTables>("airframe.propulsion", &mut keys);
         gather::<Propeller>("airframe.propulsion", &mut keys);
         gather::<AircraftModel>("model", &mut keys);
@@ -58,5 +59,6 @@ pub fn nearest(key: &str, keys: impl Iterator<Item = String>) -> Option<String> 
         let changes = changes(&key.to_lowercase(), &known.to_lowercase());
         (last(known) != last(key), changes)
     };
+    // As a key that can be typed.
     keys.filter(|known| !known.ends_with(ANY)).min_by_key(rank).map(|key| key.replace(".N", ".1"))
 }

@@ -85,6 +85,7 @@ impl Used {
         let (commands, positions) = (lanes(commands), lanes(positions));
         let lanes = commands.as_chunks::<LANES>().0.iter().zip(positions.as_chunks::<LANES>().0);
         for (block, (commands, positions)) in self.blocks[..self.count].iter_mut().zip(lanes) {
+            // The first command is no movement.
             if !self.has_last {
                 block.last = *commands;
             }
@@ -118,6 +119,7 @@ impl EffectorBlock {
             self.effort[lane] += command * command * period_s;
             self.travel[lane] += step.abs();
             let moves = step != 0.0;
+            // Without jumps, so that the lanes are computed side by side.
             self.reversals[lane] += one_if(moves & (step * self.heading[lane] < 0.0));
             self.heading[lane] = if moves { step.signum() } else { self.heading[lane] };
             let [low, high] = [self.limits[0][lane], self.limits[1][lane]];

@@ -116,6 +116,7 @@ fn write<T: DataType>(
     levels: Option<&[i16]>,
 ) -> Result<(), ParquetError> {
     let values: Vec<T::T> = values.collect();
+    // It returns how many it has written: all of them, or there is an error.
     let _ = writer.typed::<T>().write_batch(&values, levels, None)?;
     writer.close()
 }
@@ -180,6 +181,7 @@ impl From<Field> for Cell {
             Field::Long(value) => Self::Integer(value),
             Field::Double(value) => Self::Number(value),
             Field::Str(text) => Self::Text(text),
+            // Tables of other programs have more kinds; as texts they can still be compared.
             other => Self::Text(other.to_string()),
         }
     }

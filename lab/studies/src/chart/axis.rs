@@ -24,11 +24,13 @@ pub fn ticks((low, high): (f64, f64)) -> (Vec<f64>, usize) {
     let power = libm::pow(10.0, libm::floor(libm::log10(coarse)));
     let step = [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|step| *step >= coarse);
     let step = step.unwrap_or(10.0 * power);
+    // A label at the very edge must not be lost to rounding.
     let first = libm::ceil(low / step - 1.0e-9);
     // Counted, not only compared: where the step is below the spacing of the numbers, adding it does not get on.
     let count = (0..=TICKS_MAX as u32).map(|k| (first + f64::from(k)) * step);
     let mut ticks: Vec<f64> = count.take_while(|tick| *tick <= high + 1.0e-9 * step).collect();
     ticks.dedup();
+    // A step that is a rounding below 0.1 would get a second decimal.
     let decimals = (-libm::floor(libm::log10(step * 1.000_001))).max(0.0);
     // A small whole number.
     (ticks, decimals as usize)

@@ -30,6 +30,7 @@ pub fn thin(points: impl IntoIterator<Item = Point>, from: f64, to: f64) -> Vec<
     }
     if let Some(last) = column {
         last.give(&mut thinned);
+        // The curve ends at its last point, also where that is no extreme of its column.
         thinned.extend((last.last != *thinned.last().unwrap_or(&last.first)).then_some(last.last));
     }
     thinned
@@ -61,6 +62,7 @@ impl PixelColumn {
     }
 
     fn give(&self, thinned: &mut Vec<Point>) {
+        // In the order of time, or the line would run back.
         let (a, b) =
             if self.low.0 <= self.high.0 { (self.low, self.high) } else { (self.high, self.low) };
         thinned.push(a);
@@ -83,6 +85,7 @@ pub fn clip(points: &[Point], low: f64, high: f64) -> Vec<Vec<Point>> {
             Some(piece) if open => piece.push(b),
             _ => pieces.push(vec![a, b]),
         }
+        // What was cut at its end begins anew where the curve comes back.
         open = b == pair[1];
     }
     pieces
@@ -92,10 +95,12 @@ pub fn clip(points: &[Point], low: f64, high: f64) -> Vec<Vec<Point>> {
 fn clip_segment(a: Point, b: Point, low: f64, high: f64) -> Option<(Point, Point)> {
     let inside = |y: f64| (low..=high).contains(&y);
     let both_beyond = (a.1 < low && b.1 < low) || (a.1 > high && b.1 > high);
+    // What is no number leaves a gap.
     if both_beyond || !a.1.is_finite() || !b.1.is_finite() {
         return None;
     }
     let cut = |from: Point, to: Point| -> Point {
+        // Unchanged to the bit: by this `clip` knows that the piece goes on.
         if inside(from.1) {
             return from;
         }

@@ -205,6 +205,7 @@ impl Panel<'_> {
         };
         drawing.open(corner);
         drawing.text((LEFT, 19.0), "start", r#" font-size="15" font-weight="bold""#, &self.title);
+        // Shades first, as the ground of grid and curves.
         let bands = joined(&self.bands, APART * (self.x.1 - self.x.0) / (frame.right - LEFT));
         for band in &bands {
             draw_band(drawing, &frame, band);
@@ -219,10 +220,12 @@ impl Panel<'_> {
                 drawing.path(piece.into_iter().map(|point| frame.at(point)), &curve.ink);
             }
         }
+        // After the curves, which would cover them.
         for band in &bands {
             draw_band_label(drawing, &frame, band);
         }
         draw_symbols(drawing, &frame, &self.symbols);
+        // The frame last, over the cut ends of the curves.
         let corners = ((LEFT, frame.top), (frame.right, frame.bottom));
         drawing.rectangle(corners.0, corners.1, r##"fill="none" stroke="#444""##, "");
         drawing.close();
@@ -255,6 +258,7 @@ impl Panel<'_> {
 fn draw_band(drawing: &mut Drawing, frame: &PanelFrame, band: &Band) {
     let Some((from, to)) = frame.span(band.span) else { return };
     let style = format!(r#"fill="{}" fill-opacity="0.16""#, band.colour);
+    // What is short would be too narrow to be seen.
     let right = to.max(from + 1.0);
     drawing.rectangle((from, frame.top), (right, frame.bottom), &style, &band.label);
 }

@@ -37,6 +37,7 @@ fn outline_texts(svg: &str, face: &Face<'_>) -> String {
             .split_once('>')
             .and_then(|(attributes, inner)| Some((attributes, inner.split_once("</text>")?)))
         else {
+            // The reader of the SVG will say what is wrong with a text without an end.
             rest = element;
             break;
         };
@@ -55,6 +56,7 @@ fn outline(attributes: &str, text: &str, face: &Face<'_>) -> String {
         attribute(attributes, name).and_then(|value| value.parse::<f32>().ok()).unwrap_or(or)
     };
     let scale = number("font-size", FONT_SIZE) / f32::from(face.units_per_em());
+    // `&amp;` last, or `&amp;lt;` would become a bracket.
     let text = text.replace("&lt;", "<").replace("&gt;", ">").replace("&amp;", "&");
     let glyphs: Vec<_> = text.chars().filter_map(|letter| face.glyph_index(letter)).collect();
     let advance = |glyph| f32::from(face.glyph_hor_advance(glyph).unwrap_or(0)) * scale;

@@ -158,6 +158,7 @@ impl References {
             let path = self.folder.join(case).join(format!("sim_{sim}.csv"));
             let text = file::read_text(&path, TRAJECTORY_MAX).at(path.display())?;
             let trajectory = Trajectory::read(&path.display().to_string(), &text)?;
+            // All are compared at the times of the first one.
             let at = times.get_or_insert_with(|| trajectory.times().to_vec());
             sims.insert(sim.as_str(), trajectory.at(at)?);
         }
@@ -234,6 +235,7 @@ impl Reference<'_> {
                     let way = at(a, "lat_deg") - at(b, "lat_deg");
                     return way.to_radians() * (radii.meridian_m + altitude_m);
                 }
+                // The short way, also over the date line.
                 let way = (at(a, "lon_deg") - at(b, "lon_deg") + 180.0).rem_euclid(360.0) - 180.0;
                 way.to_radians() * (radii.prime_vertical_m + altitude_m) * latitude.cos()
             }

@@ -36,6 +36,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Problem> {
     let references = References::open(&args.reference)?;
     let folder = OutFolder::create(&args.out)?;
     let mut cases = Vec::new();
+    // All are read before the first is flown: a mistake in the last file shall not cost flights.
     for scenario in &args.scenarios {
         for step_ms in &args.step_ms {
             let case = CheckcaseArgs::of(scenario.clone(), Some(*step_ms)).case()?;
@@ -52,6 +53,7 @@ pub fn run(args: &CompareArgs) -> Result<(), Problem> {
     write_figure(&folder, &picture::figure(&comparisons))?;
     print_text!("{table}");
     print_line!("wrote {}", args.out.display());
+    // After the files, which show how far.
     let far = comparisons.iter().filter(|one| !one.deviations.iter().all(Deviation::passes));
     let far: Vec<String> = far.map(|one| format!("{} at {} ms", one.case, one.step_ms)).collect();
     match far.is_empty() {

@@ -59,6 +59,7 @@ impl Trajectory {
         let columns = |names: &[&str]| -> Option<Vec<&Vec<f64>>> {
             names.iter().map(|name| self.columns.get(*name)).collect()
         };
+        // Rather than the angles, which lose digits near 90 degrees of pitch.
         if let Some(q) = columns(&["qw", "qx", "qy", "qz"]) {
             return (0..q[0].len())
                 .map(|i| normalised([q[0][i], q[1][i], q[2][i], q[3][i]]))
@@ -153,5 +154,6 @@ pub(super) fn quaternion_angle(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     let x = aw * bx - ax * bw - ay * bz + az * by;
     let y = aw * by + ax * bz - ay * bw - az * bx;
     let z = aw * bz - ax * by + ay * bx - az * bw;
+    // By the vector part: the arc cosine of the scalar part would lose small angles.
     2.0 * (x * x + y * y + z * z).sqrt().atan2(dot(a, b).abs())
 }

@@ -37,7 +37,9 @@ impl ClosedLoop {
     /// aircraft does not get there.
     pub fn settled(setup: &FlightSetup) -> Result<Self, Box<dyn Error>> {
         let mut setup = setup.clone();
+        // On a rotating Earth the trimmed flight turns, so nothing would be steady.
         setup.plant.earth = EarthModel::Flat;
+        // Not the end of a flight: the callers decide how long it goes on.
         setup.duration = SimTime::from_seconds(1.0e6).unwrap_or(setup.duration);
         let start = setup.plant.start;
         setup.references = ReferenceSchedule::new(vec![ReferenceEntry {
@@ -54,6 +56,7 @@ impl ClosedLoop {
         }
         let effectors = airframe.effectors.all().collect();
         let mut flight = Flight::new(&setup)?;
+        // Before the long settling: a law that cannot be copied cannot be linearised.
         flight.copy()?;
         flight.skip_unread_verdict();
         // Some 10^5.
@@ -103,6 +106,7 @@ impl ClosedLoop {
         let state = *plant.state();
         let EulerAngles { phi, theta, .. } =
             Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler();
+        // In this order `set_states` takes them back.
         let mut x = vec![phi, theta];
         x.extend(state.rigid.velocity.0.iter().chain(state.rigid.rates.0.iter()));
         x.push(-state.rigid.position.z);
@@ -118,6 +122,7 @@ impl ClosedLoop {
     fn set_states(&mut self, x: &DVector<f64>) {
         let plant = self.flight.plant_mut();
         let mut state = *plant.state();
+        // The heading is no state: nothing depends on it.
         let psi = Attitude::from_unit_wxyz(state.rigid.q_e_from_body).euler().psi;
         let attitude = Attitude::from_euler(EulerAngles { phi: x[0], theta: x[1], psi });
         state.rigid.q_e_from_body = attitude.wxyz();

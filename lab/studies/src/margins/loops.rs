@@ -103,6 +103,7 @@ impl Linear {
         let mut before = (LOWEST_RAD_S, locus(LOWEST_RAD_S));
         for i in 1..FREQUENCIES {
             let here = (frequency(i), locus(frequency(i)));
+            // Only a crossing of the negative real axis can limit the gain.
             if before.1.im * here.1.im < 0.0 && before.1.re.min(here.1.re) < 0.0 {
                 let at = locus(crossing(before.0, here.0, |w| locus(w).im));
                 if at.re < 0.0 {
@@ -127,6 +128,7 @@ impl Linear {
 
     /// Takes a factor at which an eigenvalue is on the unit circle as a limit, if the loop is unstable beyond it.
     fn narrow(&self, gain: &mut [f64; 2], group: &[usize], factor: f64) {
+        // A little beyond, because on the limit itself rounding decides.
         let (side, beyond) = if factor > 1.0 { (1, 1.01) } else { (0, 0.99) };
         let is_nearer = if side == 1 { factor < gain[1].min(GAIN_MAX) } else { factor > gain[0] };
         if is_nearer && !self.is_stable(group, factor * beyond) {
@@ -143,6 +145,7 @@ fn spectral_radius(mut a: DMatrix<f64>) -> f64 {
         if size == 0.0 {
             return 0.0;
         }
+        // In logarithms, because a power of 2^40 periods would overflow.
         log += share * libm::log(size);
         share *= 0.5;
         a /= size;
@@ -162,6 +165,7 @@ fn characteristic(
     for i in 0..a.nrows() {
         pencil[(i, i)] += z;
     }
+    // Here z is a pole of the open loop.
     let Some(x) = pencil.lu().solve(b) else { return Complex::new(f64::INFINITY, 0.0) };
     let l = -(c * x);
     if l.nrows() == 1 {

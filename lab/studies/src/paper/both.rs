@@ -48,6 +48,7 @@ fn active_ticks(run: &Trace) -> f64 {
 /// Ticks that are not the same to the bit; those that only one flight has count too.
 fn differing_ticks(a: &Trace, b: &Trace) -> f64 {
     let (a, b) = (a.samples(), b.samples());
+    // Flights without ticks prove nothing, and NaN satisfies no limit.
     if a.is_empty() || b.is_empty() {
         return f64::NAN;
     }

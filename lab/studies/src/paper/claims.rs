@@ -127,6 +127,7 @@ pub fn claim_1b(runs: &Runs) -> Vec<ClaimResult> {
         (Some(pid), Some(healthy)) => {
             (healthy.row.altitude_m - pid.row.altitude_m, -pid.climb_rate_m_s)
         }
+        // A flight that was over before then satisfies no limit.
         _ => (f64::NAN, f64::NAN),
     };
     DIVERGES.check_all([
@@ -204,6 +205,7 @@ fn nozzle(runs: &Runs) -> Vec<ClaimResult> {
     let c_yaw = &model.effectors.c_yaw;
     let pair = c_yaw[tvc_jet::RIGHT_AILERON] - c_yaw[tvc_jet::LEFT_AILERON];
     let left = run.at(BALANCE_S).map_or(f64::NAN, |Sample { row, .. }| {
+        // F counts from the healthy position, so the jam counts from the command.
         let jam = runs.case.jam_rad - row.cmd_left_elevator_rad;
         let fault = c_yaw[tvc_jet::LEFT_ELEVATOR] * jam;
         let aileron = pair * (row.right_aileron_rad - row.main_aileron_rad);

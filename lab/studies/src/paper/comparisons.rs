@@ -162,6 +162,7 @@ fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, Problem> {
         no_fault: no_fault?,
         compensated: compensated?,
         case,
+        // In these two the compensator is off, so they would be the same flights again.
         no_fault_off: flown.no_fault_off.clone(),
         pid_only: flown.pid_only.clone(),
     };
@@ -172,6 +173,7 @@ fn always_on(flown: &Flown) -> Result<Vec<ClaimResult>, Problem> {
 
 fn ganged(flown: &Flown) -> Result<Ganged, Problem> {
     let case = flown.case.with_gains(|g| g.selection.main = MainLaw::PidGangedNozzle);
+    // Both without the compensator: the nozzle belongs to the PID here.
     let (no_fault, faulty) = rayon::join(
         || case.fly(Run::NoFaultOff, &in_process),
         || case.fly(Run::PidOnly, &in_process),
@@ -341,6 +343,7 @@ pub fn sensitivity(
     conditions: &Conditions,
     aircraft: &AircraftArgs,
 ) -> Result<Vec<Sensitivity>, Problem> {
+    // The limits of claims 1 and 2 are meant for still air.
     let still = Conditions { gyro_noise_rad_s: 0.0, turbulence_m_s: 0.0, ..*conditions };
     let cases = [Case::with(1, &still, aircraft)?, Case::with(2, &still, aircraft)?];
     DOUBTS.par_iter().map(|doubt| with_other_value(&cases, doubt)).collect()
@@ -354,6 +357,7 @@ fn with_other_value(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, Pro
     let mut results = Vec::new();
     for case in cases {
         let mut case = case.with_airframe(airframe.clone());
+        // A model that the autopilot would refuse is as good as none.
         let model = linearize(&case.setup.plant, &[]).ok().filter(|b| b.validate().is_ok());
         let Some(model) = model else {
             return Ok(Sensitivity { doubt: *doubt, value, held: None, broken: Vec::new() });
@@ -371,6 +375,7 @@ fn with_other_value(cases: &[Case; 2], doubt: &Doubt) -> Result<Sensitivity, Pro
         results.extend(claims::of_case(&runs));
     }
     let mut broken: Vec<_> = results.iter().filter(|r| !r.pass).map(|r| r.id).collect();
+    // In the order of the claims, so that equal ones are neighbours.
     broken.dedup();
     let held = results.iter().filter(|r| r.pass).count();
     Ok(Sensitivity { doubt: *doubt, value, held: Some((held, results.len())), broken })

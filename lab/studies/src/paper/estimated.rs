@@ -96,6 +96,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
         earth: EarthModel::Wgs84,
         period,
         step_us: default_step_us(period),
+        // The grades have noise of their own.
         gyro_noise_rad_s: 0.0,
         turbulence_m_s,
         seed,
@@ -104,6 +105,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
     let sensors = &mut case.setup.plant.sensors;
     *sensors = SensorSettings::of_grade(fit.grade);
     sensors.fitted[SensorKind::Vanes as usize] = fit.vanes;
+    // As it comes with the grade.
     case.setup.parameters.gains.selection.estimator = preset_of(fit.grade);
     Ok(case)
 }

@@ -194,6 +194,7 @@ fn response_panel(
     let (no_fault, compensated) = (curve(&flown.no_fault, end_s), curve(&flown.compensated, end_s));
     let lost = flown.pid_only.lost_at().filter(|_| signal.ends_when_lost);
     let pid = curve(&flown.pid_only, lost.unwrap_or(end_s));
+    // The scale is that of the flights that stay; the diverging one would flatten them.
     let readable = no_fault.iter().chain(&compensated).map(|point| point.1);
     let y = widened(range(readable, signal.span_min), &pid);
     let end = lost.and(pid.last()).map(|at| Symbol {
@@ -208,6 +209,7 @@ fn response_panel(
         x: (0.0, end_s),
         y,
         curves: vec![
+            // Below the others, which stay visible where curves meet.
             Curve::unnamed(pid, PID_ONLY),
             Curve::unnamed(no_fault, NO_FAULT),
             Curve::unnamed(compensated, COMPENSATED),

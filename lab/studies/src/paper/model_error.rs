@@ -159,6 +159,7 @@ fn aircraft(
     for half_width in extent.widths {
         for draw in 0..extent.draws {
             let airframe = joint(nominal, *half_width, seed, draw)?;
+            // They are the first draws of the curve, so they are flown once for both.
             let of_claim = *half_width == CLAIM_WIDTH && draw < CLAIM_DRAWS;
             let name = format!("draw {draw} at {:.0} %", 100.0 * half_width);
             let kind = ChangeKind::Joint { half_width: *half_width, of_claim };
@@ -198,6 +199,7 @@ fn verdict(case: &Case, run: Run) -> Result<ChangeVerdict, Problem> {
             count += 1.0;
         }
     })?;
+    // Of a flight that ended before then this is NaN, which satisfies no limit.
     Ok(ChangeVerdict { lost, activated, settled_rad: sum / count })
 }
 
@@ -227,6 +229,7 @@ fn claim_5_of(what: &str, judged: &[&Judged]) -> Vec<ClaimResult> {
             .check_none(format!("{what}: not lost with PID only"), which(|j| !j.pid_only.lost)),
         MODEL_ERROR.check_none(
             format!("{what}: activated without a fault"),
+            // A flight that is missing proves nothing, so it counts.
             which(|j| j.no_fault.is_none_or(|verdict| verdict.activated)),
         ),
         MODEL_ERROR.check(
@@ -248,6 +251,7 @@ fn survival(judged: &[Judged]) -> Vec<SurvivalPoint> {
     let mut points: Vec<SurvivalPoint> = Vec::new();
     for j in judged {
         let ChangeKind::Joint { half_width, .. } = j.kind else { continue };
+        // Both come from one list, and are equal to the bit.
         let same = |p: &&mut SurvivalPoint| p.case == j.case && p.half_width == half_width;
         let survived = |verdict: &ChangeVerdict| u32::from(!verdict.lost);
         let (compensated, pid_only) = (survived(&j.compensated), survived(&j.pid_only));
@@ -293,11 +297,13 @@ pub fn joint(
     seed: u64,
     draw: u64,
 ) -> Result<Airframe, Problem> {
+    // Another text would be other aircraft in the figures of the claim.
     let mut key = *b"........--------two-step sitl--1";
     key[..8].copy_from_slice(&seed.to_le_bytes());
     key[8..16].copy_from_slice(&draw.to_le_bytes());
     let mut generator = ChaCha8Rng::from_seed(key);
     let mut airframe = nominal.clone();
+    // In this order, or every draw would be another aircraft.
     for name in DERIVATIVES {
         let direction = 2.0 * uniform(&mut generator) - 1.0;
         scale(&mut airframe, name, 1.0 + half_width * direction)?;

@@ -28,6 +28,7 @@ pub struct Quantity {
 
 const ANGLES: [&str; 3] = ["roll_rad", "pitch_rad", "yaw_rad"];
 const POSITION: [&str; 3] = ["position_north_m", "position_east_m", "position_down_m"];
+// One component: `difference` reads the first.
 const ALTITUDE: [&str; 3] = ["altitude_m"; 3];
 
 pub const QUANTITIES: [Quantity; 4] = [
@@ -49,6 +50,7 @@ pub const QUANTITIES: [Quantity; 4] = [
         truth: ["velocity_north_m_s", "velocity_east_m_s", "velocity_down_m_s"],
         control: ["velocity_north_m_s", "velocity_east_m_s", "climb_rate_m_s"],
         deviation: "velocity_std_m_s",
+        // The estimate has a climb rate, the truth a velocity downwards.
         difference: |truth, [north, east, climb]| distance(truth, [north, east, -climb]),
     },
     Quantity {

@@ -242,11 +242,13 @@ fn timeline(flight: &Flight) -> Vec<LogEvent> {
     all.extend(saturations(flight));
     all.extend(modes(flight));
     all.extend(losses(flight));
+    // Stable, so that events of one time keep the order of the lists above.
     all.sort_by(|a, b| a.t_s.total_cmp(&b.t_s));
     let text = match flight.log.info_text("end") {
         Some(why) => format!("the log ends: {why}"),
         None => "the log breaks off here".to_owned(),
     };
+    // Behind all others, also those of the same time.
     all.push(LogEvent { t_s: flight.span.1, kind: Kind::Flight, text });
     all
 }
@@ -288,6 +290,7 @@ fn inputs(flight: &Flight) -> Vec<LogEvent> {
 /// What only the texts of the log have: scripts and refusals.
 fn logged_texts(flight: &Flight) -> impl Iterator<Item = LogEvent> {
     flight.log.texts().iter().filter_map(|text| {
+        // In a log a text has no kind, only its words.
         let kind = if text.text.contains(" refused: ") {
             Kind::Refusal
         } else if text.text.starts_with("Script") {
@@ -340,6 +343,7 @@ const NO_FAULT: &str = "a fault is no longer seen";
 pub fn detections(flight: &Flight) -> Vec<(CompensatorMode, (f64, f64))> {
     let active = flight.signal("control", "compensator_active", 1.0).unwrap_or_default();
     let modes = flight.compensator_modes();
+    // The first entry is at minus infinity, so every time has one before it.
     let mode_at = |t_s| modes[modes.partition_point(|(since_s, _)| *since_s < t_s) - 1].1;
     let of_mode = |mode| {
         let counts =
@@ -397,6 +401,7 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
         match spans.last_mut() {
             Some(last) if last.2 == name => last.1 = t_s,
             last => {
+                // Up to the next mode, so that the strip has no gap.
                 if let Some(last) = last {
                     last.1 = t_s;
                 }
@@ -404,6 +409,7 @@ pub fn mode_spans(flight: &Flight) -> Vec<(f64, f64, &'static str)> {
             }
         }
     }
+    // The last mode lasts to the end, which need not have a row of it.
     if let Some(last) = spans.last_mut() {
         last.1 = flight.span.1;
     }

@@ -51,6 +51,7 @@ impl Flight {
     pub fn new(log: Log) -> Result<Self, NothingToDraw> {
         let ticking: Vec<Topic<'_>> =
             TICKING.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
+        // A damaged log may have lost rows of one topic and not of another.
         let rows = ticking.iter().map(Topic::len).max().ok_or(NothingToDraw)?;
         let times = Times::of(&log, &TICKING);
         let (first, last) = times.span_us.ok_or(NothingToDraw)?;
@@ -345,6 +346,7 @@ impl Times {
         let Some(span) = densest(&all) else { return times };
         times.span_us = Some(span);
         for (topic, (us, mut rows)) in topics.iter().zip(in_order) {
+            // An event may lie a little outside of the rows; `find` takes out those far away.
             rows.retain(|row| (span.0..=span.1).contains(&us[*row]) || !is_ticking(topic));
             if rows.len() == us.len() {
                 continue;

@@ -217,8 +217,10 @@ fn spots(flight: &Flight, track: &[(f64, Point)]) -> Vec<Symbol> {
     let clocks = (1..)
         .map(|k| from + f64::from(k) * step_s)
         .take(CLOCKS_MAX)
+        // No time right beside the end, which has a label of its own.
         .take_while(|t_s| *t_s < to - 0.3 * step_s)
         .map(|t_s| spot(t_s, "#777777", format!("{t_s:.0} s")));
+    // A fault that comes and goes would cover the track with labels.
     let faults = flight.faults.iter().take(20).map(|fault| {
         spot(
             fault.span.0,

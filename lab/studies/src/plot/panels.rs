@@ -186,6 +186,7 @@ fn broken_at_wraps(points: Vec<Point>) -> Vec<Point> {
     let mut broken: Vec<Point> = Vec::with_capacity(points.len());
     for point in points {
         if broken.last().is_some_and(|before| (point.1 - before.1).abs() > 180.0) {
+            // What is no number makes a gap.
             broken.push((point.0, f64::NAN));
         }
         broken.push(point);
@@ -281,6 +282,7 @@ fn estimate(flight: &Flight) -> Group {
             [activation.level_roll, activation.level_pitch, activation.level_yaw][axis]
         });
         if let Some(level) = level {
+            // One label is enough for both sides.
             with_rules(&mut panel, &[(level, "level, either way"), (-level, "")]);
         }
         panel.bands = active(flight);
@@ -353,6 +355,7 @@ fn compensator(flight: &Flight) -> Group {
         panel.bands = active(flight);
         panels.push(panel);
     }
+    // The ailerons have their panel above.
     let other = |kind: &EffectorKind| kind.is_surface() && *kind != EffectorKind::Aileron;
     panels
         .extend(EffectorKind::ALL.into_iter().filter(other).filter_map(|kind| added(flight, kind)));

@@ -237,6 +237,7 @@ impl<'a> Replay<'a> {
             let inputs = self.inputs(&here);
             let Some(Held { exchange, request, .. }) = flight.hold(inputs) else { return Ok(()) };
             self.check_request(&exchange, request)?;
+            // Nothing was taken, and without an error this would go on for ever.
             if self.inputs.len() == waiting
                 && let Some(input) = self.inputs.pop_front()
             {

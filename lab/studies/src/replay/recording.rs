@@ -82,6 +82,7 @@ impl Recording {
         let when = "; it comes over the link with the first ticks, and the log may end before";
         let plant: PlantHeader = header(&log, "plant_header", when)?;
         let inputs = inputs(&log)?;
+        // All of them before the flight, because in flight nothing checks them again.
         for (input, number) in inputs.iter().zip(1..) {
             let mut changed = parameters;
             let Recorded::Intent(intent) = &input.what else { continue };
@@ -100,6 +101,7 @@ impl Recording {
             COMPARED.iter().filter_map(|name| log.topic(name)).filter(|t| !t.is_empty()).collect();
         let rows = topics.iter().map(Topic::len).max();
         let rows = rows.ok_or_else(|| problem!("it has no control step"))? as u64;
+        // It is a divisor, and a damaged header may have a zero.
         let period_us = u64::from(plant.setup.period.as_micros()).max(1);
         let every = row_every(&control);
         let is_damaged = !log.damages().is_empty();
@@ -231,6 +233,7 @@ struct Rules {
 }
 
 fn row_every(control: &ControlHeader) -> u64 {
+    // Zero would be a divisor, and a huge one would excuse every missing row.
     u64::from(control.row_every.clamp(1, ROW_EVERY_MAX))
 }
 
@@ -285,6 +288,7 @@ pub fn inputs(log: &Log) -> Result<Vec<Input>, Problem> {
         let (part, parts) = (field("part")?, field("parts")?);
         if is_damaged && part != next_part {
             next_part = 0;
+            // The rest of an entry that has lost its beginning.
             if part > 0 {
                 continue;
             }

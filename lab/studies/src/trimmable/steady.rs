@@ -153,6 +153,7 @@ impl<'a> Search<'a> {
     pub fn new(dynamics: &'a Dynamics, bounds: FlightBounds, thrust_part: [f64; 2]) -> Self {
         let airframe = dynamics.airframe();
         let place = airframe.design_point;
+        // On the flat Earth of `Study` the two altitudes are one.
         let density = dynamics.density_around(place.altitude_m);
         let at = density.at(place.altitude_m);
         let engine = dynamics.thrust_range_n(place.airspeed_m_s, at, place.altitude_m);
@@ -266,6 +267,7 @@ impl<'a> Search<'a> {
                 airspeed.low + speed * (airspeed.high - airspeed.low),
                 0.0,
             ];
+            // A surface begins straight, an engine in the middle of its range.
             let middle = |travel: &Interval| match travel.low < 0.0 {
                 true => travel.limited(0.0),
                 false => 0.5 * (travel.low + travel.high),
@@ -368,6 +370,7 @@ impl<'a> Search<'a> {
     /// What a move lacks, of the margin of each axis.
     fn missing(&self, x: &[f64], number: usize, moment: &Vector3<f64>) -> Vector3<f64> {
         let Some(margin) = self.margin else { return Vector3::zeros() };
+        // Moments grow with the square of the airspeed, and the margin is that of the design point.
         let faster = x[4] / self.place.airspeed_m_s;
         let margin = margin * (faster * faster);
         let mut moved = x[..FLIGHT + self.travel.len()].to_vec();
@@ -389,6 +392,7 @@ impl<'a> Search<'a> {
         let (_, moment) = self.accelerations(&at);
         for (i, interval) in intervals.iter().enumerate() {
             let width = interval.high - interval.low;
+            // What is jammed has no width, and its column stays zero.
             if width <= 0.0 {
                 continue;
             }
@@ -430,9 +434,12 @@ fn bounded_step(
     let mut next = x.clone();
     let mut is_free: Vec<bool> = intervals.iter().map(|i| i.high > i.low).collect();
     for _ in 0..intervals.len() {
+        // There are fewer residuals than unknowns, so this is the smaller of the two normal
+        // matrices.
         let mut normal = &free * free.transpose();
         let most = normal.diagonal().max();
         for i in 0..normal.nrows() {
+            // Where everything stands still the matrix is zero, and has no factors without this.
             normal[(i, i)] += damping * most + 1.0e-14;
         }
         let change = free.tr_mul(&normal.cholesky()?.solve(&rest));

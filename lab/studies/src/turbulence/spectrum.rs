@@ -85,6 +85,7 @@ fn transform(x: &mut [(f64, f64)]) {
     }
     let mut half = 1;
     while half < n {
+        // By recurrence: its rounding is far below the scatter of the estimate.
         let (sin, cos) = libm::sincos(-PI / half as f64);
         for start in (0..n).step_by(2 * half) {
             let (mut re, mut im) = (1.0, 0.0);
