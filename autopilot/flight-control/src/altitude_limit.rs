@@ -22,38 +22,23 @@ const NAMED_AFTER_S: f64 = 3.0;
 /// Rate at which time without the condition counts back.
 const RECOVERY: f64 = 0.25;
 
-/// What the aircraft lacks to hold its altitude.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum AltitudeLimit {
-    /// Thrust: it is at its limit and the airspeed is below the reference.
-    Engine,
-    /// Travel of the elevators.
-    Elevator,
-    /// Lift: the angle of attack is near the stall onset of the model.
-    Wing,
+icd::named! {
+    /// What the aircraft lacks to hold its altitude.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+    AltitudeLimit {
+        /// Thrust: it is at its limit and the airspeed is below the reference.
+        Engine = "engine",
+        /// Travel of the elevators.
+        Elevator = "elevator",
+        /// Lift: the angle of attack is near the stall onset of the model.
+        Wing = "wing",
+    }
 }
 
 impl AltitudeLimit {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Engine, Self::Elevator, Self::Wing];
-
     /// Number in logs, from 1.
     pub const fn code(self) -> u8 {
-        match self {
-            Self::Engine => 1,
-            Self::Elevator => 2,
-            Self::Wing => 3,
-        }
-    }
-
-    /// Name for people.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Engine => "engine",
-            Self::Elevator => "elevator",
-            Self::Wing => "wing",
-        }
+        self as u8 + 1
     }
 }
 

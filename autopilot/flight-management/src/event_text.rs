@@ -74,7 +74,7 @@ pub fn of_event(
             (Info, format!("No longer saturated: {}", limit.key()))
         }
         EventKind::AltitudeNotHeld(limit) => {
-            (Warning, format!("Altitude not held: {} at its limit", limit.name()))
+            (Warning, format!("Altitude not held: {} at its limit", limit.key()))
         }
         EventKind::AltitudeHeld => (Info, "Altitude held again".into()),
         EventKind::ThrustFloorTaken => {
