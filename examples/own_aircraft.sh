@@ -15,7 +15,7 @@ aircraft="--airframe $folder/airframe.toml --model $folder/model.toml"
 "$sitl" aircraft linearize --airframe "$folder/airframe.toml" --out "$folder/model.toml"
 # shellcheck disable=SC2086
 {
-  "$sitl" aircraft margins $aircraft
+  "$sitl" aircraft margins $aircraft --law lqr --compensator neso
   "$sitl" fly nominal $aircraft --set plant.duration_s=60 --out "$folder/healthy"
   # A jam of the right aileron at 5 degrees, after three seconds.
   "$sitl" fly nominal $aircraft --set plant.duration_s=60 --out "$folder/jammed" \

@@ -9,26 +9,21 @@ const OPENING: &str = "\
 
 <!-- Written by `sitl aircraft parameters`; do not edit. -->
 
-Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets
-one for a flight. A change acts at once, without a restart, but for `MAV_SYS_ID`. A value outside its range is refused; the answer
-says why and repeats the value that stays.
+Every tunable of the autopilot. A ground station reads and sets them by MAVLink, `--param NAME=VALUE` sets one for a flight. A change acts
+at once, but for `MAV_SYS_ID`. A value outside its range is refused; the answer says why and repeats the value that stays. Those marked
+`int` are INT32, byte-wise as with PX4; the others are REAL32.
 
-What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the
-user's data folder) and used again by the next `sitl` or `autopilot`, which says so when it starts. What the
-command line sets wins and is not kept. The plan is kept beside that file. `sitl study paper`, `sitl study bench` and flights inside one
-process never look at either.
-
-Type: INT32 travels byte-wise, as with PX4; FLOAT is REAL32.
+What a ground station sets is kept in a file (`--parameter-file`, by default `two-step/parameters.toml` in the user's data folder), and the
+next `sitl` or `autopilot` uses it and says so. The command line wins and is not kept. `sitl study paper`, `sitl study bench` and flights
+inside one process never read it.
 ";
 
 const FAULTS_OPENING: &str = "
 ## Break an effector
 
-A ground station that sets one of these orders a fault as MAV_CMD_INJECT_FAILURE does, with the sizes and times of
-`FLT_*` above, and 0 mends. The value is what acts, else what acts next (a fault that rests or is scheduled),
-whoever ordered it, and every change is announced. They are
-INT32, begin each flight with 0, are kept in no file and cannot be set on the command line. With `SYS_FAILURE_EN` 0 they
-are refused.
+Setting one of these injects a fault as MAV_CMD_INJECT_FAILURE does, with the sizes and times of `FLT_*` above; 0 clears it. The value is the
+active fault, else the next one, whoever requested it. They are `int`, begin each flight with 0, are not kept and cannot be set on the
+command line. With `SYS_FAILURE_EN` 0 they are refused.
 
 | name | what it breaks |
 |---|---|
@@ -37,12 +32,11 @@ are refused.
 const COMPATIBILITY_OPENING: &str = "
 ## Compatibility
 
-The values are there for the station and have no effect: the heartbeat says PX4, so QGroundControl (4.3 to 5.0, by its source
-text) and MAVSDK look for these parameters of PX4 and warn where one is missing or zero. They are read-only, but for those that are a second
-name of a parameter above.
+They have no effect: the heartbeat says PX4, so QGroundControl (4.3 to 5.0, by its source text) and MAVSDK look for these parameters and
+warn where one is missing or zero. They are read-only, but for second names of a parameter above.
 
-| name | type | value | who asks for it, and what the value says |
-|---|---|---|---|
+| name | value | who asks for it, and what the value says |
+|---|---|---|
 ";
 
 pub fn document(effectors: &EffectorList) -> String {
@@ -51,10 +45,8 @@ pub fn document(effectors: &EffectorList) -> String {
     for row in table() {
         if row.group != group {
             group = row.group;
-            page += &format!(
-                "\n## {group}\n\n| name | type | unit | range | default | what it does |\n"
-            );
-            page += "|---|---|---|---|---|---|\n";
+            page += &format!("\n## {group}\n\n| name | range | default | what it does |\n");
+            page += "|---|---|---|---|\n";
         }
         page += &line(row);
     }
@@ -68,31 +60,32 @@ pub fn document(effectors: &EffectorList) -> String {
     }
     page += COMPATIBILITY_OPENING;
     for row in COMPATIBILITY {
-        let kind = type_name(row.kind);
         let label = if row.label.is_empty() { String::new() } else { format!(" {}", row.label) };
         let value = match row.meant() {
             Some(meant) => format!("that of `{}`", meant.name),
             None => row.value.to_string(),
         };
-        page += &format!("| `{}` | {kind} | {value}{label} | {} |\n", row.name, row.reason);
+        page +=
+            &format!("| `{}` | {value}{label}{} | {} |\n", row.name, mark(row.kind), row.reason);
     }
     page
 }
 
 fn line(row: &Parameter) -> String {
     let Parameter { name, unit, min, max, meaning, .. } = row;
-    let (kind, default) = (type_name(row.kind), row.default_value());
+    let (int, default) = (mark(row.kind), row.default_value());
+    let unit = if *unit == "-" { String::new() } else { format!(" {unit}") };
     let choices = row.choices.iter().map(|choice| format!(" {} {}", choice.value, choice.label));
     let choices: Vec<String> = choices.collect();
     let colon = if choices.is_empty() { "" } else { ":" };
     let meaning = format!("{meaning}{colon}{}", choices.join(";"));
-    format!("| `{name}` | {kind} | {unit} | {min} to {max} | {default} | {meaning} |\n")
+    format!("| `{name}` | {min}…{max}{unit}{int} | {default} | {meaning} |\n")
 }
 
-fn type_name(kind: Kind) -> &'static str {
+fn mark(kind: Kind) -> &'static str {
     match kind {
-        Kind::Int => "INT32",
-        Kind::Real => "FLOAT",
+        Kind::Int => " int",
+        Kind::Real => "",
     }
 }
 
