@@ -26,12 +26,12 @@ pub fn summary(path: &Path) -> Result<String, Box<dyn Error>> {
         );
     }
     let times_us = log.times_us("control").ok_or("no topic `control`")?;
-    for axis in ["z2_p_rad_s2", "z2_q_rad_s2", "z2_r_rad_s2"] {
+    for axis in ["z2_roll_rad_s2", "z2_pitch_rad_s2", "z2_yaw_rad_s2"] {
         let values = log.column("control", axis).ok_or(axis)?;
         let largest =
             values.iter().zip(&times_us).max_by(|(a, _), (b, _)| a.abs().total_cmp(&b.abs()));
         let (value, time_us) = largest.ok_or("an empty log")?;
-        text += &format!("{axis:12} {value:8.3} at {:.3} s\n", *time_us as f64 * 1.0e-6);
+        text += &format!("{axis:16} {value:8.3} at {:.3} s\n", *time_us as f64 * 1.0e-6);
     }
     for message in log.texts() {
         text += &format!("{:9.3} s  {}\n", message.timestamp_us as f64 * 1.0e-6, message.text);

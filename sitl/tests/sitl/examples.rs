@@ -25,7 +25,7 @@ fn a_log_is_read_with_the_crate_alone() {
     assert!(flown.status.success(), "{}", String::from_utf8_lossy(&flown.stderr));
     let text = read_log::summary(&out.path().join("flight.ulg")).unwrap();
     assert!(text.contains("left elevator stuck at 30.0 deg"), "{text}");
-    let largest = text.lines().find_map(|line| line.strip_prefix("z2_p_rad_s2")).unwrap();
+    let largest = text.lines().find_map(|line| line.strip_prefix("z2_roll_rad_s2")).unwrap();
     let value: f64 = largest.split_whitespace().next().unwrap().parse().unwrap();
     assert!(value.abs() > 1.0, "the jam rolls the aircraft: {largest}");
 }
