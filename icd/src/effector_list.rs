@@ -369,6 +369,7 @@ impl EffectorList {
             if !(1..=Effector::MAX).contains(&usize::from(instance)) {
                 return Err(wrong(ListProblem::BadInstance(instance)));
             }
+            // MAVLink counts servos and motors apart.
             let mut unit = before.iter().filter(|other| other.kind.is_angle() == kind.is_angle());
             if unit.any(|other| other.instance == instance) {
                 return Err(wrong(ListProblem::DuplicateInstance(instance)));
@@ -497,6 +498,7 @@ impl EffectorList {
             self.entry(*effector).is_some_and(|e| (e.side, e.kind) == (role_side, role_kind))
         };
         let mut all = self.all().filter(of_role);
+        // Of two effectors the word would not say which.
         all.next().filter(|_| all.next().is_none())
     }
 
@@ -518,6 +520,7 @@ impl EffectorList {
         self.all().filter_map(|effector| {
             let other = self.mirrored(effector);
             let is_left = self.entry(effector)?.side == LateralSide::Left;
+            // Each pair once.
             (effector < other).then_some(if is_left {
                 [effector, other]
             } else {

@@ -103,6 +103,7 @@ impl PlantSide {
             sensors: *sensors,
             reports,
         };
+        // Kept, because a lost question is repeated byte for byte.
         wire::encode_sensors(&packet, envelope, &mut self.question);
         self.waiting = true;
         &self.question
@@ -285,6 +286,7 @@ impl FlightSide {
             if self.retired.contains(&packet.session) {
                 return FlightEvent::Ignored(Ignored::Late);
             }
+            // The oldest is the one whose packets can no longer be on their way.
             if self.retired.is_full() {
                 self.retired.remove(0);
             }

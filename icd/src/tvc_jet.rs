@@ -51,6 +51,7 @@ pub const ALL: [Effector; 8] = [
 pub fn effectors() -> EffectorList {
     use EffectorKind as K;
     use LateralSide::{Centre, Left, Right};
+    // All names are shorter than the limit.
     let name = |text: &str| Name::from(text).unwrap_or_default();
     let entry = |text, kind, side, partner: Option<&str>, instance| EffectorEntry {
         name: name(text),

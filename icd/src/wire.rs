@@ -349,6 +349,7 @@ pub fn decode(datagram: &[u8]) -> Result<Packet, WireError> {
     if crc32fast::hash(body).to_le_bytes() != *crc {
         return Err(WireError::Crc);
     }
+    // Behind session and number, which are read already.
     r = Reader { left: &body[24..], session, sequence, ..r };
     let time = Field::read(&mut r, "time")?;
     let packet = match kind {
@@ -373,6 +374,7 @@ fn sensor_packet(r: &mut Reader<'_>, phase: u8, time: SimTime) -> Result<SensorP
     let period = ControlPeriod::from_micros(micros)
         .map_err(|_| r.value("control_period_us", f64::from(micros)))?;
     let sensors = read_sensors(r, time)?;
+    // Nobody normalises it again, since that would change its bits, so it has to be a unit here.
     let square = sensors.attitude.value.wxyz().iter().map(|v| v * v).sum::<f64>();
     if (square - 1.0).abs() > QUATERNION_TOLERANCE {
         return Err(r.value("attitude (squared length)", square));

@@ -109,6 +109,8 @@ fn button(text: &str, airframe: &Airframe) -> Result<Button, Problem> {
         return Err(problem!("this is no fault"));
     };
     let params = match request {
+        // Unit -1 with type and instance 0 clears the faults of effectors, sensors and parts
+        // (docs/commands.md).
         FaultRequest::ClearAll => [-1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         FaultRequest::Inject { target: Target::Effector(effector), kind, timing } => {
             let reach = airframe.servos[effector].reach(Target::from(effector).class(list));
@@ -137,6 +139,7 @@ fn params(
             "a button has no duration and no repetition: they are the parameters FLT_DUR_S and FLT_RPT_S",
         );
     }
+    // USER_1 means the usual alternative of a kind; any other one is chosen by a parameter.
     let usual = info.choice.and_then(|choice| choice.default).unwrap_or(0);
     let is_other = info.size().is_some() && kind.code() != info.code + usual;
     if info.numbers.len() > 1 || is_other {
@@ -199,9 +202,11 @@ fn action(button: &Button, described: bool) -> String {
         pairs.push(("description".to_owned(), json!(button.description).to_string()));
     }
     pairs.push(("mavCmd".to_owned(), USER_1.to_string()));
+    // The autopilot's component, MAV_COMP_ID_AUTOPILOT1: a camera would not answer.
     pairs.push(("compId".to_owned(), "1".to_owned()));
     // What is not given is sent as zero.
     let used = button.params.iter().rposition(|param| *param != 0.0).map_or(0, |last| last + 1);
+    // Unit, type and instance say what breaks, so they stand in the file even where they are zero.
     for (number, param) in (1..).zip(&button.params[..used.max(3)]) {
         pairs.push((format!("param{number}"), param.to_string()));
     }

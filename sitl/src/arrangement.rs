@@ -80,13 +80,16 @@ pub struct MeasuredRate {
 fn candidates(cores: &[usize]) -> Vec<Arrangement> {
     let mut candidates = vec![Arrangement::UNPINNED];
     // The last cores: interrupts and other processes prefer the first.
+    // Where the system does not name its cores, the unpinned arrangement alone is left.
     let Some((&last, others)) = cores.split_last() else { return candidates };
+    // Never spinning on one core: the one that waits would keep the other from answering.
     for wait in [Wait::Block, Wait::Yield] {
         candidates.push(Arrangement::new(Some(last), Some(last), wait));
     }
     // A neighbour may share the core's arithmetic or its cache; one far away shares neither.
     let mut partners: Vec<usize> =
         others.last().into_iter().chain(others.first()).copied().collect();
+    // With two cores the nearest neighbour is also the farthest.
     partners.dedup();
     for partner in partners {
         candidates.push(Arrangement::new(Some(partner), Some(last), Wait::Spin));
@@ -160,6 +163,7 @@ impl Process {
 
     /// Ends it, and waits for that.
     pub(crate) fn end(mut self) -> Result<(), Problem> {
+        // The end of its input is the request: each of these programs ends with its parent.
         drop(self.child.stdin.take());
         // A process that still prints must not wait for a reader.
         let _ = io::copy(&mut self.output, &mut io::sink());
@@ -175,6 +179,7 @@ impl Process {
             // What cannot be read is not known.
             let _ = errors.read_to_string(&mut message);
         }
+        // An error is the last thing that is said; warnings of the flight stand before it.
         let message = message.trim().lines().last().unwrap_or("nothing").to_owned();
         match self.child.wait() {
             Ok(status) => problem!("{} ended ({status}): {message}", self.name),

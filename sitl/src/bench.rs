@@ -286,9 +286,12 @@ fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Problem> {
     let actuators = Actuators { commands: start.trim().positions() };
     let began = clock::now();
     for _ in 0..FLIGHTS {
+        // A clone, because the trim of a new plant would be part of the measured time.
         let mut plant = start.clone();
         for _ in 0..PERIODS {
             if samples {
+                // Nobody reads the samples: without the black box the compiler could leave them
+                // out.
                 black_box(plant.sense());
             }
             plant.advance(black_box(&actuators));

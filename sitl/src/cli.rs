@@ -49,12 +49,15 @@ pub struct Cli {
 /// The program `sitl`: reads the command line and reports errors on standard error. `own` is a law that the caller brings: it flies
 /// unless `--law` names another one.
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
+    // First of all: it changes the mask of signals, which every later thread inherits.
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
     let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| refuse(&error));
     if let Some(own) = &own {
         cli.set_own_law(own);
     }
+    // Success says that the results were written, so a full disk under them is a failure of the
+    // program.
     let ended = run(&cli, own.as_ref()).and_then(|code| match host_io::console::finish() {
         Ok(()) => Ok(code),
         Err(error) => Err(format!("standard output: {error}").into()),
@@ -68,6 +71,7 @@ pub fn main(own: Option<OwnLaw>) -> ExitCode {
 /// Ends with what clap says: help and version on the standard output, a mistake on the other.
 fn refuse(error: &clap::Error) -> ! {
     match error.use_stderr() {
+        // The message repeats what was typed, control characters too, which the console leaves out.
         true => host_io::console::refuse(&error.render(), error.exit_code()),
         false => error.exit(),
     }
@@ -205,6 +209,7 @@ const FIRST: [&str; 7] = ["scenario", "airframe", "law", "ftc", "speed", "param"
 fn command() -> clap::Command {
     let hide = |arg: clap::Arg| match FIRST.contains(&arg.get_id().as_str()) {
         true => arg,
+        // It is still accepted, so that an option of `live` works without the word too.
         false => arg.hide(true),
     };
     // Its first screen has some options; the help of `live` has the rest.

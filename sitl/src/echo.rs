@@ -71,6 +71,8 @@ fn measure(args: &EchoArgs, to: SocketAddr) -> Result<(), Box<dyn Error>> {
         for _ in 0..count {
             // What does not leave is a lost round trip, and the next one follows.
             let _ = socket.send(&question);
+            // A lost packet costs the whole timeout, so the rate shows it without a count of
+            // losses.
             socket.receive(&mut buffer)?;
         }
         Ok(())

@@ -54,6 +54,8 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let suspend = move || {
         suspensions.send(ChildReport::Suspended);
     };
+    // Before any thread starts: one that did not block these signals would take them in the usual
+    // way.
     stop.on_signals_and_suspension(suspend).at(HERE)?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace(), options.advice.clone());
@@ -80,6 +82,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let mut words = vec!["autopilot".to_owned(), "--status".to_owned()];
     words.extend(options.autopilot);
     words.extend(arrangement.autopilot.options());
+    // The autopilot is first, because the plant is told the address at which it listens.
     let autopilot = Child::start("autopilot", program, &words, &reports)?;
     let start_plant = |plant_link: SocketAddr| {
         let mut words = vec!["plant-sim".to_owned(), "--status".to_owned()];
@@ -90,6 +93,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     };
     let mut flight = LiveFlight { autopilot, plant: None, screen, stop: &stop, keys };
     let result = flight.watch(&reports, start_plant);
+    // Without `?` before it: children and screen are ended in order after an error too.
     flight.end();
     result
 }
@@ -184,8 +188,10 @@ impl LiveFlight<'_> {
     fn suspend(&mut self) -> Result<(), Problem> {
         self.screen.leave();
         if let Some(keys) = &self.keys {
+            // The shell expects the terminal as it was, before the job stops.
             keys.restore();
         }
+        // Each child has a process group of its own, so no signal of the terminal reaches it.
         let signal_all = |signal| {
             // The plant is continued before the autopilot, which waits for its packets.
             for child in self.plant.iter().chain([&self.autopilot]) {
@@ -338,7 +344,8 @@ impl Child {
         screen: &mut Screen,
     ) -> Result<Option<(ExitStatus, Problem)>, Problem> {
         let Some(status) = self.process.try_wait().at(HERE)? else { return Ok(None) };
-        // The other child may go on talking.
+        // The other child may go on talking, and nothing reports the last line of this one: only the
+        // time ends this wait.
         let deadline = clock::now() + LAST_LINES;
         while clock::now() < deadline {
             if let Some(ChildReport::Line { process, line }) = reports.next(LAST_LINES) {

@@ -81,11 +81,14 @@ fn fly_processes(
     let mut autopilot = Command::new(program);
     // Any free port, since several flights may run at once.
     autopilot.args(["autopilot", "--plant-link", "127.0.0.1:0"]);
+    // A ground station that happens to listen could command this flight.
     autopilot.args(["--no-gcs", "--status", "--with-parent"]);
     autopilot.arg("--setup").arg(&control_file).args(arrangement.autopilot.options());
     let mut plant = Command::new(program);
     plant.args(["plant-sim", "--speed", "max", "--report", "--with-parent"]);
     plant.arg("--setup").arg(&plant_file).args(arrangement.plant.options());
+    // The shortest text of a float reads back as the same float, so both modes end at the same
+    // tick.
     plant.args(["--until-s", &setup.duration.as_seconds().to_string()]);
     match logs {
         None => {}
@@ -107,6 +110,7 @@ fn fly_processes(
     plant.args(["--autopilot", &address.to_string()]);
     let plant = Process::start("plant-sim", plant)?;
     let report = wait_for_report(plant, &mut autopilot)?;
+    // Only after its end is its log complete.
     autopilot.end()?;
     Ok(report)
 }
@@ -114,6 +118,7 @@ fn fly_processes(
 /// Waits for the plant's report, and for the autopilot's end, which the plant would outwait.
 fn wait_for_report(plant: Process, autopilot: &mut Process) -> Result<FlightReport, Problem> {
     let (sender, receiver) = mpsc::channel();
+    // The thread takes the process; its number is what is left to end it by.
     let id = plant.child.id();
     let watch = move || {
         let mut plant = plant;
@@ -145,6 +150,7 @@ fn merge(truth: &Path, steps: &Path, sink: &mut dyn FnMut(&Record)) -> Result<()
     let mut truths = TickLogReader::open(truth, Kind::Truth)?;
     let mut steps = TickLogReader::open(steps, Kind::ControlSteps)?;
     for tick in 0.. {
+        // Both are read before either is judged, so that the message says which of them is short.
         let truth: Option<Truth> = truths.next_entry()?;
         let step: Option<LoggedStep> = steps.next_entry()?;
         match (truth, step) {
@@ -168,8 +174,10 @@ struct Folder(PathBuf);
 impl Folder {
     fn create() -> Result<Self, Problem> {
         let no_folder = "cannot create a folder";
+        // One process may fly several flights at once, so its own number is not enough.
         let unique = session::shown(session::draw().at(no_folder)?);
         let path = std::env::temp_dir().join(format!("sitl-{}-{unique}", std::process::id()));
+        // A folder that exists already is another flight's, and an error.
         fs::create_dir(&path).at(no_folder)?;
         Ok(Self(path))
     }

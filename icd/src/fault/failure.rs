@@ -85,6 +85,7 @@ impl Failure {
         };
         let mut kinds: ArrayVec<&KindInfo, { CATALOGUE.len() }> =
             CATALOGUE.iter().filter(is_it).collect();
+        // The order of the mode parameter's values, in which a size also tries the kinds.
         kinds.sort_unstable_by_key(|kind| (kind.mavlink.first_mode, kind.code));
         kinds.into_iter()
     }

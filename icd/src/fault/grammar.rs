@@ -248,12 +248,14 @@ impl FaultDraft {
         if !(TIMES[0]..=TIMES[1]).contains(&value) {
             return Err(self.outside(Quantity::Times, value, TIMES));
         }
+        // Searched and not cast: a cast would drop a fraction without a word.
         let whole = (0..=1_000).find(|times| f64::from(*times) == value);
         whole.map(Some).ok_or(FaultError::NotWhole(Quantity::Times, value))
     }
 
     /// A number outside its range, all in SI units.
     fn outside(&self, what: Quantity, value: f64, [min, max]: [f64; 2]) -> FaultError {
+        // One unit for all three numbers, so that the operator can compare them.
         let unit = what.measure().shown_unit(self.class, max);
         let [value, min, max] = [value, min, max].map(|si| unit.from_si(si));
         FaultError::OutOfRange { what, value, min, max, unit }

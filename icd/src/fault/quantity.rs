@@ -197,6 +197,7 @@ impl Range {
         let half = 0.5 * (max - min);
         let [slowest, fastest] = match reach.fastest {
             Some(fastest) => [Self::SLOWEST * fastest, fastest],
+            // No rate is too fast for an effector that names no fastest one.
             None => [f64::MIN_POSITIVE, f64::MAX],
         };
         match self {

@@ -242,6 +242,7 @@ coded! { Refusal, "refusal":
 impl Field for Option<u32> {
     fn write(&self, w: &mut Writer<'_>) {
         w.u8(self.is_some().into());
+        // Zero where none is given, so that the fields behind it keep their places.
         w.u32(self.unwrap_or(0));
     }
 

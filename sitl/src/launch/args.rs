@@ -148,8 +148,8 @@ impl LaunchArgs {
         PaceState::new(self.start_paused, self.speed())
     }
 
-    /// A word that is no speed is refused by [`LaunchArgs::check`].
     fn speed(&self) -> Speed {
+        // A word that is no speed is refused by `check`.
         self.speed.as_ref().and_then(|speed| speed.parse().ok()).unwrap_or(Speed::REAL_TIME)
     }
 
@@ -161,6 +161,8 @@ impl LaunchArgs {
         // A flight that cannot begin is refused here, with its reason, and not by a child that
         // ends.
         plant.plant(&setup)?;
+        // The autopilot has no option for the airframe: the name of a shipped one becomes that of
+        // its model.
         let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
         let of_autopilot = Self { model: self.model.clone().or(named), ..self.clone() };
         let mut options = Options {
@@ -170,6 +172,7 @@ impl LaunchArgs {
             advice: Advice::of(&setup.airframe),
         };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
+        // No option can carry a law; the child is this same program and brings it as well.
         autopilot.laws.own = self.own_law.clone();
         let model = autopilot.model()?;
         let kept = autopilot.kept_parameters(&model.defaults)?;
@@ -200,7 +203,7 @@ impl LaunchArgs {
         self.law.get_or_insert_with(|| "own".to_owned());
     }
 
-    /// The options that a process has too, as its words. Each is one word, so that a value that begins with a dash stays a value.
+    /// The options that a process has too, as its words.
     fn words_for<T: Args>(&self) -> Vec<String> {
         let process = T::augment_args(Command::new("process"));
         let takes =
@@ -208,6 +211,7 @@ impl LaunchArgs {
         let Ok(Value::Object(options)) = serde_json::to_value(self) else { return Vec::new() };
         let mut words = Vec::new();
         for (option, value) in options.into_iter().filter(|(option, _)| takes(option)) {
+            // One word with its value: a value that begins with a dash would else be taken as an option.
             match value {
                 Value::Bool(true) => words.push(format!("--{option}")),
                 Value::String(value) => words.push(format!("--{option}={value}")),
@@ -223,6 +227,7 @@ impl LaunchArgs {
 }
 
 fn parse<T: Args>(program: &'static str, words: &[String]) -> Result<T, Problem> {
+    // Usage and hints name the command of the child, which the operator has not typed.
     let refused = |error: clap::Error| problem!("{}", without_frame(&error.to_string()));
     let command = T::augment_args(Command::new(program));
     let all = std::iter::once(program).chain(words.iter().map(String::as_str));

@@ -23,6 +23,7 @@ const LONG_STEP: u32 = 100;
 const AGAIN: Duration = Duration::from_millis(200);
 /// First byte of what cursor and function keys send.
 const ESCAPE: u8 = 0x1b;
+// Ctrl-Z.
 const SUSPEND: u8 = 0x1a;
 
 /// What the operator wants.
@@ -70,6 +71,8 @@ impl Keys {
     /// Ctrl-C and Ctrl-\ remain signals. Ctrl-Z becomes a key, since the screen is given back before the process stops.
     pub(super) fn listen(take: impl Fn(Key) -> bool + Send + 'static) -> io::Result<Option<Self>> {
         let terminal = io::stdin();
+        // Of `sitl &` the terminal is the shell's, and switching it from the background stops the
+        // process.
         if !terminal.is_terminal() || is_in_background(&terminal) {
             return Ok(None);
         }
@@ -83,6 +86,8 @@ impl Keys {
     fn switch(&self) -> nix::Result<()> {
         let mut single = self.before.clone();
         single.local_flags.remove(LocalFlags::ICANON | LocalFlags::ECHO);
+        // Set, because some systems keep the characters of EOF and EOL in these places while lines
+        // are read.
         single.control_chars[SpecialCharacterIndices::VMIN as usize] = 1;
         single.control_chars[SpecialCharacterIndices::VTIME as usize] = 0;
         single.control_chars[SpecialCharacterIndices::VSUSP as usize] = _POSIX_VDISABLE;
@@ -147,6 +152,8 @@ fn read(take: &impl Fn(Key) -> bool) {
 
 /// The keys in what was typed; what begins with an escape is one key that means nothing here.
 fn keys(typed: &[u8]) -> impl Iterator<Item = Key> {
+    // The bytes of a cursor key arrive in one read; none of them may be taken as a letter that was
+    // typed.
     let typed = if typed.first() == Some(&ESCAPE) { &[] } else { typed };
     typed.iter().filter_map(|byte| Key::from_byte(*byte))
 }
@@ -184,7 +191,10 @@ impl PaceState {
                 self.paused = true;
                 Some(format!("step {periods}"))
             }
+            // At `max` halving begins at what is achieved, or the key would do nothing that can be
+            // seen.
             Key::Slower => Some(self.at(self.speed.unwrap_or_else(|| round(achieved)) / 2.0)),
+            // At `max` there is nothing faster.
             Key::Faster => self.speed.map(|speed| self.at(speed * 2.0)),
             Key::RealTime => Some(self.at(1.0)),
             Key::Quit | Key::Suspend => None,
@@ -219,6 +229,7 @@ fn round(achieved: Option<f64>) -> f64 {
 }
 
 fn factor(speed: f64) -> String {
+    // The limits are where the form with more digits would round up to the next power of ten.
     match speed {
         ..0.0995 => format!("x{speed:.3}"),
         ..0.995 => format!("x{speed:.2}"),

@@ -100,6 +100,8 @@ impl Screen {
                 self.log = Some(path);
                 printed
             }
+            // The launcher has made a report of its own of `Listening`; without a plant nothing has
+            // changed.
             StatusLine::Listening { .. } | StatusLine::NoPlant => Ok(()),
         }
     }
@@ -176,7 +178,10 @@ impl Screen {
     /// the name by which this one was called.
     pub(super) fn end(mut self, program: &Path) -> io::Result<()> {
         if let Some(terminal) = self.terminal.take() {
+            // The lines below are to stay when the process has ended, so the usual screen comes
+            // back first.
             drop(terminal);
+            // Where Ctrl-S holds the output back, writing would keep the process from ending.
             if !takes_output(&io::stdout()) {
                 return Ok(());
             }
@@ -277,6 +282,8 @@ impl Terminal {
         }
         let taken = Arc::new(AtomicBool::new(false));
         let mine = Arc::clone(&taken);
+        // A panic's message on the alternate screen would vanish with it, so the screen is given
+        // back first.
         let report = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             restore_terminal(&mine);
@@ -289,6 +296,7 @@ impl Terminal {
     fn size(&self) -> (usize, usize) {
         let size = tcgetwinsize(&self.out);
         let size = size.map(|size| (usize::from(size.ws_col), usize::from(size.ws_row)));
+        // A serial line or a new pseudo-terminal says zero columns.
         size.ok().filter(|(columns, rows)| *columns > 0 && *rows > 0).unwrap_or(USUAL)
     }
 
@@ -300,11 +308,17 @@ impl Terminal {
         }
         let mut bytes = Vec::new();
         let size = self.size();
+        // Marked before the first byte goes out, so that a failure halfway still gives the terminal
+        // back.
         let is_new = !self.taken.swap(true, Ordering::Relaxed);
         if is_new {
+            // A line that the terminal finds wider than we do would wrap, and shift all rows below
+            // it.
             queue!(bytes, EnterAlternateScreen, Hide, DisableLineWrap)?;
         }
         if is_new || size != self.size {
+            // A terminal rearranges its lines in its own way when its size changes: what is known
+            // of them is void.
             self.size = size;
             self.shown.clear();
             queue!(bytes, Clear(ClearType::All))?;
@@ -361,10 +375,10 @@ fn clamp(row: usize) -> u16 {
 }
 
 /// Whether a write returns at once. It does not on a terminal whose output was stopped (Ctrl-S): a write would wait
-/// until the user lets it go on, and a request to stop with it. An output that cannot be asked is taken as ready, and
-/// the write finds out.
+/// until the user lets it go on, and a request to stop with it.
 fn takes_output(out: &Stdout) -> bool {
     let mut asked = [PollFd::new(out.as_fd(), PollFlags::POLLOUT)];
+    // An output that cannot be asked is taken as ready, and the write finds out.
     poll(&mut asked, PollTimeout::ZERO) != Ok(0)
 }
 

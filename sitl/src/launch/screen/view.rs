@@ -90,6 +90,7 @@ impl ScreenState {
             .stations
             .as_ref()
             .map_or_else(Vec::new, |stations| help(stations, self.advice.as_ref(), width));
+        // All of it or nothing: a heading without its command helps nobody.
         if height >= lines.len() + help.len() + keys.len() {
             lines.extend(help);
         }
@@ -107,6 +108,7 @@ impl ScreenState {
         lines.truncate(until_keys);
         lines.resize_with(until_keys, || line(Tone::Plain, String::new()));
         lines.extend(keys);
+        // A screen with fewer rows than the keys need shows the first of them.
         lines.truncate(height);
         lines
     }
@@ -162,6 +164,7 @@ fn values(flight: &FlightStatus, width: usize) -> Vec<Line> {
 
 /// What is shown as zero has no sign.
 fn without_sign(value: f64, digits: usize) -> f64 {
+    // A value near zero would flicker between 0 and -0.
     let is_shown_as_zero = value.abs() < 0.5 * 0.1_f64.powi(i32::try_from(digits).unwrap_or(0));
     if is_shown_as_zero { 0.0 } else { value }
 }
@@ -169,6 +172,7 @@ fn without_sign(value: f64, digits: usize) -> f64 {
 /// The compensator's state in words, and how serious it is.
 pub(super) fn compensator_text(flight: &FlightStatus) -> (Tone, String) {
     match (flight.compensator_off, flight.compensator_active) {
+        // First: one that was switched off still moves surfaces until it has faded.
         _ if flight.fade > 0.0 => (Tone::Warning, format!("ACTIVE {:.0} %", 100.0 * flight.fade)),
         (true, false) => (Tone::Plain, "off".to_owned()),
         (true, true) => (Tone::Warning, "fault seen, off".to_owned()),
@@ -216,6 +220,7 @@ fn faults(flight: &FlightStatus, width: usize) -> Vec<Line> {
         return row(Tone::Good, "faults", &["none".to_owned()], width);
     }
     let mut words: Vec<String> = flight.faults.iter().take(FAULTS_MAX).map(fault_text).collect();
+    // The report leaves some out as well, and says how many.
     let more = flight.faults.len() - words.len() + flight.more_faults;
     if more > 0
         && let Some(last) = words.last_mut()
@@ -285,6 +290,7 @@ impl Advice {
         let elevator = list.of_kind(EffectorKind::Elevator).next();
         let effector = elevator.or_else(|| list.all().find(is_surface))?;
         let servo = list.instance(effector);
+        // The script's own angle; where the surface cannot go so far, the end of its travel.
         let angle_deg = airframe.servos[effector].max.to_degrees().min(OF_THE_SCRIPT.1).round();
         let name = list.name(effector).to_owned();
         Some(Self { name, servo, angle_deg, is_elevator: elevator.is_some() })
@@ -298,9 +304,11 @@ impl Advice {
         let servo_option =
             if *servo == number { String::new() } else { format!(" --servo {servo}") };
         let script = format!("python3 gcs-scripts/break_elevator.py{option}{servo_option}{angle}");
+        // The script breaks elevators only.
         let script = is_elevator.then_some(Command::Shell(script));
         let consoles = [
             format!("failure servo stuck -i {servo} -v {angle_deg}deg"),
+            // Unit servo, type stuck, its number, kind "stuck at", angle (docs/commands.md).
             format!("long USER_1 102 2 {servo} 1 {angle_deg} 0 0"),
         ];
         Part {
@@ -428,6 +436,7 @@ pub(super) fn cut(text: &str, width: usize) -> String {
     if columns(&shown) <= width {
         return shown;
     }
+    // One column is kept for the sign.
     let (mut short, mut used) = (String::new(), 1);
     for c in shown.chars() {
         used += c.width().unwrap_or(0);
