@@ -41,6 +41,8 @@ def command(name, *parameters):
     return result
 
 
+# Ten times a second: estimates and state of the compensator by name (docs/mavlink.md).
+command("MAV_CMD_SET_MESSAGE_INTERVAL", mavutil.mavlink.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT, 100_000)
 altitude_m = receive("GLOBAL_POSITION_INT").alt * 1e-3
 command("MAV_CMD_DO_CHANGE_ALTITUDE", altitude_m + 100.0, 0)
 receive("GLOBAL_POSITION_INT", lambda position: position.alt * 1e-3 > altitude_m + 90.0)

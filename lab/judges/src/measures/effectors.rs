@@ -90,7 +90,7 @@ impl Used {
                 block.last = *commands;
             }
             block.command(commands, period_s);
-            block.reset_positions(positions);
+            block.note_farthest(positions);
         }
         self.has_last = true;
     }
@@ -127,7 +127,7 @@ impl EffectorBlock {
         }
     }
 
-    fn reset_positions(&mut self, positions: &Lanes) {
+    fn note_farthest(&mut self, positions: &Lanes) {
         for (lane, position) in positions.iter().enumerate() {
             let beyond = position - self.neutral[lane];
             for (farthest, beyond) in self.farthest.iter_mut().zip([-beyond, beyond]) {

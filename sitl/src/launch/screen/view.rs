@@ -291,7 +291,9 @@ impl Advice {
         let effector = elevator.or_else(|| list.all().find(is_surface))?;
         let servo = list.instance(effector);
         // The script's own angle; where the surface cannot go so far, the end of its travel.
-        let angle_deg = airframe.servos[effector].max.to_degrees().min(OF_THE_SCRIPT.1).round();
+        // Whole degrees, and never beyond the travel: 25 deg in radians and back may fall short by a bit.
+        let max_deg = airframe.servos[effector].max.to_degrees();
+        let angle_deg = (max_deg.min(OF_THE_SCRIPT.1) + 1.0e-9).floor();
         let name = list.name(effector).to_owned();
         Some(Self { name, servo, angle_deg, is_elevator: elevator.is_some() })
     }
