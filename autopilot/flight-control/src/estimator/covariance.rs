@@ -239,6 +239,7 @@ impl Covariance {
     }
 
     fn keep_symmetric(&mut self) {
+        // Rounding lets the halves drift apart; the upper one counts.
         for row in 0..STATES {
             for column in 0..row {
                 self.p[row][column] = self.p[column][row];
@@ -257,6 +258,7 @@ impl Covariance {
             }
         }
         let part: f64 = row.parts().iter().map(|(state, factor)| factor * product[*state]).sum();
+        // Of nearly equal terms with both signs, which may end a little below zero.
         Comparison { product, variance: part.max(0.0) + noise, innovation }
     }
 
@@ -276,6 +278,7 @@ impl Covariance {
         let mut correction = [0.0; STATES];
         for (index, row) in self.p.iter_mut().enumerate() {
             let gain = product[index] / variance;
+            // Between two errors that are only considered nothing changes: that is Schmidt's filter.
             let columns = if index < self.estimated { STATES } else { self.estimated };
             for (covariance, part) in row[..columns].iter_mut().zip(product) {
                 *covariance -= gain * part;
@@ -293,6 +296,7 @@ impl Covariance {
     /// In straight flight its gradients would seem to, as they swing with the noise of the estimate; likewise below.
     pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
         let mut left = comparison.wind_along(flow);
+        // Of what is only considered, the whole gain is left out.
         for (state, left) in left.iter_mut().enumerate().skip(self.estimated) {
             *left = comparison.gain(state);
         }
@@ -335,6 +339,7 @@ impl Covariance {
     /// There a bias of the accelerometers looks like the same tilt before and after. In start axes it would look like another one, and
     /// the two seem to tell bias and tilt apart, which nothing does in straight flight.
     pub fn turn_attitude(&mut self, turned: &Matrix3<f64>) {
+        // P becomes R P Rᵀ, half of it in each turn.
         for _ in 0..2 {
             for x in &mut self.p {
                 let attitude = Vector3::new(x[ATTITUDE], x[ATTITUDE + 1], x[ATTITUDE + 2]);
