@@ -33,6 +33,8 @@ gain_set! {
     /// The set with which every outcome of the paper occurs; docs/estimation.md gives the reasons.
     ActivationGains at activation {
         /// Roll level of |z2|, rad/s².
+        // False alarms set the three levels: at most one an hour of healthy flight in 3 m/s of turbulence, as the
+        // upper 95 % bound (docs/decisions/147-activation-levels.md). A fault that makes less is not noticed.
         level_roll = 1.05, "ACT_LVL_P" "rad/s^2", 0.001 to 100.0, "Roll level of the estimate that wakes the compensator";
         /// Pitch level of |z2|, rad/s².
         level_pitch = 0.30, "ACT_LVL_Q" "rad/s^2", 0.001 to 100.0, "Pitch level of the estimate that wakes the compensator";
@@ -41,11 +43,14 @@ gain_set! {
         /// Standard deviations of the modelled acceleration that add to the levels.
         deviations = 2.0, "ACT_STD" "-", 0.0 to 20.0, "Standard deviations of the modelled acceleration, by those of the flow angles, that add to the levels";
         /// The level must be exceeded this long without a break, s.
+        // A longer dwell, or a lag on z2, would allow lower levels, but would delay the detection of every fault by
+        // 30 ms and more.
         on_dwell_s = 0.02, "ACT_T_ON" "s", 0.001 to 10.0, "Time above the level before the compensator wakes";
         /// Release below this fraction of the level.
         hysteresis = 0.25, "ACT_HYST" "-", 0.01 to 0.99, "Release below this fraction of the level";
         /// The estimate must stay below the release level this long without a break, s.
         off_dwell_s = 5.0, "ACT_T_OFF" "s", 0.001 to 600.0, "Time below the release level before it sleeps again";
+        // A compensation that appears at once is a step on three effectors.
         /// The compensation fades in and out over this time, s.
         fade_s = 0.05, "ACT_FADE" "s", 0.001 to 10.0, "Time in which the compensation fades in and out";
     }
@@ -116,12 +121,15 @@ impl Activation {
     ) -> Wakefulness {
         let levels = z2.abs().component_div(levels);
         let level = levels.x.max(levels.y).max(levels.z);
+        // Runs in every mode: the flag is reported with the compensator off, and it is up to date when the mode
+        // changes in flight.
         self.detect(level, gains);
         let h = self.period.as_seconds();
         let rate = h / gains.fade_s;
         self.fade = match mode {
             CompensatorMode::Off => 0.0,
             CompensatorMode::AlwaysOn => 1.0,
+            // The fade ends exactly at 0 and at 1: whoever uses it tests for zero by equality.
             CompensatorMode::Armed if self.active => (self.fade + rate).min(1.0),
             CompensatorMode::Armed => (self.fade - rate).max(0.0),
         };

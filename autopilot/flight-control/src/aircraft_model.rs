@@ -236,6 +236,8 @@ impl AircraftModel {
 
     /// Where each effector stands in the design trim, rad; engine N.
     pub fn trim_positions(&self) -> PerEffector<f64> {
+        // On the rotating Earth the trim has some aileron and rudder too, which hold a slow turn. The model leaves
+        // them out.
         let command = [0.0, self.trim.elevator_rad, 0.0, self.trim.thrust_n];
         PerEffector::from_fn(|effector| self.effectors.gains[effector].of(command))
     }
@@ -266,6 +268,7 @@ impl AircraftModel {
         check("trim.thrust_n", self.trim.thrust_n, min, max)?;
         // The compensator divides by the aileron command's roll moment and by the inertia's determinant.
         let roll = effectors.per_command(&effectors.c_roll, |gains| gains.roll);
+        // Negative, as the signs of `icd` want it: otherwise every law would feed its error back the wrong way.
         check("effector.c_roll times roll (of all effectors)", roll, -10.0, -1.0e-6)?;
         // The trim of level flight divides by the elevator command's pitching moment and by the slope of the lift
         // with the elevators that balance it.
@@ -276,6 +279,7 @@ impl AircraftModel {
         let slope = self.lift.c_lift_alpha + lift * trimmed;
         check("lift.c_lift_alpha (with balanced elevators)", slope, 1.0e-3, 100.0)?;
         let MassModel { ixx_kg_m2, izz_kg_m2, ixz_kg_m2, .. } = self.mass;
+        // Ixz² must be smaller, or no body has this inertia.
         let determinant = ixx_kg_m2 * izz_kg_m2 - ixz_kg_m2 * ixz_kg_m2;
         check("mass.ixz_kg_m2 (ixx izz - ixz^2)", determinant, 1.0e-9, 1.0e18)?;
         self.schedule.validate(self)
@@ -293,6 +297,7 @@ fn check_of(
     min: f64,
     max: f64,
 ) -> Result<(), AircraftModelError> {
+    // NaN is in no range, so this refuses it too.
     if (min..=max).contains(&value) {
         Ok(())
     } else {

@@ -133,6 +133,7 @@ pub fn allocate(
         positions[i] = match problem.active[i] {
             // What is not used has no travel, and stays at zero.
             _ if scaled.min == scaled.max => scaled.preferred,
+            // Exactly at the bound; the way back from y would round.
             Bound::Min => column.min,
             Bound::Max => column.max,
             Bound::Free => {
@@ -196,6 +197,8 @@ impl Column {
 
 /// `value` inside the bounds; the middle between them for a value that is not a number.
 fn within(value: f64, min: f64, max: f64) -> f64 {
+    // Halved first: the sum of two large bounds could overflow.
     let value = if value.is_nan() { 0.5 * min + 0.5 * max } else { value };
+    // Not `clamp`, which panics when the bounds are out of order or NaN.
     value.max(min).min(max)
 }

@@ -71,6 +71,7 @@ impl Columns {
                 min: servo.min,
                 max: servo.max,
                 preferred: 0.0,
+                // Half a travel counts as one, so effectors of different travel share alike.
                 weight: 2.0 / (servo.max - servo.min),
             };
             change(effector, &mut column);
@@ -114,10 +115,12 @@ impl Allocator {
     ) -> Increments {
         let mut increments = Increments::default();
         if fade == 0.0 {
+            // The active set of one fault says nothing about the next.
             self.reset();
             return increments;
         }
         let demand = -fade * z2;
+        // The columns are new in each step: what the main command leaves of each travel has changed.
         let Columns { effectors, columns } = Columns::new(model, at, commands);
         let allocated = allocation::allocate(&columns, &demand, &Settings::DEFAULT, &self.active);
         self.active = allocated.active;

@@ -71,17 +71,20 @@ impl AltitudeWatch {
         aircraft: &AircraftModel,
     ) -> Option<AltitudeLimit> {
         let error = state.altitude_m - demand.altitude_m;
+        // Positive while the error shrinks, from either side.
         let closing = -libm::copysign(1.0, error) * state.climb_rate_m_s();
         let stands = error.abs() > HELD_WITHIN_M && closing < CLOSING_M_S;
         match missing(state, demand, saturated, aircraft).filter(|_| stands) {
             Some(limit) => {
                 self.limit = Some(limit);
+                // Not beyond the threshold, so an hour at the limit is forgotten as quickly as three seconds.
                 self.standing_s = (self.standing_s + self.h).min(NAMED_AFTER_S);
             }
             None => self.standing_s = (self.standing_s - RECOVERY * self.h).max(0.0),
         }
         if self.standing_s >= NAMED_AFTER_S {
             self.named = true;
+        // Between the two the name stays, or an oscillation at the limit would be named again and again.
         } else if self.standing_s <= 0.0 || error.abs() <= HELD_WITHIN_M {
             self.named = false;
         }
@@ -96,6 +99,7 @@ fn missing(
     saturated: &Saturation,
     aircraft: &AircraftModel,
 ) -> Option<AltitudeLimit> {
+    // The wing comes before the elevator that drives it to the stall, and both before the engine.
     if state.alpha > NEAR_STALL * aircraft.airframe.stall_onset_rad {
         Some(AltitudeLimit::Wing)
     } else if saturated.elevator.is_saturated() {

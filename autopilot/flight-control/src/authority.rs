@@ -68,6 +68,7 @@ impl AuthorityWatch {
         at: &FlightCondition,
     ) -> Authority {
         if allocation == AllocationMode::Paper {
+            // So another allocation chosen in flight looks at once.
             self.due_us = 0;
             return authority(commands, thrust_n, model);
         }
@@ -159,6 +160,7 @@ pub fn authority(commands: &PerEffector<f64>, thrust_n: f64, model: &DesignModel
 
 /// Way below and above a command in parts of the travel there, percent.
 fn ways(command: f64, servo: &ServoModel) -> [f64; 2] {
+    // Neutral may be an end of the travel; there is no way beyond it.
     [servo.min, servo.max].map(|end| match command * end {
         _ if end == 0.0 => 0.0,
         // The command is on the other side of neutral.

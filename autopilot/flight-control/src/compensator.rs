@@ -131,6 +131,7 @@ impl Compensator {
             self.running = RunningEstimator::new(selected, &self.gains, self.period);
             self.works = selected;
             if let Some(last) = &self.last {
+                // Before its first step nothing is handed over, and the new one starts from its measurement.
                 self.running.estimator().start_from(last);
             }
         }
@@ -154,6 +155,8 @@ pub fn compensate(
     at: &FlightCondition,
 ) -> Compensation {
     if fade == 0.0 {
+        // Exactly nothing, so a healthy flight has the same bits with the compensator armed and off
+        // (docs/decisions/014-activation.md).
         return Compensation::NONE;
     }
     let mass = &model.aircraft().mass;
@@ -164,8 +167,11 @@ pub fn compensate(
     let (c_roll, c_yaw) = model.aileron_pair();
     let aileron_rad = -fade * roll / (at.q_s_b * c_roll);
     let Some(nozzle) = &model.aircraft().nozzle else {
+        // Pitch and yaw then have no effector here; the other allocations give them to the surfaces.
         return Compensation { aileron_rad, ..Compensation::NONE };
     };
+    // g_c is singular without thrust. Below the floor the nozzle asks for less than it needs, but for something
+    // finite.
     let t_x_t = at.t_x_t.max(nozzle.thrust_floor_n * nozzle.arm_m);
     Compensation {
         aileron_rad,

@@ -107,6 +107,8 @@ impl DesignModel {
         let (trim, design) = (&self.aircraft.trim, &self.design_turn);
         let here = level_turn(&self.aircraft, &self.elevators, state, at);
         LevelTurn {
+            // As a difference: what the formula leaves out of a trim cancels at the design point, where the law is
+            // Eq. (15) as printed.
             theta_rad: trim.theta_rad + (here.theta_rad - design.theta_rad),
             elevator_rad: trim.elevator_rad + (here.elevator_rad - design.elevator_rad),
             pitch_rate_rad_s: here.pitch_rate_rad_s,
@@ -115,12 +117,14 @@ impl DesignModel {
 
     /// Takes the coefficients at the condition of `state`; whether the model has any that change.
     pub fn adapt(&mut self, state: &NavigationState) -> bool {
+        // A model without points costs nothing and keeps its bits.
         if self.schedule.is_empty() {
             return false;
         }
         let v = state.airspeed_m_s;
         let pressure_pa = 0.5 * atmosphere::density(state.altitude_m) * v * v;
         self.schedule.put(pressure_pa, &mut self.aircraft);
+        // The trim stays a difference to the design point of the file, so nothing of that changes here.
         self.aileron_pair = aileron_pair(&self.aircraft.effectors);
         self.elevators = Elevators::of(&self.aircraft.effectors);
         true
@@ -150,6 +154,8 @@ impl DesignModel {
         let c_pitch = a.c_pitch_0 + a.c_pitch_alpha * alpha + a.c_pitch_q * q * at.chord_time;
         let c_yaw = a.c_yaw_beta * beta + (a.c_yaw_p * p + a.c_yaw_r * r) * at.span_time;
         let mut moment = Vector3::new(at.q_s_b * c_roll, at.q_s_c * c_pitch, at.q_s_b * c_yaw);
+        // Left to the estimate, the torque of a propeller would use up a part of the detector's level that depends
+        // on the throttle.
         if let Some(engine) = &self.aircraft.engine {
             moment.x += engine.roll_zero_n_m + engine.roll_per_thrust_m * state.thrust_n;
         }
@@ -278,6 +284,7 @@ fn design_point(aircraft: &AircraftModel) -> NavigationState {
     let trim = &aircraft.trim;
     NavigationState {
         attitude: EulerAngles { phi: 0.0, theta: trim.theta_rad, psi: 0.0 },
+        // In level flight the flow is horizontal.
         alpha: trim.theta_rad,
         airspeed_m_s: trim.airspeed_m_s,
         altitude_m: trim.altitude_m,

@@ -212,6 +212,7 @@ impl Estimator {
     /// One tick: samples in, state out. Total: whatever the samples are, every number of the state is finite.
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> NavigationState {
         let gap_us = time.as_micros().saturating_sub(self.state.time.as_micros());
+        // While time stands still the same tick comes again.
         if self.started.is_some() && gap_us == 0 {
             return self.state;
         }
@@ -225,6 +226,8 @@ impl Estimator {
         match self.ground.is_some() {
             true => {
                 self.advance(time, gap_us, &before);
+                // A sum of seconds; without rounding ten steps of 1 ms could be a hair short, and the update a step
+                // late.
                 if libm::round(self.transition.seconds * 1.0e6) as u64 >= UPDATE_EVERY_US {
                     self.update(time, sensors);
                 }
@@ -256,6 +259,7 @@ impl Estimator {
         let (rate, force) = (gyro.value.0, accelerometer.value.0);
         if is_new(&mut sources.gyro, time, gyro, rate.as_ref(), RATE_MAX_RAD_S) {
             self.rate = rate;
+        // With this the rate without its bias is zero.
         } else if sources.gyro.silence_s(time) > INERTIAL_SILENCE_S || sources.gyro.is_stuck(time) {
             self.rate = self.estimate.gyro_bias;
         }
@@ -265,6 +269,7 @@ impl Estimator {
             && (sources.accelerometer.silence_s(time) > INERTIAL_SILENCE_S
                 || sources.accelerometer.is_stuck(time))
         {
+            // The force that carries the aircraft in its present attitude.
             let held = self.estimate.matrix().tr_mul(&-ground.place.gravity);
             self.force = held + self.estimate.force_bias;
         }
@@ -278,9 +283,10 @@ impl Estimator {
         }
     }
 
-    /// Inertial navigation since the last step. A sample is of its own instant, so the mean of both ends stands for the time between
-    /// them: the later one alone would be half a step ahead, 8 mm/s in a turn with 8 m/s².
+    /// Inertial navigation since the last step.
     fn advance(&mut self, time: SimTime, gap_us: u64, before: &[Vector3<f64>; 2]) {
+        // A sample is of its own instant, so the mean of both ends stands for the time between them. The later one
+        // alone would be half a step ahead: 8 mm/s in a turn with 8 m/s².
         let inertial = Inertial {
             rate: (before[0] + self.rate) * 0.5 - self.estimate.gyro_bias,
             force: (before[1] + self.force) * 0.5 - self.estimate.force_bias,
@@ -296,11 +302,13 @@ impl Estimator {
 
     /// The covariance, the place, and all measurements that are new.
     fn update(&mut self, time: SimTime, sensors: &Sensors) {
+        // First, because the process noise reads the force of the manoeuvre.
         self.follow_force();
         self.transition.gust = libm::exp(-self.transition.seconds / self.gust_s());
         self.transition.lasting = libm::exp(-self.transition.seconds / LASTING_S);
         let noise = self.process_noise(time);
         let Estimate { wind, steady_wind, .. } = &mut self.estimate;
+        // The mean of a Gauss-Markov process decays as `Transition` lets its covariance decay.
         *wind = *steady_wind + (*wind - *steady_wind) * self.transition.gust;
         self.covariance.predict(&self.transition, &noise);
         self.transition = Transition::NONE;
@@ -309,6 +317,7 @@ impl Estimator {
         self.measure(time, sensors);
         self.covariance.turn_attitude(&(self.estimate.matrix() * before.transpose()));
         self.follow_gusts(time);
+        // Of a covariance that is not positive every correction would be wrong, and none would repair it.
         if !self.covariance.is_sound() {
             self.begin_again();
         }
@@ -347,6 +356,7 @@ impl Estimator {
         let [latitude, longitude, altitude] = ground.place.coordinates(&estimate.position);
         (state.latitude_rad, state.longitude_rad, state.altitude_m) =
             (latitude, longitude, altitude);
+        // Too slow for a flow: the speed is zero, and the angles stay as they were.
         state.airspeed_m_s = air::speed(&through_air).map_or(0.0, |flow| flow.value);
         if let Some(flow) = air::angle_of_attack(&through_air) {
             state.alpha = flow.value;
@@ -394,6 +404,8 @@ impl Estimator {
         }
         let covariance = &self.covariance;
         let root = |sum: f64| libm::sqrt(sum) as f32;
+        // The filter averages what is fast. The slow error of GNSS is not in its covariance, so it is added to what
+        // is reported.
         let (drift, factor) = (self.gains.gnss_drift_m, self.gains.gnss_vertical);
         let present = self.present();
         let flow = |of| present.as_ref().map_or(0.0, |present| self.flow_variance(present, of));
@@ -447,6 +459,7 @@ fn is_new(
     values: &[f64; 3],
     max: f64,
 ) -> bool {
+    // NaN fails the comparison.
     let good = sample.valid && values.iter().all(|value| value.abs() <= max);
     source.is_new(now, sample.time, good, values)
 }

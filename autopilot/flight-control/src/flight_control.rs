@@ -144,16 +144,20 @@ impl FlightControl {
         own: Option<&mut dyn Law>,
     ) -> StepLog {
         if self.model.adapt(state) {
+            // The ends of its thrust are those of this flight condition.
             self.mixer = Mixer::new(&self.model.aircraft().effectors);
         }
         let gains = &self.gains;
 
         let measured = state.valid.thrust.then_some(state.thrust_n);
+        // Without a measurement the last command stands in, here as well as in laws and log.
         let thrust_n = self.applied.take_thrust(measured).unwrap_or(state.thrust_n);
         self.main_only.take_thrust(measured);
         let state = &NavigationState { thrust_n, ..*state };
         let modelled = *match gains.selection.observer {
             ObserverMode::Informed => self.applied.positions(),
+            // What Eqs. (21) to (23) print: the observer is not told of the compensation
+            // (docs/decisions/016-observer-input.md).
             ObserverMode::Literal => self.main_only.positions(),
         };
         let at = self.model.condition(state);
@@ -182,11 +186,13 @@ impl FlightControl {
                 false => IsolationLog::default(),
             };
 
+        // Of the step before, because this step's is known only behind the mixer.
         let saturation = &self.saturation;
         let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
         let (fade, airspeed_m_s) = (wake.fade, demand.airspeed_m_s);
         let Relieved { compensation, mut mixed, log: relief, health: compensation_health } =
             self.allocate(state, airspeed_m_s, &main, &z2, fade, &at);
+        // Last, because it needs to know what the flown commands leave of the travel.
         isolation.test_rad = self.test(&mut mixed, state, &at);
         let attained = match wake.fade == 0.0 {
             true => Vector3::zeros(),
@@ -197,6 +203,7 @@ impl FlightControl {
         let allocation = self.gains.selection.allocation;
         let (commands, thrust_n) = (&mixed.commands, state.thrust_n);
         let authority = self.authority.step(allocation, commands, thrust_n, &self.model, &at);
+        // Before `finish` moves them on: the log has the positions of this tick.
         let healthy_positions = *self.applied.positions();
         self.finish(&main, &mixed);
 

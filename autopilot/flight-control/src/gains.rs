@@ -221,6 +221,7 @@ impl Gains {
     pub fn validate(&self) -> Result<Option<Lemma1Warning>, GainError> {
         for tunable in tunables() {
             let value = (tunable.get)(self);
+            // NaN is in no range.
             if !(tunable.min..=tunable.max).contains(&value) {
                 let Tunable { name, unit, min, max, .. } = *tunable;
                 return Err(GainError { name, unit, value, min, max });

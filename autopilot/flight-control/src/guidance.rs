@@ -126,6 +126,7 @@ pub fn follow_circle(
     let inwards = inwards.unwrap_or(NORTH);
     let tangent = turned(&inwards, -side * RIGHT);
     let track = Track::new(velocity, &tangent);
+    // A circle without a radius would need an acceleration without a limit.
     let (r, radius_m) = (centre.norm(), radius_m.max(1.0));
     let cross_track_m = r - radius_m;
     let angle = if cross_track_m >= 0.0 {
@@ -133,7 +134,9 @@ pub fn follow_circle(
     } else {
         -inside_circle(r, radius_m, track.speed_m_s, gains)
     };
+    // Flying round the other way feeds nothing forward.
     let around = (track.speed_m_s * track.direction.dot(&tangent)).max(0.0);
+    // Deep inside, V²/r would grow without a limit.
     let centripetal = around * around / r.max(0.5 * radius_m);
     steer(&turned(&tangent, side * angle), cross_track_m, side * centripetal, &track, gains)
 }

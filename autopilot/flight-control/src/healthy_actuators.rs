@@ -39,6 +39,7 @@ impl HealthyActuators {
             let servo = &aircraft.effectors.servos[effector];
             ModelledServo {
                 effector,
+                // Exact for a first-order lag, whatever the period.
                 fraction: 1.0 - libm::exp(-h / servo.lag_s),
                 way_max: servo.rate_limit * h,
                 ends: [servo.min, servo.max],
@@ -96,6 +97,7 @@ impl HealthyActuators {
             self.positions[effector] += if above > way_max { way_max } else { above };
         }
         if let Some(engine) = self.engine {
+            // Until the next measurement replaces it.
             self.positions[engine] = commands[engine];
         }
     }

@@ -153,7 +153,7 @@ struct AwakeIsolation {
     sums: Sums,
     /// The estimate of the sample before, rad/s².
     z2_before: Vector3<f64>,
-    /// Time since the detector woke, us; counted up to a minute.
+    /// Time since the detector woke, us.
     since_us: u32,
     sample_due_us: u32,
     look_due_us: u32,
@@ -203,6 +203,7 @@ impl Isolation {
             return IsolationLog::default();
         }
         if let Some(left_us) = self.rests_us {
+            // Its time over, the rest goes on until there is something to look at.
             let rests = left_us > 0 || input.level < 1.0;
             self.rests_us = rests.then(|| left_us.saturating_sub(period_us));
             return IsolationLog::default();
@@ -290,6 +291,7 @@ impl AwakeIsolation {
         let wrong = self.model_error(input, gains);
         let noise = asleep.variance + (gains.noise_level * input.levels).map(|noise| noise * noise);
         let deviation = Vector3::from_fn(|axis, _| {
+            // While the estimate moves, so much of it may only be late.
             let late = LATE_S * (z2[axis] - self.z2_before[axis]) / sample_s;
             libm::sqrt(noise[axis] + wrong[axis] * wrong[axis] + late * late)
         });
@@ -346,6 +348,7 @@ impl AwakeIsolation {
             return;
         }
         let columns = self.columns(input);
+        // Never zero, because `forgiving` divides by its square.
         let wrong = self.model_error(input, gains).add_scalar(1.0e-6);
         let offset = OFFSET_LEVEL * input.levels;
         let candidates = self.sums.forgiving(&wrong, &offset, columns.len()).candidates(&columns);
@@ -366,6 +369,7 @@ impl AwakeIsolation {
         self.behaves_s = if behaves { self.behaves_s + look_s } else { look_s };
         self.best = Some(best);
         let is_other = self.log.verdict.is_none_or(|verdict| verdict.effectors != best.effectors);
+        // A new effector may be named whatever it does; the behaviour of a named one has to persist by itself.
         let (persists_s, needed_s) = match best.behaviour {
             Some(Behaviour::Irregular) => (self.behaves_s, MOVES_S.max(gains.persistence_s)),
             _ if is_other => (self.persists_s, gains.persistence_s),
@@ -440,6 +444,7 @@ fn probability_of(candidates: &Candidates, effectors: [Option<Effector>; 2]) -> 
 
 /// Probability of these hypotheses together.
 fn probability(candidates: &Candidates, which: impl Fn(&Candidate) -> bool) -> f64 {
+    // Relative to the best one, or `exp` would make zero of all of them.
     let most = candidates.iter().fold(f64::MIN, |most, other| most.max(other.log_evidence));
     let weight = |candidate: &Candidate| libm::exp(candidate.log_evidence - most);
     let all: f64 = candidates.iter().map(weight).sum();

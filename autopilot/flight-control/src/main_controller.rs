@@ -248,6 +248,7 @@ impl MainController {
             (MainLaw::Own, None) => MainLaw::Pid,
             (selected, _) => selected,
         };
+        // Here and not in `set_gains`, because a law starts from the state of a step.
         let switched = selected != self.flies;
         if switched {
             self.running = RunningLaw::new(selected, &self.gains, model);
@@ -266,6 +267,7 @@ impl MainController {
         let raw = self.running.law(own).map_or(last, |law| law.step(&input));
         let finite = raw.finite_or(&last);
         self.implausible = finite != raw;
+        // What the integrators could not take over.
         if switched && self.last.is_some() {
             self.transfer = Some((last.combine(&finite, |old, new| old - new), TRANSFER_S));
         }
@@ -285,6 +287,7 @@ impl MainController {
 
     fn track(&mut self, state: &NavigationState, demand: &Demand) -> References {
         let Demand { airspeed_m_s, .. } = *demand;
+        // From where the aircraft is, so the first step asks for nothing sudden.
         let mut references = self.references.unwrap_or(References {
             altitude_m: state.altitude_m,
             roll_rad: state.attitude.phi,

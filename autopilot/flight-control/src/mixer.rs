@@ -94,6 +94,8 @@ impl Mixer {
         ];
         let mut given = demanded;
         let mut sides = [Side::Inside; PARTS];
+        // A part is cut where all that follow it are at their ends, and each effector below, where its parts add up
+        // to more.
         for ((given, side), [min, max]) in given.iter_mut().zip(&mut sides).zip(self.ranges) {
             (*given, *side) = clip(*given, min, max);
         }
@@ -107,6 +109,8 @@ impl Mixer {
             let (command, mut side) = clip(commands[effector], min, max);
             commands[effector] = command;
             if let Some(demanded) = &demanded {
+                // By what was demanded: of a cut part the command ends exactly at the travel and would count as
+                // inside.
                 (_, side) = clip(demanded[effector], min, max);
             }
             limited = limited.with(effector, side.is_saturated());
@@ -181,6 +185,7 @@ impl Mixer {
         for effector in self.list.all() {
             let [min, max] = self.ends[effector];
             let command = mixed.commands[effector] + increments.positions[effector];
+            // The increments are inside; what rounding adds is no saturation.
             (mixed.commands[effector], _) = clip(command, min, max);
             if increments.limited.contains(effector) {
                 mixed.limited = mixed.limited.with(effector, true);
@@ -192,6 +197,7 @@ impl Mixer {
             along[part] += gain * increments.positions[effector];
             length[part] += gain * gain;
         }
+        // Least squares: the command that comes nearest to these increments.
         let part = |part: usize| if length[part] > 0.0 { along[part] / length[part] } else { 0.0 };
         mixed.applied = Compensation {
             aileron_rad: part(0),

@@ -271,7 +271,7 @@ impl Navigator {
     }
 
     /// The parts without a valid sample from those that have one: rates and attitude from each other, air and ground from each other
-    /// with the last known wind, the altitude from the satellites. A law cannot set_own_law a value to its reference that never changes.
+    /// with the last known wind, the altitude from the satellites. A law cannot bring a value to its reference that never changes.
     fn stand_in(&mut self, before: &NavigationState, gnss_altitude_m: f64) {
         let Self { state: s, wind } = self;
         // Microseconds between two ticks.
@@ -279,6 +279,7 @@ impl Navigator {
         let (valid, was, turned) = (s.valid, before.valid, before.orientation.q_ned_from_body);
         if !valid.rates && dt_s > 0.0 {
             let turn = turned.inverse() * s.orientation.q_ned_from_body;
+            // An attitude that was stood in for is no end of a measured turn.
             let is_seen = valid.attitude && was.attitude;
             s.rates = if is_seen { turn.scaled_axis() / dt_s } else { Vector3::zeros() };
         }
@@ -288,6 +289,7 @@ impl Navigator {
             s.attitude = s.orientation.euler();
         }
         if !(valid.velocity && valid.airspeed && valid.flow_angles) {
+            // Of a tick when all of it was measured: later the values that stand in would only confirm themselves.
             if was.attitude && was.velocity && was.airspeed && was.flow_angles {
                 *wind = before.wind();
             }

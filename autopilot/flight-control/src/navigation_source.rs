@@ -43,6 +43,7 @@ impl NavigationSource {
             StateSource::Samples => false,
             StateSource::Estimator => true,
         };
+        // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
         match estimates {
             true => self.estimator.step(time, sensors),

@@ -141,6 +141,7 @@ impl OscillationWatch {
         quiet.main_roll = self.axes[0].calm;
         let slow = Vector3::from_fn(|index, _| self.axes[index].slow);
         let used = z2.zip_zip_map(&slow, &quiet.axes, |z2, slow, quiet| {
+            // The estimate itself, to the bit, while nothing yields.
             if quiet == 0.0 { z2 } else { z2 - quiet * (z2 - slow) }
         });
         (used, quiet)
@@ -149,8 +150,10 @@ impl OscillationWatch {
 
 impl AxisOscillation {
     fn step(&mut self, z2: f64, level: f64, fade: f64, gains: &ReliefGains, h: f64) {
+        // Followed at all times, so that a yield begins with the slow part of before it.
         self.slow += (z2 - self.slow) * (h / (h + gains.yield_lag_s));
         let [mean, variance] = &mut self.asleep;
+        // Once compensated, the swings of a late effector would raise the very threshold that they have to pass.
         if fade == 0.0 {
             let (deviation, way) = (z2 - *mean, h / (h + NOISE_S));
             *mean += deviation * way;

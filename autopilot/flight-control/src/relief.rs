@@ -189,6 +189,7 @@ impl Relief {
         let demand = self.demand(input, gains);
         let preferred = mixer.demanded(&main, &compensation);
         let main = &mixed.commands;
+        // First without the rudder, which only gives what the others leave.
         let (mut positions, mut limited) =
             self.allocate(&demand, &preferred, main, 0.0, input, gains);
         let mut missing = demand - model.effectors(at, &positions);
@@ -234,6 +235,7 @@ impl Relief {
     /// a: the demanded angular acceleration of all effectors, rad/s².
     fn demand(&self, input: &ReliefInput<'_>, gains: &ReliefGains) -> Vector3<f64> {
         let ReliefInput { state, at, fade, main, model, mixer, .. } = *input;
+        // Before limits: what the travel cuts off the main command is to be given by other effectors.
         let main = model.effectors(at, &mixer.demanded(main, &Compensation::NONE));
         let beta = model.effective_angle(state.beta) + lead(state, gains);
         let roll = at.q_s_b * model.aircraft().airframe.c_roll_beta * beta;
@@ -258,6 +260,7 @@ impl Relief {
         let columns = Columns::whole(model, at, |effector, column| {
             column.preferred = preferred[effector];
             if Some(effector) == nozzle_yaw {
+                // At most half of the travel, so that the bounds stay in order.
                 let reserve = gains.reserve_rad.min(0.5 * (column.max - column.min));
                 column.min += reserve;
                 column.max -= reserve;
@@ -276,6 +279,7 @@ impl Relief {
         let (mut positions, mut limited) = (*main, EffectorSet::default());
         for (index, (effector, column)) in columns.iter().enumerate() {
             positions[effector] = allocated.positions[index];
+            // A rudder that is pinned to the main command has not reached its end.
             let is_held = column.min < column.max && allocated.active[index] != Bound::Free;
             limited = limited.with(effector, is_held && column.effect != Vector3::zeros());
         }
@@ -296,9 +300,11 @@ impl Relief {
     fn yaw(&self, positions: &mut PerEffector<f64>, quick: f64, input: &ReliefInput<'_>) {
         let [_, Some(nozzle)] = input.model.nozzle_effectors() else { return };
         let effect = input.model.effect(input.at, nozzle).z;
+        // Without thrust the nozzle gives nothing, and the quotient below has no limit.
         if effect <= 0.0 {
             return;
         }
+        // What is quick must not come back through the reserve while the yaw yields.
         let share = input.fade * (1.0 - self.quiet.axes.z);
         let servo = &input.model.aircraft().effectors.servos[nozzle];
         let position = positions[nozzle] + share * quick / effect;
@@ -330,6 +336,8 @@ fn saturate(
         missing if missing < -limit => Side::Above,
         _ => Side::Inside,
     };
+    // In place of what the mixer found: a command beyond the travel of its own effector may have been given by
+    // others.
     mixed.saturation.aileron = side(missing.x, WINDUP[0]);
     mixed.saturation.elevator = side(missing.y, WINDUP[1]);
     let nozzle = |nozzle: Option<Effector>| match nozzle {
@@ -356,6 +364,7 @@ fn lead(state: &NavigationState, gains: &ReliefGains) -> f64 {
     let beta = state.beta + ahead;
     let excess = beta.abs() - gains.lead_beta_rad;
     if excess > 0.0 && beta * ahead > 0.0 {
+        // At most the excess, so that the lead begins with zero at its threshold.
         libm::copysign(ahead.abs().min(excess), ahead)
     } else {
         0.0

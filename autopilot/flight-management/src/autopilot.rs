@@ -125,6 +125,7 @@ impl Autopilot {
         self.vehicle.begin_flight();
         self.transitions = Transitions::default();
         self.latest = None;
+        // In this order: outcomes of the old flight, the new flight, and then whoever asked for it.
         self.abandon_requests();
         self.publish(EventKind::FlightBegan { joined_in_flight });
         self.resolve_restarts(Outcome::Done);
@@ -140,7 +141,10 @@ impl Autopilot {
     pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> &StepLog {
         self.time = time;
         self.on_ground = false;
+        // First, so that script, vehicle and laws see one state of one tick
+        // (docs/decisions/115-navigation-state.md).
         let state = self.navigation.step(time, sensors);
+        // Before the vehicle: a reference is flown in the step in which its line is due.
         self.step_script(&state);
         self.fly(&state, sensors)
     }
@@ -155,6 +159,7 @@ impl Autopilot {
         let own = self.own_law.as_mut().map(Brought::law_mut);
         let log = self.flight.step_with(state, &command, own);
         let (mode, navigation) = (self.vehicle.mode(), self.vehicle.navigation());
+        // Telemetry shows the reference; the log has what the laws were given for it.
         let demand = self.vehicle.demand().copied().unwrap_or(command);
         let (period, terminated) = (self.period, self.vehicle.is_terminated());
         let latest = match &mut self.latest {
@@ -192,6 +197,7 @@ impl Autopilot {
     /// Handles a packet without a control step: the simulation is paused. The commands stay unchanged; the
     /// snapshot shows the present sensors, which is the state at ground contact when the flight has ended.
     pub fn hold(&mut self, sensors: &Sensors, on_ground: bool) -> Actuators {
+        // Only a look: how many there are in a pause depends on wall time, which must not change the flight.
         let state = self.navigation.look(self.time, sensors);
         let actuators = match self.latest.as_mut() {
             Some(snapshot) => {
@@ -210,6 +216,7 @@ impl Autopilot {
                 if let Some(snapshot) = self.latest.as_mut() {
                     snapshot.on_ground = on_ground;
                 }
+                // The step was for the display. The flight begins with its first tick.
                 self.flight.reset();
                 self.reset_own_law();
                 actuators
@@ -388,6 +395,7 @@ impl Autopilot {
                 return;
             }
             PlantReport::Started { positions } => {
+                // Later the modelled servos are under way, and a repeated report must not move them.
                 if self.latest.is_none() {
                     self.flight.start_at(&positions);
                 }
@@ -402,6 +410,7 @@ impl Autopilot {
                 (at, EventKind::GroundContact)
             }
             PlantReport::Paced { request, pace, at } => {
+                // The launcher changes the pace without a request, too.
                 if let Some(open) = request.and_then(|number| self.take_answered(number)) {
                     self.conclude(&open, Outcome::Done);
                 }
@@ -526,8 +535,10 @@ impl Autopilot {
         if script.has_faults() && !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
+        // Only now: a script that is refused does not end the running one.
         self.stop_script();
         let id = script.id();
+        // The answers would be told as those of lines of the new script.
         for open in self.open.iter_mut().filter(|open| open.asker != Asker::Operator) {
             open.asker = Asker::Nobody;
         }
@@ -553,6 +564,7 @@ impl Autopilot {
             let has_room = self.open.iter().filter(of_scripts).count() < OPEN_MAX
                 && self.has_room_for_request();
             let Some(due) = run.next(state, has_room) else { break };
+            // Before its outcome, so that the text of a line comes ahead of its refusal.
             self.publish_script_event(id, ScriptEvent::Line(due.line));
             let asker = Asker::Line { script: id, line: due.line };
             if let Err(refusal) = self.execute(asker, due.action) {
@@ -583,9 +595,11 @@ impl Autopilot {
     }
 
     fn request_fault(&mut self, asker: Asker, request: FaultRequest) -> Result<(), VehicleRefusal> {
+        // The parameter may have changed since the script began.
         if !self.scripts.may_fail {
             return Err(VehicleRefusal::FaultInjectionOff);
         }
+        // Wraps around in the upper half, where no intent has its number.
         let number = self.scripts.last_number.wrapping_add(1) | FIRST_SCRIPT_REQUEST;
         self.scripts.last_number = number;
         let request = PlantRequest { number, action: PlantAction::Fault(request) };
@@ -658,6 +672,7 @@ impl EventQueue {
         self.events.push_back(Event { time, kind });
         if self.events.len() > EVENTS_MAX {
             let ranks = self.events.iter().map(|event| rank(&event.kind)).enumerate();
+            // Of several equal ones `min_by_key` gives the first, which is the oldest.
             let victim = ranks.min_by_key(|(_, rank)| *rank).map_or(0, |(place, _)| place);
             self.events.remove(victim);
             self.lost += 1;

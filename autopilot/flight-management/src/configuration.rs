@@ -69,6 +69,7 @@ fn checked(file: &str, aircraft: AircraftModel) -> Result<AircraftModel, TextErr
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ScenarioFile {
+    // Has a name only so that `deny_unknown_fields` lets the plant's part pass.
     #[serde(rename = "plant")]
     _plant: Option<IgnoredAny>,
     #[serde(default)]

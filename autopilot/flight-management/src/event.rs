@@ -282,6 +282,7 @@ impl CompensatorTransition {
         if self.asleep_us < ASLEEP_AFTER_US {
             return None;
         }
+        // Without the sleep that it took to be sure.
         let after = Duration::from_micros(self.active_us - self.asleep_us);
         *self = Self::default();
         Some(EventKind::CompensatorReleased { after })
@@ -332,6 +333,7 @@ impl Transitions {
         for (sensor, (state, alive)) in
             SensorKind::ALL.into_iter().zip(self.sensors.iter_mut().zip(alive))
         {
+            // A sensor that the aircraft does not have is never lost.
             if state.is_none() && *alive {
                 *state = Some(Debounced::default());
             }

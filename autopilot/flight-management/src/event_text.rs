@@ -112,6 +112,7 @@ pub fn of_event(
 fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
     Some(match event {
         VehicleEvent::Mode(mode) => (Info, format!("Mode {mode}")),
+        // Ground stations get messages of their own for these.
         VehicleEvent::PlanItem(_) | VehicleEvent::ItemReached(_) | VehicleEvent::Home(_) => {
             return None;
         }

@@ -25,6 +25,7 @@ impl FaultList {
             // All faults are unconfirmed until the plant has reported them again.
             EventKind::PlantBack | EventKind::EventsLost(_) => {
                 self.doubtful.append(&mut self.entries);
+                // A link that comes and goes must not let the list grow.
                 self.doubtful.drain(..self.doubtful.len().saturating_sub(FAULTS_MAX));
             }
             EventKind::Fault(entry) => return self.take(entry),
@@ -68,6 +69,7 @@ impl FaultList {
     pub fn foremost(&self, target: impl Into<Target>) -> Option<&FaultEntry> {
         let target = target.into();
         let its = self.entries.iter().filter(|entry| entry.target == target);
+        // `false` is less than `true`: what acts comes before what is due.
         its.min_by_key(|entry| match entry.state.next_onset() {
             Some(next) => (true, next),
             None => (false, entry.state.time()),

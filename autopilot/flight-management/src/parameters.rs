@@ -222,6 +222,7 @@ impl Parameters {
         &mut self,
         settings: impl IntoIterator<Item = (&'a str, f64)>,
     ) -> Result<Option<Lemma1Warning>, ParameterError> {
+        // On a copy, so that a set that is refused changes nothing.
         let mut changed = *self;
         for (name, value) in settings {
             changed.assign(name, value)?;
@@ -260,6 +261,7 @@ impl Parameters {
 
     /// The values that differ from `defaults`, for display: `OBS_W0 = 40, FTC_MODE = 0`.
     pub fn differences(&self, defaults: &Self) -> Vec<String> {
+        // By bits, as `to_text` decides which values to write.
         let bits = |row: &Parameter, of: &Self| row.value(of).to_bits();
         let changed = table().iter().filter(|row| bits(row, self) != bits(row, defaults));
         // Whole numbers have no decimals.
@@ -427,6 +429,7 @@ pub fn saved_error(file: &str, problem: impl Display) -> TextError {
 pub fn to_text(parameters: &Parameters, defaults: &Parameters) -> String {
     let mut text = HEADER.to_owned();
     for row in table() {
+        // Display gives the shortest decimal number that is read back to the same bits.
         let (value, default) = (row.value(parameters), row.value(defaults));
         if value.to_bits() != default.to_bits() {
             // Writing to a string cannot fail.

@@ -106,6 +106,7 @@ impl Script {
         let sequences = parser::sequences(text, effectors).map_err(|error| error.in_file(name))?;
         let mut hasher = crc32fast::Hasher::new();
         hasher.update(name.as_bytes());
+        // Keeps name and text apart: `a` and `bc` are not `ab` and `c`.
         hasher.update(&[0]);
         hasher.update(text.as_bytes());
         let id = hasher.finalize();
@@ -386,6 +387,7 @@ impl Condition {
         let rises = before <= 0.0 && now > 0.0;
         let falls = before >= 0.0 && now < 0.0;
         match self.crossing {
+            // From exactly at the value there is no other side yet.
             Crossing::Passes => rises && before < 0.0 || falls && before > 0.0,
             Crossing::RisesAbove => rises,
             Crossing::FallsBelow => falls,
@@ -446,6 +448,7 @@ impl Run {
             *place =
                 ScriptPlace { next: place.next + 1, since: state.time, excess: None, due: false };
             let due = Due { line: line.number, action: line.action };
+            // An end ends the sequences beside this one too.
             if due.action == Action::End {
                 for (sequence, place) in self.script.sequences().iter().zip(&mut self.places) {
                     place.next = sequence.lines.len();
@@ -474,6 +477,7 @@ impl Run {
                 Trigger::After(micros) => time.micros_since(place.since) >= micros,
                 Trigger::When(condition) => {
                     let now = condition.excess(state);
+                    // The first tick only tells on which side of the value the flight is.
                     let before = place.excess.unwrap_or(now);
                     place.excess = Some(condition.remembered(before, now));
                     condition.is_crossed(before, now)

@@ -194,6 +194,7 @@ fn cut<'a>(rest: &mut &'a [u8], skipped: &mut Skipped) -> Cut<'a> {
         } else {
             let Some(frame) = rest.get(..layout.length) else { return Cut::Beginning };
             let end = layout.payload_at + layout.payload_length;
+            // The checksum covers neither the marker nor the signature.
             let crc = calculate_crc(&frame[1..end], MavMessage::extra_crc(layout.id));
             if frame[end..end + CRC] == crc.to_le_bytes() {
                 *rest = &rest[layout.length..];
@@ -300,6 +301,7 @@ impl Encoded {
     /// A message whose payload was assembled byte by byte, since it may carry numbers that the definitions do not
     /// have. Zeros at its end are cut off, as the protocol requires.
     pub fn by_hand<D: MessageData>(mut payload: Vec<u8>) -> Self {
+        // The protocol keeps the first byte, even if it is zero.
         while payload.len() > 1 && payload.last() == Some(&0) {
             payload.pop();
         }
@@ -313,6 +315,7 @@ impl Encoded {
 
     /// Whether no copy has been recorded before; this one is from now on.
     pub(super) fn record_once(&self) -> bool {
+        // Relaxed, because the flag guards no other data.
         self.copies.0.as_ref().is_none_or(|recorded| !recorded.swap(true, Ordering::Relaxed))
     }
 

@@ -109,6 +109,7 @@ pub struct CommandService {
 impl Service for CommandService {
     fn handle(&mut self, from: From, message: &Message, now: WallTime, shared: &mut Shared) {
         match message {
+            // The parameter service answers that one.
             Message::Command(command) if command.id != PREFLIGHT_STORAGE => {
                 let result = match self.handle_command(from, command, now, shared) {
                     Ok(None) => return,
@@ -151,6 +152,7 @@ impl Service for CommandService {
             return;
         }
         let open = self.open.swap_remove(index);
+        // Only an accepted one counts: what was refused may come again with its number.
         if let Some(command) = open.command
             && open.verdict.result == MavResult::MAV_RESULT_ACCEPTED
             && rules::is_numbered_step(&command)
@@ -236,6 +238,7 @@ impl CommandService {
         if intents.iter().any(needs_flight) {
             check_not_over(shared)?;
         }
+        // All intents of a command or none: half of one could not be acknowledged.
         let has_room = self.open.len() < OPEN_MAX && shared.intents.room() >= intents.len();
         if !intents.is_empty() && !has_room {
             return Err(CommandError::temporary("Too many commands are waiting"));

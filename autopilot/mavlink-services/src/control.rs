@@ -151,6 +151,7 @@ impl Service for LinkLoss {
     }
 
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        // Without a flight nothing can react, but the heartbeats are followed all the same.
         if shared.aircraft.phase() != Phase::Flying {
             return;
         }

@@ -49,6 +49,7 @@ pub fn boot_us_low(time: SimTime) -> u32 {
 pub fn whole_number<T: TryFrom<i64>>(value: f64) -> Option<T> {
     // `as` saturates; the types have no number that large.
     let whole = value as i64;
+    // NaN has become zero, which it does not equal.
     (whole as f64 == value).then(|| T::try_from(whole).ok()).flatten()
 }
 
@@ -138,6 +139,7 @@ pub fn heading_centidegrees(psi_rad: f64) -> u16 {
     if psi_rad.is_nan() {
         return u16::MAX;
     }
+    // After rounding, or 359.996 deg would be 36000.
     let centidegrees = to_i32(psi_rad.to_degrees() * 1.0e2).rem_euclid(36_000);
     u16::try_from(centidegrees).unwrap_or(0)
 }

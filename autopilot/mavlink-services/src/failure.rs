@@ -240,6 +240,7 @@ pub fn requests(
     let list = &model.effectors.list;
     let targets = chosen(command, list)?;
     if command.failure == Failure::OK {
+        // Whatever else the command gives would be ignored without a word.
         if *command != FaultCommand::new(command.unit, command.failure, command.instances) {
             return Err(denied("a fault is mended at once, without value, ramp or time"));
         }
@@ -446,6 +447,7 @@ fn reach(effector: Effector, model: &AircraftModel, factor: f64) -> Reach {
     let EffectorModel { list, servos, .. } = &model.effectors;
     let ServoModel { lag_s, rate_limit, min, max } = servos[effector];
     let is_angle = list.is_angle(effector);
+    // A first-order servo is never faster than its travel over its lag.
     let fastest = is_angle.then(|| factor * rate_limit.min((max - min) / lag_s));
     let class = TargetClass::of(is_angle);
     Reach { class, min: factor * min, max: factor * max, fastest }

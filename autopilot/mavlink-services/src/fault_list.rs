@@ -86,6 +86,7 @@ impl FaultStream {
     /// Sends the list to every peer if it is due.
     pub fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         if shared.aircraft.snapshot().is_none() || shared.peers.all().next().is_none() {
+            // So the first peer gets the list at once.
             self.due = None;
             return;
         }

@@ -94,6 +94,7 @@ impl Service for FtpService {
         }
         match client.answer(&request, shared) {
             Some(reply) => {
+                // To answer these twice does no harm, and the second answer is newer.
                 let is_question = [LIST_DIRECTORY, CALCULATE_CRC_32].contains(&request.opcode);
                 client.latest = (!is_question).then(|| (**bytes, reply.clone(), now));
                 send(&mut shared.peers, from, reply);
@@ -257,6 +258,7 @@ impl FtpClient {
         let place =
             self.sessions.iter().position(is_it).ok_or(Problem::MAV_FTP_ERR_INVALIDSESSION)?;
         self.sessions.remove(place).end(shared);
+        // The rest of its burst would have a session that the client has closed.
         self.burst.take_if(|burst| burst.session == request.session);
         Ok(request.ack(&[]))
     }

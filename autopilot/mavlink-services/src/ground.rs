@@ -121,6 +121,7 @@ impl Ground {
     #[must_use]
     pub fn with_defaults(mut self, defaults: &Parameters) -> Self {
         self.shared.defaults = *defaults;
+        // The metadata name the defaults too.
         self.shared.metadata = Metadata::new(self.shared.effectors(), defaults);
         self
     }
@@ -181,6 +182,7 @@ impl Ground {
         let mut rest = &bytes[..];
         let held = loop {
             if !self.shared.peers.can_answer(peer) {
+                // Without a byte left there is nothing to resume.
                 break !rest.is_empty();
             }
             let Some(frame) = codec::next_frame_of_stream(&mut rest, &mut self.skipped) else {
@@ -240,6 +242,7 @@ impl Ground {
     pub fn handle_event(&mut self, event: &Event, now: WallTime) {
         let Shared { aircraft, texts, parameters, model, control, scripts, .. } = &mut self.shared;
         let is_news = aircraft.handle_event(&event.kind);
+        // What the plant only repeats needs no text.
         if is_news {
             texts.handle_event(&event.kind, parameters, &model.effectors.list);
         }
@@ -269,12 +272,14 @@ impl Ground {
     pub fn handle_snapshot(&mut self, snapshot: &Snapshot, now: WallTime) {
         self.shared.aircraft.handle_snapshot(snapshot);
         self.services.telemetry.handle_snapshot(now, &mut self.shared);
+        // The state may show another mode than the last event.
         self.services.heartbeat.poll(now, &mut self.shared);
     }
 
     /// Does what is due.
     pub fn poll(&mut self, now: WallTime) {
         self.shared.peers.poll(now);
+        // One turn for each connection: a resumed one may be held again at once.
         for _ in 0..peers::CONNECTIONS_MAX {
             let Some(connection) = self.shared.peers.next_resumable() else { break };
             self.read_inbox(connection, now);

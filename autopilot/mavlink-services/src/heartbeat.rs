@@ -58,6 +58,7 @@ impl Service for Heartbeat {
         let last = self.last.as_ref();
         if last.is_none_or(|(sent, last)| now.since(*sent) >= INTERVAL || *last != content) {
             peers.announce(&Encoded::new(&content));
+            // Those of this round need none of their own any more.
             self.greeted = peers.all().collect();
             self.last = Some((now, content));
             return;

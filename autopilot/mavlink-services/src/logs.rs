@@ -98,6 +98,7 @@ impl Service for LogService {
         self.latest_burst = now;
         let mut sent = false;
         for client in self.clients.iter_mut().filter(|client| client.is_ready()) {
+            // UDP says nothing when the other end has gone.
             if client.is_fetching() && !shared.peers.is_present(client.peer, now, SILENCE) {
                 client.end();
                 continue;
@@ -105,6 +106,7 @@ impl Service for LogService {
             let sets_pace = client.requests_pieces() || shared.peers.is_connection(client.peer);
             let time = if sets_pace { MESSAGE_TIME } else { DATAGRAM_TIME };
             let messages = elapsed.as_micros() / time.as_micros();
+            // At least one message, so that many stations slow each other down and none stands still.
             let share = (usize::try_from(messages).unwrap_or(1) / ready).max(1);
             for _ in 0..share {
                 if shared.peers.bulk_room(client.peer) == 0 {
@@ -151,11 +153,13 @@ impl LogService {
     /// Next job for the disk. Call only while no job is running.
     pub fn pop_job(&mut self) -> Option<LogJob> {
         let number = self.next_number;
+        // Before all reads: they would read what is to be erased.
         let job = if self.erasing == Erasing::Requested {
             self.erasing = Erasing::Job(number);
             LogJob { number, task: LogTask::Erase }
         } else {
             let count = self.clients.len();
+            // By turns, so that a station with many requests does not keep the others from the disk.
             let mut places = (0..count).map(|i| (self.turn + i) % count);
             let (place, task) =
                 places.find_map(|place| Some((place, self.clients[place].task()?)))?;
@@ -189,6 +193,7 @@ impl LogService {
 fn answer_without_folder(from: From, request: LogRequest, now: WallTime, shared: &mut Shared) {
     match request {
         LogRequest::List { .. } => shared.peers.answer(from.peer, no_logs()),
+        // An empty message marks the end; without it the station would wait and ask again.
         LogRequest::Data { id, offset, .. } => {
             shared.texts.warn(now, "There is no log folder (--log-dir)");
             shared.peers.answer(from.peer, data(id, offset, &[]));
@@ -413,6 +418,7 @@ impl LogClient {
                 return Ok(());
             }
             (LogTask::Read { name, offset, length }, Ok(LogOutcome::Read(bytes))) => {
+                // The system may give less than was asked for only where the file ends.
                 if bytes.len() >= length {
                     self.block = Some(LogBlock { name, offset, bytes });
                     return Ok(());
@@ -516,6 +522,7 @@ impl LogClient {
         }
         let message = data(id, offset, bytes);
         part.offset += u32::try_from(bytes.len()).unwrap_or_default();
+        // A full message does not show that it is the last one: an empty one follows.
         let is_last = bytes.len() < DATA && part.offset >= log.size;
         if part.is_over() || is_last {
             self.parts.pop_at(0);

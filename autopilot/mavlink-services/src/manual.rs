@@ -95,6 +95,7 @@ impl Service for Manual {
         };
         shared.pilots.replace(system, Pilot { received: now, sticks, channels });
         let flies_by_sticks = flies_by_sticks(&shared.aircraft);
+        // Nobody has control yet, so whoever moves the sticks first gets it.
         if shared.control.holder().is_none() && flies_by_sticks {
             shared.control.take(from.sender);
         }
@@ -139,6 +140,7 @@ impl Service for Manual {
             };
             return self.fallback.request(mode, text, now, shared);
         }
+        // What was held back is out of date now.
         self.is_new = false;
         if self.steers && shared.intents.push(VehicleCommand::Sticks(Sticks::CENTRED)).is_some() {
             self.steers = false;
@@ -159,6 +161,7 @@ impl Service for Manual {
             return Some(at);
         }
         let pilot = shared.pilots.of(shared.control.holder());
+        // Altitude without sticks: the loss is handled at once.
         let Some(pilot) = pilot else { return Some(WallTime::ZERO) };
         let timeout = stick_timeout(&shared.parameters);
         Some(self.forwarding.deadline(pilot.received, timeout, self.is_new))
@@ -198,7 +201,9 @@ fn of_joystick(control: &ManualControl) -> Option<Sticks> {
     forward.or(right).or(thrust)?;
     Some(Sticks {
         roll: right.unwrap_or(0.0),
+        // Not `-forward`, which makes minus zero of a centred stick.
         climb: 0.0 - forward.unwrap_or(0.0),
+        // MAVLink has negative thrust below zero, which this engine does not have.
         throttle: thrust.map(|thrust| thrust.max(0.0)),
     })
 }

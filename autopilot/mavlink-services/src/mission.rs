@@ -130,6 +130,7 @@ impl Service for MissionService {
         if result == R::MAV_MISSION_ACCEPTED && steers {
             shared.control.take(waiting.from.sender);
         }
+        // First, since the acknowledgement names the plan that is now in force.
         let id = self.settle(&waiting, result, now, shared);
         if let Some(list) = waiting.list {
             shared.peers.answer(waiting.from.peer, ack(list, result, id, waiting.from.sender));
@@ -191,6 +192,7 @@ impl MissionService {
     fn count(&mut self, list: ListKind, caller: &mut Caller) {
         let (items, id) = match list {
             ListKind::MISSION => {
+                // The download keeps this plan, even if another one replaces it meanwhile.
                 self.downloads.begin(caller.from, &self.stored, caller.now);
                 (self.stored.count(), self.stored.id)
             }
@@ -213,6 +215,7 @@ impl MissionService {
         match plan.items.get(usize::from(seq)) {
             Some(item) if list == ListKind::MISSION => {
                 let state = caller.shared.aircraft.snapshot().map(|state| state.navigation);
+                // A state from before this plan came into force shows an item of another one.
                 let flown = state.filter(|navigation| navigation.plan_id == plan.id);
                 let current = flown.map_or(0, |navigation| navigation.item);
                 let mut payload = body(item, u8::from(seq == current));
@@ -240,6 +243,7 @@ impl MissionService {
             // The ground station does not know the request: use the other one of the two.
             upload.as_int = !upload.as_int;
             caller.answer(upload.request(caller.now));
+        // ACCEPTED ends a download; during an upload it has no meaning and does no harm.
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
             let text = "Mission upload cancelled, the plan is unchanged";
@@ -326,6 +330,7 @@ impl MissionService {
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         if let Err(Rejected { result, reason }) = upload.draft.take(item, &rules) {
             self.upload = None;
+            // If the refusal gets lost the station sends this item again, and is told again.
             self.ended = Some(Ended { from: caller.from, seq: item.words.seq, result, id: 0 });
             return caller.refuse(list, result, reason);
         }
@@ -349,6 +354,7 @@ impl MissionService {
             Some(Ended { seq: last, result, id, .. }) if last == seq => {
                 caller.answer(ack(ListKind::MISSION, result, id, caller.from.sender));
             }
+            // A copy of an item from before the end, which is answered.
             Some(ended) if seq < ended.seq => {}
             _ => {
                 let reason = "an item came and no upload is under way";
@@ -359,6 +365,7 @@ impl MissionService {
 
     /// MISSION_CLEAR_ALL, or an upload of no items.
     fn clear(&mut self, list: ListKind, caller: &mut Caller) {
+        // An empty list can be cleared, and stations clear all three one after the other.
         if EMPTY_LISTS.contains(&list) {
             return caller.answer(ack(list, R::MAV_MISSION_ACCEPTED, 0, caller.from.sender));
         }
@@ -408,6 +415,7 @@ impl MissionService {
         match &waiting.what {
             What::Plan(stored, notes) => {
                 let id = if accepted { stored.id } else { 0 };
+                // Nobody waits for the acknowledgement, so nobody can miss it.
                 if let (Some(_), Some(seq)) = (waiting.list, stored.count().checked_sub(1)) {
                     self.ended = Some(Ended { from: waiting.from, seq, result, id });
                 }
@@ -630,6 +638,7 @@ impl Stored {
     /// Stores items; the same items have the same id, also after a restart of the autopilot.
     fn new(items: Vec<MissionItem<i32>>) -> Self {
         let mut hasher = crc32fast::Hasher::new();
+        // Without the mark of the current item, which moves in flight and makes no other plan of it.
         items.iter().for_each(|item| hasher.update(&body(item, 0)));
         let id = if items.is_empty() { 0 } else { hasher.finalize().max(1) };
         Self { id, items }

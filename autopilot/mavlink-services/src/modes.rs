@@ -239,6 +239,7 @@ impl Service for ModeSwitch {
         }
         let slot = slot(pulse_us);
         let before = self.positions.replace(from.sender.system, (channel, slot));
+        // Another channel is another switch, whose first position selects nothing.
         if before.is_some_and(|(old, before)| old == channel && before != slot) {
             shared.derived = slot_mode(parameters.slots[slot]).map(Message::SetMode);
         }
@@ -247,6 +248,7 @@ impl Service for ModeSwitch {
 
 fn slot(pulse_us: u16) -> usize {
     let travelled = usize::from(pulse_us.saturating_sub(LOWEST_US));
+    // The end of the travel belongs to the highest slot.
     (travelled * MODE_SLOTS / usize::from(TRAVEL_US)).min(MODE_SLOTS - 1)
 }
 

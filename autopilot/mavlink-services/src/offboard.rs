@@ -88,6 +88,7 @@ impl Service for Offboard {
                 stream.is_new = true;
                 stream.reported_unusable = false;
             }
+            // Who has no control is told only that: what its setpoints say does not matter.
             Err(reason) if !lacks_control && !stream.reported_unusable => {
                 stream.reported_unusable = true;
                 shared.texts.warn(now, format!("Setpoint refused: {reason}"));
@@ -160,6 +161,7 @@ impl Service for Offboard {
         }
         let stream = shared.setpoints.of(shared.control.holder());
         let latest = stream.and_then(|stream| Some((stream, stream.latest.as_ref()?.0)));
+        // No usable setpoint at all: the fallback is due at once.
         let Some((stream, at)) = latest else { return Some(WallTime::ZERO) };
         let timeout = setpoint_timeout(&shared.parameters);
         Some(self.forwarding.deadline(at, timeout, stream.is_new))
@@ -252,6 +254,7 @@ fn of_attitude(data: &SET_ATTITUDE_TARGET_DATA, parameters: &Parameters) -> Resu
     let euler = convert::euler_of(data.q).ok_or("q is no unit quaternion")?;
     let mut limiter = Limiter::default();
     let limit_deg = parameters.limits.roll_max_deg;
+    // Only for the report. The flown angle has a limit of its own below.
     limiter.limit("roll", "deg", euler.phi.to_degrees(), (-limit_deg, limit_deg));
     let limit = convert::radians(limit_deg) * INSIDE;
     Ok(limiter.read(Setpoint::Roll(euler.phi.clamp(-limit, limit))))
@@ -347,6 +350,7 @@ fn of_velocity(
     };
     let climb_m_s = if ignored & VELOCITY_Z == 0 {
         let limit = parameters.navigation.climb_max_m_s;
+        // Not `-down`, which makes minus zero of level flight.
         limiter.limit("climb", "m/s", 0.0 - finite(down)?, (-limit, limit))
     } else if course_rad.is_none() {
         return Err("neither position nor velocity is given");

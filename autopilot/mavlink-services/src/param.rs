@@ -75,6 +75,7 @@ pub struct SaveQueue {
 impl SaveQueue {
     pub fn push(&mut self, text: String, at_once: bool) {
         self.last_number += 1;
+        // Whoever waits for the replaced content waits for this one.
         let at_once = at_once || self.next.as_ref().is_some_and(|next| next.at_once);
         self.next = Some(Save { number: self.last_number, text, at_once });
     }
@@ -115,6 +116,7 @@ impl ParameterStore {
         let Some(kept) = self.kept.as_mut() else { return Ok(()) };
         let before = *kept;
         kept.set(name, value)?;
+        // A value that is set again costs no write.
         if *kept != before {
             self.saves.push(to_text(kept, defaults), false);
         }
@@ -176,6 +178,7 @@ impl Service for ParamService {
 
     /// Sends the next burst of each list.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
+        // Tries again what found no room among the intents.
         pass_on(shared);
         self.follow_faults(now, shared);
         if self.lists.is_empty() || now < self.next_burst {
@@ -268,6 +271,7 @@ impl ParamService {
 
     /// Publishes the fault parameters that have changed, and answers the stations that wait for one.
     fn follow_faults(&mut self, now: WallTime, shared: &mut Shared) {
+        // First, because a target whose command is answered may publish its value.
         let answers = self.faults.answers(now, shared.aircraft.faults(), shared.effectors());
         let changed = self.faults.changed(shared.aircraft.faults(), shared.effectors());
         for row in changed.iter().filter_map(|target| row_of(*target, shared)).collect::<Vec<_>>() {
@@ -331,6 +335,7 @@ fn change(
         let set = shared.parameters.set(&name, value);
         let set = set.and_then(|warning| shared.parameters.check_law().map(|()| warning));
         let warning = set.map_err(|error| {
+            // A set that was valid but names a law that is not here.
             shared.parameters = before;
             refusal(error)
         })?;
@@ -344,6 +349,7 @@ fn change(
             shared.texts.warn(now, note);
         }
     }
+    // The exact value: what came over the wire has seven digits.
     let value = if same { old.value } else { value };
     if !is_fixed && let Err(error) = shared.store.keep(&name, value, &shared.defaults) {
         shared.texts.warn(now, format!("{name} set, but not saved: {error}"));
@@ -394,9 +400,11 @@ fn handle_storage(from: From, command: &CommandMessage, now: WallTime, shared: &
 /// Sets all parameters to their defaults, including those that the command line set.
 fn reset(now: WallTime, shared: &mut Shared) {
     let before = shared.parameters;
+    // Whether there is a law belongs to the program, not to the parameters.
     shared.parameters = Parameters { brings_law: before.brings_law, ..shared.defaults };
     if let Some(kept) = &mut shared.store.kept {
         *kept = shared.defaults;
+        // At once, so that the defaults hold after a crash, too.
         shared.store.saves.push(to_text(kept, &shared.defaults), true);
     }
     let rows = table().iter().enumerate();
@@ -419,6 +427,7 @@ pub fn handle_saved(saved: &Saved, shared: &mut Shared) {
         Err(_) => MavResult::MAV_RESULT_FAILED,
     };
     match &saved.result {
+        // One text for each series of failures: every change of a parameter would repeat it.
         Err(reason) if !had_failed => {
             let text = format!("Parameters are not saved: {reason}");
             shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);

@@ -160,6 +160,7 @@ impl Peers {
             is_local,
             configured,
             since: now,
+            // A frame makes a UDP peer. A connection may be opened and say nothing.
             has_sent: !address.is_connection(),
             last_seen: now,
             inbox: Inbox::default(),
@@ -191,6 +192,7 @@ impl Peers {
     /// that has been silent for long; of several the one that has been silent for longest.
     fn quietest(&self, among: impl Fn(&PeerEntry) -> bool, now: WallTime) -> Option<&PeerEntry> {
         let quiet = self.entries.iter().filter(|entry| among(entry) && entry.is_quiet(now));
+        // `false` is less than `true`: who never sent comes first.
         quiet.min_by_key(|entry| (entry.has_sent, entry.is_settled(), entry.last_seen))
     }
 
@@ -208,6 +210,7 @@ impl Peers {
         let quiet = self.quietest(PeerEntry::can_fall_silent, now);
         let visitors = self.entries.iter().filter(|entry| entry.can_fall_silent());
         let newest = visitors.max_by_key(|entry| entry.since);
+        // A crowd that all sends moves nobody but its own last member.
         let stayed = || newest.filter(|entry| now.since(entry.since) >= STAY_MIN);
         let leaves = quiet.or_else(stayed)?.peer;
         self.entries.retain(|entry| entry.peer != leaves);
@@ -383,6 +386,7 @@ impl Peers {
         let entry = loop {
             match ready.next() {
                 Some(entry) if entry.outbox.has_answer() => break entry,
+                // Goes on: another peer may still have an answer.
                 Some(entry) if chosen.is_none() && entry.outbox.has_any() => chosen = Some(entry),
                 Some(_) => {}
                 None => break chosen?,

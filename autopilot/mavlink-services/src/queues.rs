@@ -101,6 +101,7 @@ impl Outbox {
 
     /// Telemetry and bulk data by turns.
     fn pop_stream(&mut self) -> Option<Encoded> {
+        // Also if one is empty: the turn does not matter then.
         self.bulk_next = !self.bulk_next;
         let [first, second] = match self.bulk_next {
             true => [&mut self.telemetry, &mut self.bulk],
@@ -191,6 +192,7 @@ impl Intents {
         if self.room() == 0 {
             return None;
         }
+        // Below the numbers that scripts use.
         self.last_number = (self.last_number + 1) % FIRST_SCRIPT_REQUEST;
         self.queue.push_back(Intent { number: self.last_number, command: command.into() });
         Some(self.last_number)

@@ -143,6 +143,7 @@ impl Scripts {
             return Err(MavFtpErr::MAV_FTP_ERR_FILEPROTECTED);
         }
         if !self.files.contains_key(name) && self.files.len() >= FILES_MAX {
+            // Out of space, by the error number of the system.
             return Err(MavFtpErr::MAV_FTP_ERR_FAILERRNO);
         }
         self.uploads += 1;
@@ -183,6 +184,7 @@ impl Scripts {
         if length as usize > FILE_MAX {
             return Err(MavFtpErr::MAV_FTP_ERR_FAILERRNO);
         }
+        // What was cut off and written again later is zero in between, as in a file.
         file.content.resize(length as usize, 0);
         Ok(())
     }
@@ -276,6 +278,7 @@ impl Scripts {
     /// Handles an event of a script, and reports it.
     pub fn handle_event(&mut self, id: u32, event: ScriptEvent, texts: &mut StatusTexts) {
         let running = self.running.as_ref().map(|running| &running.script);
+        // Several scripts may have the same text: the one that runs counts, then the latest.
         let mut known = running.into_iter().chain(self.started.iter().rev()).chain(&self.scenario);
         let script = known.find(|script| script.id() == id).cloned();
         let (severity, text) = event_text::of_script(script.as_deref(), event);

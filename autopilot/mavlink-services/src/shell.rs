@@ -91,10 +91,12 @@ impl Service for ShellService {
             let ready = self.sessions.iter_mut().find(|session| session.is_ready());
             let Some(session) = ready else { break };
             let Some(line) = session.next_line() else { continue };
+            // A line may ask for a mode that needs a stream of its sender.
             shared.note_streams(session.from, now);
             let answer = commands::run(&line, now, shared);
             session.answer(answer, now, shared);
         }
+        // Behind the lines: the answer to a peer that is gone is dropped with it.
         self.sessions.retain(|session| shared.peers.knows(session.from.peer));
         for session in &mut self.sessions {
             session.poll(now, shared);
@@ -249,6 +251,7 @@ impl ShellSession {
             Ok(Output { text, commands }) => (text, commands),
             Err(reason) => return self.finish(&format!("ERROR: {reason}\n")),
         };
+        // All commands of a line or none: half of a line could not be undone.
         if shared.intents.room() < commands.len() {
             return self.finish("ERROR: too many commands are waiting\n");
         }
@@ -316,6 +319,7 @@ impl ShellSession {
         let Some(running) = self.running.take_if(|running| running.parts.is_empty()) else {
             return;
         };
+        // With another part mended, the line has its answer already.
         if running.no_active_fault && !running.has_cleared {
             self.print("no active fault\n");
         }
@@ -425,6 +429,7 @@ impl LineBuffer {
             _ if self.bytes.len() >= LINE_MAX => self.overflow = self.overflow.saturating_add(1),
             b'\t' => self.bytes.push(b' '),
             byte => {
+                // Kept all the same, so that a backspace can still take it away and the length is right.
                 self.is_garbled |= !(b' '..=b'~').contains(&byte);
                 self.bytes.push(byte);
             }

@@ -121,13 +121,13 @@ impl Signing {
         }
     }
 
-    /// The signature is checked first: a frame without a valid one changes nothing.
     fn check(&mut self, key: Key, frame: &Frame<'_>) -> Result<(), Refusal> {
         if frame.is_version_1() {
             return Err(Refusal::Version1);
         }
         let (signed, trailer) = frame.signature().ok_or(Refusal::Unsigned)?;
         let trailer = Trailer(trailer);
+        // Before anything else is read: a frame without a valid signature must change nothing.
         if !key.is_right(signed, trailer) {
             return Err(Refusal::WrongSignature);
         }
@@ -143,6 +143,7 @@ impl Signing {
     /// Upper limit of accepted timestamps.
     fn newest_allowed(&self) -> Timestamp {
         let knows_date = Timestamp::knows_date(self.unix_start_us);
+        // Without a date any lead may be right.
         if knows_date { self.local.plus(AHEAD_MAX) } else { Timestamp::END }
     }
 

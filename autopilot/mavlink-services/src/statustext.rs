@@ -48,6 +48,7 @@ impl StatusTexts {
     }
 
     /// Queues a text for the flight log only: the peers get the information in another way.
+    // The recorder may be slow or absent, and this queue must not grow for it.
     pub fn log(&mut self, severity: MavSeverity, text: impl Into<String>) {
         if self.for_log.len() >= TEXTS_MAX {
             self.for_log.pop_front();
@@ -118,6 +119,7 @@ impl StatusTexts {
     /// Sends waiting texts, as far as any peer has room; then the number of dropped ones.
     pub fn poll(&mut self, peers: &mut Peers) {
         while peers.can_announce(CHUNKS_MAX)
+            // Only with room for the longest text: one with its end missing says something else.
             && let Some((severity, text)) =
                 self.queue.pop_front().or_else(|| self.take_unreported())
         {
@@ -125,6 +127,7 @@ impl StatusTexts {
             let id = if chunks.len() == 1 {
                 0
             } else {
+                // 0 is the id of a text that fits one message.
                 self.last_id = self.last_id.checked_add(1).unwrap_or(1);
                 self.last_id
             };
@@ -177,6 +180,7 @@ fn chunks_of(text: &str) -> Vec<[u8; CHUNK]> {
         // QGroundControl shows an empty chunk as `...`.
         bytes.push(b' ');
     }
+    // One byte less, so that the last chunk has the NUL that ends the text.
     bytes.truncate(CHUNKS_MAX * CHUNK - 1);
     if bytes.is_empty() {
         return vec![[0; CHUNK]];

@@ -105,6 +105,7 @@ impl Fallback {
         if self.requested.is_some_and(|at| now.since(at) < REPEAT) {
             return;
         }
+        // A full queue leaves `requested` as it is, and the next poll tries again.
         if shared.intents.push(VehicleCommand::Mode(mode)).is_some() {
             if self.requested.is_none() {
                 shared.texts.publish(MavSeverity::MAV_SEVERITY_WARNING, text);

@@ -112,6 +112,7 @@ impl Service for Telemetry {
 impl Telemetry {
     /// The next tick must publish a snapshot.
     pub fn needs_snapshot(&self) -> bool {
+        // Also while time stands still: the first tick after it ends the stillness.
         self.waiting.is_some() || self.still
     }
 
@@ -168,6 +169,7 @@ fn send_due(now: WallTime, shared: &mut Shared) {
         if due.is_empty() {
             continue;
         }
+        // Built once, however many peers are due: each gets a copy.
         let messages = row.build(&TelemetryView { shared, now });
         let messages: Vec<_> = messages.iter().map(Encoded::for_many).collect();
         for peer in due {
@@ -176,6 +178,7 @@ fn send_due(now: WallTime, shared: &mut Shared) {
             }
         }
     }
+    // Once at the end, since each row has changed its own due time only.
     shared.rates.peers.iter_mut().for_each(Rates::find_next);
 }
 
@@ -232,6 +235,7 @@ impl Rates {
         change(&mut self.streams[index]);
         let after = self.interval(index, defaults);
         if after != before {
+            // At once, so that a station sees that its request has worked.
             self.streams[index].due = after.map(|_| WallTime::ZERO);
             self.find_next();
         }
@@ -309,7 +313,7 @@ impl PeerRates {
         }
     }
 
-    /// Follows the list of peers and the parameters: changed defaults set_own_law distant due times closer, and start and stop
+    /// Follows the list of peers and the parameters: changed defaults bring distant due times closer, and start and stop
     /// streams.
     fn follow(&mut self, now: WallTime, defaults: StreamParameters, peers: &Peers) {
         if self.defaults != defaults {

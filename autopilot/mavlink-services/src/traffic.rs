@@ -39,6 +39,7 @@ impl Traffic {
     /// Records a message of `sender` that is sent now, unless it has been recorded for another peer. Pieces of a flight
     /// log (LOG_DATA) are left out, or each download would write the log once more.
     pub(super) fn record_sent(&mut self, message: &Encoded, sender: Identity) {
+        // A copy for another peer may have been recorded already.
         if self.is_recording && message.id != LOG_DATA_DATA::ID && message.record_once() {
             self.record(|sequences| message.frame(sender, sequences.take(message)));
         }

@@ -185,6 +185,7 @@ impl<W: Write> Encoder<W> {
     }
 
     fn write(&mut self, entry: Entry, has_rows: bool) -> io::Result<()> {
+        // Before an entry, so that a mark stands between whole messages.
         if self.written() >= self.sync_at {
             self.sync()?;
         }
@@ -225,6 +226,7 @@ impl<W: Write> Encoder<W> {
         if has_rows {
             self.rows(step)?;
         }
+        // The hash takes every step, also those without rows: a replay has them all.
         if !self.hash.steps().is_multiple_of(self.hash_every) {
             return Ok(());
         }
@@ -313,6 +315,7 @@ impl<W: Write> Encoder<W> {
         let text = match event.kind {
             EventKind::Outcome { number, outcome } => self.refused(number, &outcome),
             EventKind::Script { script, event } => {
+                // The running one first: several may have the same text.
                 let mut known = self.running.iter().chain(self.scripts.iter().rev());
                 let script = known.find(|known| known.id() == script).cloned();
                 let text = script.as_ref().map(|script| event_text::of_script(Some(script), event));
@@ -350,6 +353,7 @@ impl<W: Write> Encoder<W> {
         if self.plant_header_is_there || index >= count {
             return Ok(());
         }
+        // Pieces of another count are of another header.
         if self.pieces.len() != count {
             self.pieces = vec![None; count];
         }
@@ -371,6 +375,7 @@ impl<W: Write> Encoder<W> {
     fn change_parameters(&mut self, now: &Parameters) -> io::Result<()> {
         for row in table() {
             let value = row.value(now);
+            // By value, so only what has changed takes room.
             if value != row.value(&self.parameters) {
                 self.data.parameter(row.name, wire_value(row.kind, value))?;
             }
@@ -525,6 +530,7 @@ impl Selection {
 
     /// The next entry to write, and whether its rows are written.
     pub fn pop(&mut self) -> Option<(Entry, bool)> {
+        // With a full queue nothing that comes later can select these steps any more.
         let is_early = self.settles || self.waiting.len() >= WAITING_MAX;
         let mut has_rows = true;
         if let Entry::Step(Step { time, .. }) = *self.waiting.front()? {
@@ -554,6 +560,7 @@ impl Selection {
         let (more, rest_us) = (since_us / CREDIT_EVERY_US, since_us % CREDIT_EVERY_US);
         let more = u32::try_from(more).unwrap_or(u32::MAX);
         self.credit = self.credit.saturating_add(more).min(CREDIT_MAX);
+        // What is left of the interval counts for the next row.
         self.credited = SimTime::from_micros(time.as_micros().saturating_sub(rest_us));
         let takes = self.credit > 0;
         self.credit -= u32::from(takes);
@@ -568,6 +575,7 @@ impl Selection {
                 let Step { mode, terminated, references, .. } = *step;
                 let now = (step.log.compensator_active, mode, terminated);
                 let (active, mode, terminated, before) =
+                    // The first step has nothing before it that it could differ from.
                     self.seen.replace((now.0, now.1, now.2, references))?;
                 let steps = before.iter().zip(&references).zip(REFERENCE_STEPS);
                 let jumps = steps.into_iter().any(|((before, now), by)| (now - before).abs() >= by);

@@ -65,6 +65,7 @@ impl ControlHeader {
             period_us,
             row_every: 1,
             joined_in_flight,
+            // A log cannot hold code.
             settings: Settings { own_law: None, ..settings },
             parameter_hash: String::new(),
         }

@@ -73,6 +73,7 @@ impl RunHash {
 
     /// Adds a request sent to the plant after `steps_flown` control steps.
     pub fn request(&mut self, steps_flown: u64, moment: Moment, action: &PlantAction) {
+        // Depends on wall time; a replay flies without pauses and as fast as it can.
         if matches!(action, PlantAction::Pace(_)) {
             return;
         }

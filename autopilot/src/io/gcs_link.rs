@@ -220,6 +220,7 @@ impl GcsLink {
             result = self.serve(&mut channels) => result,
         };
         // A frame that no socket accepts at once is lost: no client may keep the process from ending.
+        // The last text leaves with the frames that wait.
         self.ground.end();
         self.send(clock::now());
         self.stores.finish(&mut self.ground);
@@ -242,15 +243,18 @@ impl GcsLink {
                 logs.begin(job);
             }
             let wanted = self.ground.needs_snapshot();
+            // Relaxed, because a snapshot of one tick later is as good.
             channels.snapshot_wanted.store(wanted, Ordering::Relaxed);
             self.send(now);
             let deadline = self.next_wake(now);
             let input = self.next_input(channels, &mut buffer, deadline, now).await;
+            // Read again: the wait may have been long.
             let now = clock::now();
             match input {
                 LinkInput::Socket(arrival) => self.handle_arrival(&arrival, &buffer, now),
                 LinkInput::Event(event) => {
                     self.ground.handle_event(&event, now);
+                    // The sockets wait for this loop, so it has an end.
                     for _ in 1..EVENTS_IN_A_ROW {
                         let Ok(event) = channels.events.try_recv() else { break };
                         self.ground.handle_event(&event, now);
@@ -318,6 +322,7 @@ impl GcsLink {
             }
             Arrival::Opened { connection, from } => {
                 let mut is_open = self.ground.open(connection, is_this_computer(from), now);
+                // Who is silent gives its place to a newcomer.
                 if !is_open && let Some(quiet) = self.ground.quiet_connection(now) {
                     self.close(quiet, "it is silent, and another one came");
                     is_open = self.ground.open(connection, is_this_computer(from), now);

@@ -127,6 +127,7 @@ impl TryFrom<Tables> for EffectorModel {
         });
         let list = EffectorList::new(entries).map_err(TablesError::List)?;
         let mut servos = PerEffector::default();
+        // The list keeps the order of the tables: an effector's place is the number of its table.
         for (effector, table) in list.all().zip(&tables) {
             servos[effector] = table.servo()?;
         }
@@ -149,6 +150,7 @@ impl EffectorFile {
         let lag_s = self.lag_s;
         if self.kind.is_angle() {
             let expected = "travel_rad, rate_limit_rad_s";
+            // All three keys are matched, so one that means nothing for this kind is refused instead of ignored.
             match (self.travel_rad, self.rate_limit_rad_s, self.thrust_n) {
                 (Some([min, max]), Some(rate_limit), None) => {
                     Ok(ServoModel { lag_s, rate_limit, min, max })
@@ -209,6 +211,7 @@ impl EffectorModel {
         gain: impl Fn(&AxisGains) -> f64,
     ) -> f64 {
         let with_gain = self.list.all().filter(|e| gain(&self.gains[*e]) != 0.0);
+        // -0.0 is the neutral element of the sum: from 0.0 a single coefficient of -0.0 would come out as 0.0.
         with_gain.map(|e| gain(&self.gains[e]) * coefficients[e]).fold(-0.0, |sum, c| sum + c)
     }
 
@@ -217,7 +220,9 @@ impl EffectorModel {
     pub fn command_range(&self, gain: impl Fn(&AxisGains) -> f64) -> [f64; 2] {
         let ranges = self.list.all().filter_map(|effector| {
             let (gain, servo) = (gain(&self.gains[effector]), &self.servos[effector]);
+            // Without a gain these are infinite or NaN; they are dropped below.
             let ends = [servo.min / gain, servo.max / gain];
+            // A negative gain exchanges the ends.
             (gain != 0.0).then_some(if gain > 0.0 { ends } else { [ends[1], ends[0]] })
         });
         ranges.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]).unwrap_or([0.0; 2])

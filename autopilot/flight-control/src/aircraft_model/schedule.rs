@@ -80,6 +80,7 @@ impl Schedule {
             if pressure_pa < end {
                 let start = below.pressure_pa();
                 let part = (pressure_pa - start) / (end - start);
+                // Below the first point the fraction is negative; the first point holds there.
                 return Some((below, above, part.max(0.0)));
             }
             below = above;
@@ -101,6 +102,7 @@ impl Schedule {
             let numbered = |error| AircraftModelError { point: number, ..error };
             point.validate(aircraft).map_err(numbered)?;
             let pressure_pa = point.pressure_pa();
+            // At least 1 Pa between two points, because `around` divides by their distance.
             let key = "airspeed_m_s (dynamic pressure in Pa, which increases from point to point)";
             check(key, pressure_pa, least + 1.0, 1.0e7).map_err(numbered)?;
             least = pressure_pa;
@@ -167,6 +169,8 @@ impl SchedulePoint {
                 check(key, *value, -most, most)?;
             }
         }
+        // A point can only be judged together with the inertia and the gains of the whole model. Without the
+        // schedule, because its own check calls this one.
         let mut at_point = AircraftModel { schedule: Schedule::default(), ..*aircraft };
         self.put(&mut at_point);
         at_point.validate()
@@ -174,9 +178,9 @@ impl SchedulePoint {
 }
 
 impl Serialize for Schedule {
-    /// Without points there is nothing in the file.
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let points: ArrayVec<SchedulePoint, POINTS_MAX> = self.points().copied().collect();
+        // `None` leaves the key out: a model without points has the file that it had before there were any.
         (!self.is_empty()).then_some(points).serialize(serializer)
     }
 }
@@ -195,6 +199,8 @@ mod column {
     };
 
     pub fn serialize<S: Serializer>(column: &PerEffector<f64>, to: S) -> Result<S::Ok, S::Error> {
+        // The column has room for sixteen effectors; a file should not list zeros for those that the aircraft does
+        // not have.
         let used = column.as_array().iter().rposition(|value| *value != 0.0);
         column.first(used.map_or(0, |last| last + 1)).serialize(to)
     }

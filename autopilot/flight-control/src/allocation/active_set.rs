@@ -73,7 +73,7 @@ impl Problem {
         axis_weight: &Vector3<f64>,
         settings: &Settings,
     ) -> Self {
-        // The order makes the smallest of a number that is none.
+        // `max` first: it turns NaN into the lower end.
         let gamma = settings.demand_over_preference.max(GAMMA_RANGE.0).min(GAMMA_RANGE.1);
         let mut problem = Self {
             count: columns.len(),
@@ -97,22 +97,27 @@ impl Problem {
     /// Searches the optimum; returns the iterations and whether it was found.
     pub fn solve(&mut self, start: &ActiveSet) -> (u32, bool) {
         for (i, bound) in start.iter().enumerate().take(self.count) {
+            // Without travel an effector is always held: if it were free it would block every step at once.
             self.hold(i, if self.min[i] < self.max[i] { *bound } else { Bound::Min });
         }
         let lambda = self.multipliers();
         let inside = self.cut(&lambda);
+        // From the active set of the step before this is mostly the optimum already.
         if inside && self.wrongly_held(&lambda).is_none() {
+            // Comparisons with NaN are all false, so nothing had to be cut and nothing was held wrongly.
             return (1, lambda.iter().all(|x| x.is_finite()));
         }
         for iteration in 2..=ITERATIONS_MAX {
             let lambda = self.multipliers();
             if self.advance(&lambda) {
                 match self.wrongly_held(&lambda) {
+                    // Its y stays at the bound, and the next step goes on from there.
                     Some(i) => self.active[i] = Bound::Free,
                     None => return (iteration, true),
                 }
             }
         }
+        // The last iterate is inside the bounds and can be flown.
         (ITERATIONS_MAX, false)
     }
 
@@ -178,6 +183,7 @@ impl Problem {
             } else {
                 continue;
             };
+            // Never zero over zero: the target is beyond the bound and y is not.
             let way = (bound.0 - self.y[i]) / (*target - self.y[i]);
             if way < step {
                 (step, blocking) = (way, Some((i, bound)));
@@ -191,6 +197,7 @@ impl Problem {
             }
         }
         if let Some((i, (value, bound))) = blocking {
+            // Exactly at the bound, which the sum above may miss by its last bit.
             (self.y[i], self.active[i]) = (value, bound);
         }
         blocking.is_none()
@@ -207,6 +214,7 @@ impl Problem {
                 Bound::Max => self.y[i] - target,
             };
             let tolerance = GRADIENT_TOLERANCE * (target.abs() + self.y[i].abs());
+            // Without travel there is nothing to win inside.
             if self.min[i] < self.max[i] && inwards > tolerance && inwards > worst {
                 (worst, found) = (inwards, Some(i));
             }
@@ -244,6 +252,7 @@ impl Symmetric {
     /// Solution x of `self` x = b, by L D Lᵀ.
     #[inline]
     fn solve(&self, b: &Vector3<f64>) -> Vector3<f64> {
+        // Without pivoting: the matrix is the identity over γ plus squares, so no pivot is smaller than 1/γ.
         let per_d1 = 1.0 / self.xx;
         let (l21, l31) = (self.xy * per_d1, self.xz * per_d1);
         let per_d2 = 1.0 / (self.yy - l21 * self.xy);

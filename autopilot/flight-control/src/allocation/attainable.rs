@@ -116,6 +116,7 @@ fn scales<const N: usize>(
 
     let mut limits = [f64::INFINITY; N];
     for i in 0..count + 3 {
+        // One normal serves two opposite faces: `backwards` is how far the other one is.
         for j in i + 1..count + 3 {
             let normal = edges[i].cross(&edges[j]);
             let (mut forwards, mut backwards) = (0.0, 0.0);
@@ -129,6 +130,8 @@ fn scales<const N: usize>(
             let smallest = normal.norm_squared();
             for ((limit, direction), length) in limits.iter_mut().zip(&directions).zip(lengths) {
                 let along = normal.dot(direction);
+                // The cosine against `PARALLEL`, squared: normals and directions of length zero fail it without a
+                // division.
                 if along * along > smallest * length {
                     let reach = if along > 0.0 { forwards } else { backwards };
                     *limit = limit.min(reach / along.abs());
@@ -136,5 +139,6 @@ fn scales<const N: usize>(
             }
         }
     }
+    // No face limits a direction that is zero or not finite.
     limits.map(|limit| if limit.is_finite() { limit } else { 0.0 })
 }

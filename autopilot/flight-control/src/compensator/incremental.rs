@@ -85,12 +85,15 @@ impl Estimator for Incremental {
                 let unexplained = (y - channel.y) / self.h - 0.5 * (a + channel.a);
                 let push = self.h_w2 * (unexplained - channel.z2);
                 channel.z2_rate = self.gain * (channel.z2_rate + push);
+                // With the rate just found, which makes the step implicit: it is stable for every bandwidth and
+                // period.
                 channel.z2 += self.h * channel.z2_rate;
             }
             (channel.y, channel.a) = (y, a);
         }
         self.started = true;
         let [p, q, r] = &self.channels;
+        // This filter does not estimate the rates, so the measured ones stand for z.
         Estimate { z: *y, z2: Vector3::new(p.z2, q.z2, r.z2) }
     }
 
@@ -98,6 +101,7 @@ impl Estimator for Incremental {
         for (axis, channel) in self.channels.iter_mut().enumerate() {
             *channel = IncrementalChannel {
                 z2: from.estimate.z2[axis],
+                // No other estimator has a rate of z2 to hand over.
                 z2_rate: 0.0,
                 y: from.y[axis],
                 a: from.modelled_acceleration[axis],

@@ -68,6 +68,8 @@ impl Estimator for LinearEso {
         for (axis, channel) in self.channels.iter_mut().enumerate() {
             let (y, a) = (y[axis], modelled_acceleration[axis]);
             if self.started {
+                // The mean of both ends of the period: a step of the modelled acceleration then looks like the ramp
+                // that the gyros see.
                 let prediction = channel.z + self.h * (channel.z2 + 0.5 * (a + channel.a));
                 let e = self.gain * (prediction - y);
                 *channel = LinearChannel { z: y + e, z2: channel.z2 - self.h_l2 * e, a };

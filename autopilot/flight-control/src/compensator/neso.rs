@@ -87,6 +87,7 @@ impl NesoStep {
     /// Solves e + h β₁ e + h² β₂ fal(e) = e⁻ for e; returns e and g₂ = fal(e).
     fn solve(&self, e_minus: f64) -> (f64, f64) {
         let magnitude = e_minus.abs();
+        // The left side of the equation grows with e, so e⁻ alone tells the zone, and no iteration is needed.
         if magnitude <= self.linear_max {
             let e = e_minus * self.linear_gain;
             (e, e / self.sqrt_width)
@@ -204,6 +205,7 @@ impl NesoGains {
     pub fn lemma_1(&self) -> Option<Lemma1Warning> {
         let beta_1_squared = self.beta_1() * self.beta_1();
         let bound = 4.0 * self.beta_2() / libm::sqrt(self.fal_width);
+        // "For some k > 1" means: larger than the bound with k = 1.
         (beta_1_squared <= bound).then_some(Lemma1Warning { beta_1_squared, bound })
     }
 }

@@ -75,7 +75,9 @@ pub fn true_airspeed(calibrated_m_s: f64, altitude_m: f64) -> f64 {
 
 /// Altitude with this static pressure (Pa), m: the inverse of [`pressure`].
 pub fn pressure_altitude(pressure_pa: f64) -> f64 {
+    // From the constants of `density` and not 101325 Pa, so that this is the inverse of `pressure` to rounding.
     let sea_level = DENSITY_SEA_LEVEL * GAS_CONSTANT * TEMPERATURE_SEA_LEVEL;
+    // Zero and less have no logarithm.
     let ratio = libm::exp(libm::log(pressure_pa.max(1.0) / sea_level) / PRESSURE_EXPONENT);
     let troposphere = (1.0 - ratio) * TEMPERATURE_SEA_LEVEL / LAPSE;
     if troposphere <= TROPOPAUSE_M {

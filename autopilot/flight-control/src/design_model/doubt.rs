@@ -61,6 +61,7 @@ impl DesignModel {
             // leaves room for that in the levels; errors of an estimated one have used it up.
             growth += SLOWER_SLOPE * (1.0 - ratio).max(0.0);
         }
+        // An exact state has no spread, and the levels are those of the gains to the bit.
         let [alpha, beta] =
             state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
         let a = &self.aircraft.airframe;

@@ -77,6 +77,7 @@ pub fn level_turn(
     let per_alpha = -airframe.c_pitch_alpha / c_pitch;
     let needed = n * mass.mass_kg * STANDARD_GRAVITY_M_S2 / q_s
         - (lift.c_lift_0 + lift.c_lift_q * rate + c_lift * at_zero);
+    // The model was checked without thrust: a negative one could make the slope vanish.
     let slope = lift.c_lift_alpha + c_lift * per_alpha + state.thrust_n.max(0.0) / q_s;
     let onset = airframe.stall_onset_rad;
     let alpha = (needed / slope).clamp(-onset, onset);

@@ -32,7 +32,9 @@ pub fn airspeed(impact_pa: f64, pressure_altitude_m: f64) -> Option<Airspeed> {
     let static_pa = atmosphere::pressure(pressure_altitude_m);
     let kelvin = atmosphere::temperature(pressure_altitude_m);
     let sound_m_s = libm::sqrt(atmosphere::HEAT_RATIO * atmosphere::GAS_CONSTANT * kelvin);
+    // Noise makes the impact pressure of an aircraft at rest negative at times.
     let ratio = 1.0 + impact_pa.max(0.0) / static_pa;
+    // Half the time of `pow`, as in `atmosphere::density`.
     let power = libm::exp(libm::log(ratio) / 3.5);
     let mach = libm::sqrt(5.0 * (power - 1.0));
     let airspeed_m_s = sound_m_s * mach;
@@ -89,6 +91,7 @@ pub fn sideslip(v: &Vector3<f64>) -> Option<Flow> {
     let square = in_plane_2 + v.y * v.y;
     let part = v.y / (in_plane * square);
     let gradient = Vector3::new(-v.x * part, in_plane / square, -v.z * part);
+    // The same angle as asin(v / V), which has no slope at its ends.
     Some(Flow { value: icd::frames::atan2(v.y, in_plane), gradient })
 }
 
@@ -157,6 +160,7 @@ impl AirModel {
             self.c_lift_q * pitch_rate_rad_s * self.chord_m / (2.0 * libm::sqrt(speed_2));
         let coefficient = self.c_lift_0 + self.c_lift_alpha * angle.value + pitching;
         let value = per_speed_2 * speed_2 * coefficient;
+        // The pitching term changes with the speed too, but is a few per cent of the lift.
         let gradient = (v * (2.0 * coefficient) + angle.gradient * (self.c_lift_alpha * speed_2))
             * per_speed_2;
         let per_angle = self.c_lift_alpha / coefficient;
@@ -175,6 +179,7 @@ impl AirModel {
             return None;
         }
         let pressure = dynamic_pressure(airspeed_m_s, altitude_m);
+        // Zero says that the model does not know it. Flight without sideslip is then the best guess.
         let beta = match self.c_side_beta < 0.0 {
             true => force.y / (pressure * self.area_per_mass * self.c_side_beta),
             false => 0.0,

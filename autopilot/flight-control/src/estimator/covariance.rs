@@ -235,6 +235,7 @@ impl Covariance {
     }
 
     fn keep_symmetric(&mut self) {
+        // Rounding lets the halves drift apart; the upper one counts.
         for row in 0..STATES {
             for column in 0..row {
                 self.p[row][column] = self.p[column][row];
@@ -253,6 +254,7 @@ impl Covariance {
             }
         }
         let part: f64 = row.parts().iter().map(|(state, factor)| factor * product[*state]).sum();
+        // Of nearly equal terms with both signs, which may end a little below zero.
         Comparison { product, variance: part.max(0.0) + noise, innovation }
     }
 
@@ -289,7 +291,8 @@ impl Covariance {
         };
         for (index, row) in self.p.iter_mut().enumerate() {
             let gain = product[index] / variance;
-            // A whole row has a length that the compiler knows, which is faster.
+            // Between two errors that are only considered nothing changes: that is Schmidt's filter. A whole row has a length that
+            // the compiler knows, which is faster.
             if index < self.estimated {
                 lose(row, gain);
                 correction[index] = gain * innovation;
@@ -306,6 +309,7 @@ impl Covariance {
     /// In straight flight its gradients would seem to, as they swing with the noise of the estimate; likewise below.
     pub fn take_across(&mut self, comparison: &Comparison, flow: &Vector3<f64>) -> States {
         let mut left = comparison.wind_along(flow);
+        // Of what is only considered, the whole gain is left out.
         for (state, left) in left.iter_mut().enumerate().skip(self.estimated) {
             *left = comparison.gain(state);
         }

@@ -75,6 +75,7 @@ impl Earth {
         match shape {
             EarthShape::Flat => {
                 let mut start = here;
+                // The scale of a radian depends on the start that is sought.
                 for _ in 0..START_STEPS {
                     let [north_m, east_m] = metres_per_radian(start.latitude);
                     start.latitude = here.latitude - fix.position.0.x / north_m;
@@ -88,6 +89,7 @@ impl Earth {
                 let centred = centred(&here);
                 let mut start = here;
                 let mut origin = centred;
+                // The axes in which the offset is given depend on the start that is sought.
                 for _ in 0..START_STEPS {
                     origin = centred - axes(&start) * fix.position.0;
                     start = geodetic(&origin);
@@ -126,6 +128,7 @@ impl Earth {
         Place {
             position: *position,
             at,
+            // Up here a radian is longer by the altitude.
             metres: [north_m + at.altitude, east_m + at.altitude * cosine],
             gravity: self.centred_from_start.transpose() * gravity(&centred),
             start_from_ned,
@@ -152,6 +155,7 @@ impl Place {
 
     /// Latitude and longitude, rad, and altitude, m, of a position near this place.
     pub fn coordinates(&self, position: &Vector3<f64>) -> [f64; 3] {
+        // The place is of the last update, 10 ms ago at most; so near, a plane is good enough and needs no sine.
         let away = self.ned(&(position - self.position)).0;
         [
             self.at.latitude + away.x / self.metres[0],
@@ -181,6 +185,7 @@ fn centred(at: &Coordinates) -> Vector3<f64> {
 /// Coordinates of an Earth-centred position.
 fn geodetic(position: &Vector3<f64>) -> Coordinates {
     let (x, y, z) = (position.x, position.y, position.z);
+    // On the axis of the Earth there is no distance from it to divide by.
     let out = libm::sqrt(x * x + y * y).max(1.0);
     // tan of the latitude by iteration; near the surface each step gains a factor of 1/E2.
     let mut tan = z / (out * (1.0 - E2));
@@ -207,6 +212,7 @@ fn axes(at: &Coordinates) -> Matrix3<f64> {
 /// Gravitation with J2 and centrifugal acceleration, m/s², Earth-centred axes.
 fn gravity(position: &Vector3<f64>) -> Vector3<f64> {
     let (x, y, z) = (position.x, position.y, position.z);
+    // Only a position that is no aircraft's is so near the centre; it must not divide by zero.
     let r2 = position.norm_squared().max(1.0e12);
     let strength = -GM / (r2 * libm::sqrt(r2));
     let oblate = 1.5 * J2 * SEMI_MAJOR_M * SEMI_MAJOR_M / r2;

@@ -49,6 +49,8 @@ gain_set! {
         /// Its random walk, deg/s/√s.
         gyro_walk_deg = 2.9e-5, "EST_GYR_BW" "deg/s/sqrt(s)", 0.0 to 0.1, "Random walk of that error";
         /// Errors of scale and direction of the gyros, as a part of the rate.
+        // Tuned with `sitl study estimator`, as is that of the accelerometers; the other numbers come from the
+        // grade's file.
         gyro_scale = 2.7e-4, "EST_GYR_SF" "-", 0.0 to 0.1, "Errors of scale and direction of the gyros, of the rate";
         /// White noise of each accelerometer, m/s²/√Hz.
         force_noise_m_s2 = 0.0005, "EST_ACC_N" "m/s^2/sqrt(Hz)", 1.0e-5 to 1.0, "White noise of each accelerometer";
@@ -121,6 +123,8 @@ impl EstimatorGains {
         gyro_noise_deg: 0.01,
         gyro_bias_deg: 0.2,
         gyro_walk_deg: 0.0014,
+        // Tuned with `sitl study estimator`, as are `force_scale` and `vane_walk_deg`; the rest comes from
+        // `consumer.toml`.
         gyro_scale: 0.0085,
         force_noise_m_s2: 0.003,
         force_bias_m_s2: 0.21,

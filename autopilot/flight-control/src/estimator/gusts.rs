@@ -55,6 +55,7 @@ pub(super) struct Contrast {
 impl Contrast {
     /// The mean with one more value.
     pub(super) fn follow(&mut self, now: SimTime, value: f64) -> f64 {
+        // The first value has no time behind it and does not count yet.
         let before = self.compared.replace(now).unwrap_or(now);
         let seconds = now.as_micros().saturating_sub(before.as_micros()) as f64 * 1.0e-6;
         self.mean += (value - self.mean) * (1.0 - libm::exp(-seconds / CONTRAST_S));
@@ -80,6 +81,7 @@ impl Gusts {
     fn look(&mut self, gusts: &Vector3<f64>, unknown: f64, factor: f64) {
         if let Some(before) = self.before.replace(*gusts) {
             let changed = (gusts - before * factor).norm_squared() / 3.0;
+            // No more of the gusts can be unknown than there is.
             let seen = changed / (1.0 - factor * factor) + unknown.min(self.square);
             self.looks = (self.looks + 1.0).min(LOOKS);
             // Where little is observed, little of a wrong size shows.
@@ -100,6 +102,7 @@ impl Estimator {
 
     /// The wind is the steady one and unknown gusts.
     pub(super) fn forget_gusts(&mut self) {
+        // The vertical wind has no steady part.
         for axis in 0..2 {
             self.estimate.wind[axis] = self.estimate.steady_wind[axis];
             self.covariance.derive(WIND + axis, STEADY_WIND + axis, self.gusts.square);
@@ -166,6 +169,7 @@ impl Estimator {
 
     /// The airspeed goes on with the steady wind of a time when the pitot tube was right: the present one has followed it a little.
     pub(super) fn doubt_pitot(&mut self) {
+        // The older one: a slow drift may have begun before the younger was remembered.
         if let Some(wind) = self.gusts.past[1] {
             self.estimate.steady_wind = wind;
         }

@@ -7,6 +7,7 @@ use icd::SimTime;
 use nalgebra::Vector3;
 
 /// Entries.
+// With one entry each 10 ms this is 0.64 s; a fix that is older counts as late.
 const ENTRIES: usize = 64;
 
 /// Integrals of the inertial navigation since its start, without any correction.
@@ -72,6 +73,7 @@ impl History {
 
     /// The entry `steps` before the latest.
     fn back(&self, steps: usize) -> &Integrals {
+        // The added size keeps the unsigned difference above zero.
         &self.entries[(self.next + 2 * ENTRIES - 1 - steps) % ENTRIES]
     }
 
@@ -100,6 +102,7 @@ fn seconds(from: SimTime, to: SimTime) -> f64 {
 /// With an acceleration that is constant between two entries.
 fn between(entry: &Integrals, later: &Integrals, moment: SimTime, now: &Integrals) -> Since {
     let (step, into) = (seconds(entry.time, later.time), seconds(entry.time, moment));
+    // The present may itself be the last entry.
     let acceleration = match step > 0.0 {
         true => (later.velocity - entry.velocity) / step,
         false => Vector3::zeros(),

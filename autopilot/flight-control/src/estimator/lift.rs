@@ -57,6 +57,7 @@ impl Estimator {
         }
         let inertial = self.inertial();
         let Some(wing) = self.wing(&present.through_air) else { return self.lift.begin(now) };
+        // The body's z axis points down.
         self.lift.sum += -inertial.force.z / wing.value - 1.0;
         self.lift.count += 1;
         if now < self.lift.due {
@@ -90,6 +91,7 @@ impl Estimator {
         if speed > SLOW_M_S {
             return true;
         }
+        // The direction of the estimate, at the speed of the tube: the speed alone is to be judged.
         let Some(wing) = self.wing(&(present.through_air.normalize() * speed)) else { return true };
         let excess = -self.inertial().force.z / wing.value - 1.0;
         let contrast = self.lift.contrast.follow(now, excess);

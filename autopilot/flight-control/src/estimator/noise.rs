@@ -48,6 +48,7 @@ impl Estimator {
         let gains = &self.gains;
         let seconds = self.transition.seconds;
         let walk = |density: f64| density * density * seconds;
+        // A constant error over this time, as white noise with the same result at its end.
         let lasting = |size: f64| size * size * seconds * MANOEUVRE_S;
         let inertial = self.inertial();
         let mut noise = [0.0; STATES];
@@ -69,6 +70,7 @@ impl Estimator {
             false => 0.0,
         };
         set(VELOCITY, [white + unknown; 3]);
+        // A Gauss-Markov process, as the random walk that it is over a time much shorter than its own.
         let drift = 2.0 * gains.gnss_drift_m * gains.gnss_drift_m / GNSS_DRIFT_S * seconds;
         set(POSITION, [drift, drift, drift * gains.gnss_vertical * gains.gnss_vertical]);
         set(GYRO_BIAS, [walk(gains.gyro_walk_deg.to_radians()); 3]);
@@ -77,6 +79,7 @@ impl Estimator {
         let other = 2.0 * wrong * wrong / MANOEUVRE_S * seconds;
         set(FORCE_BIAS, [walk(gains.force_walk_m_s2) + other; 3]);
         let factor = self.transition.gust;
+        // With the factor of `Transition` this keeps the gusts at their size.
         set(WIND, [self.gusts.square() * (1.0 - factor * factor); 3]);
         // Errors of scale and direction look like another bias after a turn by a radian.
         let part = gains.magnetic_scale * self.field.strength();
@@ -89,6 +92,7 @@ impl Estimator {
         noise[VANES + 1] = noise[VANES];
         let changed = 1.0 - self.transition.lasting * self.transition.lasting;
         let priors = priors(gains);
+        // With the factor of `Transition` their variance stays that of the start, since nothing corrects them.
         for (noise, prior) in noise.iter_mut().zip(&priors).skip(CONSIDERED) {
             *noise = prior * prior * changed;
         }

@@ -43,6 +43,7 @@ impl Source {
         is_good: bool,
         values: &[f64],
     ) -> bool {
+        // The last sample of a slow sensor comes with every packet until there is a newer one.
         if !is_good || self.measured.is_some_and(|last| measured <= last) {
             return false;
         }
@@ -100,6 +101,7 @@ impl Source {
     pub fn health(&self, now: SimTime) -> SourceHealth {
         if self.measured.is_none() {
             SourceHealth::Unused
+        // The worst that holds is said: who is silent is not called stuck or late any more.
         } else if micros(self.came, now) >= LOST_US {
             SourceHealth::Lost
         } else if self.is_stuck(now) {

@@ -66,11 +66,14 @@ impl Estimator {
             to.as_micros().saturating_sub(from.as_micros()) as f64 * 1.0e-6
         };
         let age = seconds(fix.time, now);
+        // Both new in this tick, because the first attitude takes them as they are.
         let has_force = self.sources.accelerometer.silence_s(now) == 0.0
             && self.sources.gyro.silence_s(now) == 0.0;
         if age > FIX_AGE_MAX_S || !has_force {
             return;
         }
+        // Only at time zero is the flight known to be steady. Who joins one, or begins again, has to measure the
+        // acceleration first.
         let is_first = self.started == Some(now) && now == SimTime::ZERO;
         let acceleration = match (is_first, self.fix_before) {
             (true, _) => Vector3::zeros(),
@@ -141,6 +144,7 @@ impl Estimator {
             ..Estimate::default()
         };
         let mut priors = priors(&self.gains);
+        // The worse of both: the heading knows of bias, tilt and wind, the gain does not.
         priors[ATTITUDE + 2] = priors[ATTITUDE + 2].max(heading);
         for axis in 0..3 {
             priors[VELOCITY + axis] += moved * age;
@@ -153,7 +157,9 @@ impl Estimator {
         self.forget_gusts();
         (self.transition, self.integrals) = (super::Transition::NONE, Integrals::at(now));
         self.history = History::empty();
+        // So that a fix of this very tick finds an entry.
         self.history.remember(&self.integrals);
+        // From zero, the weight itself would look like a manoeuvre.
         self.steady_force = self.force;
         self.ground = Some(GroundFix { earth, place });
         self.alignments = self.alignments.saturating_add(1);
@@ -177,6 +183,7 @@ impl Estimator {
     /// Before the alignment: what single samples say, with wings level and the flight path along the ground. Nothing of it is valid
     /// but rates, specific force and thrust.
     pub(super) fn write_before_alignment(&mut self, now: SimTime, sensors: &Sensors) {
+        // `write_state` has taken the thrust already where it was good.
         let thrust = sensors.engine_n.valid && sensors.engine_n.value == self.state.thrust_n;
         let flow = measured_flow(sensors).0;
         let status = self.status(now);
@@ -184,6 +191,7 @@ impl Estimator {
         if let Some(alpha) = air::angle_of_attack(&flow) {
             state.alpha = alpha.value;
         }
+        // Of an estimate that has to begin again the last attitude stays.
         if state.estimate.is_none() {
             let level = icd::EulerAngles { phi: 0.0, theta: state.alpha, psi: 0.0 };
             (state.attitude, state.orientation) = (level, icd::Attitude::from_euler(level));

@@ -93,6 +93,7 @@ impl Estimate {
     pub fn correct(&mut self, x: &States) {
         let at = |from: usize| Vector3::new(x[from], x[from + 1], x[from + 2]);
         let turn = turned_by(&at(ATTITUDE));
+        // From the left: the error of the attitude is one in start axes.
         self.start_from_body = normal(turn * self.start_from_body.quaternion());
         self.velocity += at(VELOCITY);
         self.position += at(POSITION);

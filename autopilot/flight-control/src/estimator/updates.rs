@@ -93,6 +93,7 @@ impl Estimator {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
         self.measure_pitot(now, sensors);
+        // Asked behind the pitot tube and before the vanes, so both know what this update has made of it.
         let is_blind = self.sources.pitot.health(now) != SourceHealth::Used;
         self.covariance.consider_vanes(is_blind);
         self.measure_vanes(now, &sensors.vanes);
@@ -173,6 +174,7 @@ impl Estimator {
     fn measure_velocity(&mut self, now: SimTime, measured: &Vector3<f64>, since: &Since) {
         let noise = self.gains.gnss_velocity_m_s * self.gains.gnss_velocity_m_s;
         let mut ratio: f64 = 0.0;
+        // The gates of all three first: a correction by one axis would change the innovations of the others.
         for axis in 0..3 {
             let (row, innovation) = self.velocity_row(measured, since, axis);
             ratio = ratio.max(self.ratio(&self.covariance.compare(&row, innovation, noise)));
@@ -185,6 +187,7 @@ impl Estimator {
                 self.take(&comparison);
             }
             self.sources.gnss_velocity.believe(ratio);
+        // Rejected for so long: now rather the estimate is wrong than the receiver.
         } else if self.sources.gnss_velocity.reject(now, ratio, self.gains.reopen_s)
             && let Some(GroundFix { place, .. }) = &self.ground
         {
@@ -192,6 +195,7 @@ impl Estimator {
             for axis in 0..3 {
                 self.covariance.forget(VELOCITY + axis, 4.0 * noise);
             }
+            // A velocity that ran away shows that attitude or biases are wrong too.
             self.doubt_inertial();
             self.sources.gnss_velocity.believe(ratio);
         }
@@ -230,6 +234,7 @@ impl Estimator {
             }
             self.sources.gnss.believe(ratio);
         }
+        // Barometer and flow are compared at the corrected position.
         self.find_place();
     }
 
@@ -259,6 +264,7 @@ impl Estimator {
         if self.take(&comparison) {
             self.sources.barometer.believe(ratio);
         } else if self.sources.barometer.reject(now, ratio, self.gains.reopen_s) {
+            // Position and altitude stay with GNSS; what has changed is the offset.
             self.estimate.barometer_offset += innovation;
             self.covariance.forget(BAROMETER, noise + innovation * innovation);
             self.sources.barometer.believe(ratio);
@@ -330,6 +336,7 @@ impl Estimator {
         let comparison = self.covariance.compare(&row, innovation, noise * noise);
         let ratio = self.ratio(&comparison);
         if self.sources.pitot.is_doubted() {
+            // Only counted. `pitot_agrees` says when the tube is right again.
             self.sources.pitot.reject(now, ratio, self.gains.reopen_s);
             self.sources.pitot.doubt(!agrees);
         } else if !agrees {
@@ -339,6 +346,8 @@ impl Estimator {
             let correction = self.covariance.take_along(&comparison, &flow, &start);
             self.estimate.correct(&correction);
             self.sources.pitot.believe(ratio);
+        // Any other sensor is believed again after so long. This one is doubted, because wind and velocity would
+        // follow it.
         } else if self.sources.pitot.reject(now, ratio, self.gains.reopen_s) {
             self.doubt_pitot();
         }
@@ -358,6 +367,7 @@ impl Estimator {
         let mut worst: f64 = 0.0;
         let mut innovations = [0.0; 2];
         for (vane, of) in [air::angle_of_attack, air::sideslip].into_iter().enumerate() {
+            // Anew for each angle, because the first one has corrected the estimate.
             let Some(present) = self.present() else { return };
             let Some(flow) = of(&present.at(&self.air.vanes_m, age)) else { return };
             let Some(row) = self.flow_row(&present, of) else { return };
@@ -383,6 +393,7 @@ impl Estimator {
     fn measure_field(&mut self, now: SimTime, sample: &Sample<Body>) {
         let is_good = sample.valid && is_field(&sample.value);
         let values = sample.value.0;
+        // Before `is_new`, which ends the silence.
         let between = self.sources.magnetometer.silence_s(now).min(MANOEUVRE_S);
         if !self.sources.magnetometer.is_new(now, sample.time, is_good, values.as_ref()) {
             return;

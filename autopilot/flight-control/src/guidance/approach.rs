@@ -37,6 +37,7 @@ pub fn outside_circle(r: f64, radius_m: f64, ground_speed_m_s: f64, gains: &Guid
     if r - radius_m <= near_m {
         aim(r - radius_m, look_ahead_m)
     } else {
+        // Rounding may leave a little more than one, of which `acos` makes NaN.
         libm::acos(((radius_m + near_m) * cos_near / r).clamp(0.0, 1.0))
     }
 }

@@ -188,6 +188,7 @@ impl Sums {
         }
         self.w = keep * self.w + weight;
         self.wz = keep * self.wz + weighted;
+        // On each of three axes a sample has one free number.
         self.anything = keep * self.anything + 3.0 * share * libm::log(1.0 + ANYTHING * ANYTHING);
         for (i, column) in columns.iter().enumerate() {
             let bz = column.effect.dot(&weighted);
@@ -267,6 +268,7 @@ impl Sums {
             values: [0.0; 2],
             log_evidence,
         };
+        // There is room for every hypothesis of sixteen effectors. One too many would be left out, without a panic.
         let mut add = |candidate| _ = all.try_push(candidate);
         add(none(-0.5 * self.zz));
         add(none(LOG_PRIOR_AIR + of_air(&self.air)));
@@ -312,12 +314,14 @@ impl Sums {
         let width = spread(column);
         match behaviour {
             Behaviour::Stuck => {
+                // Of y = z + B m, of which an effector that is stuck leaves B θ.
                 let yy = self.zz + 2.0 * mz + mm;
                 let (angle, evidence) = regress(yy, bz + bm, bb, width);
                 may_stand(angle, column).then_some((angle, evidence))
             }
             Behaviour::Reduced => {
                 let [mean, deviation] = LOSS;
+                // Of the deviation from the mean loss, which is what the prior is about.
                 let yy = self.zz + 2.0 * mean * mz + mean * mean * mm;
                 let (more, evidence) = regress(yy, -(mz + mean * mm), mm, deviation);
                 let loss = mean + more;

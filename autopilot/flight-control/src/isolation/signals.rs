@@ -22,6 +22,7 @@ pub(super) struct Asleep {
 
 impl Asleep {
     pub(super) fn add(&mut self, z2: &Vector3<f64>) {
+        // A plain mean at first, later one that fades: a flight of minutes must not freeze it.
         self.samples = (self.samples + 1.0).min(ASLEEP_SAMPLES);
         let deviation = z2 - self.mean;
         self.mean += deviation / self.samples;
@@ -49,6 +50,7 @@ impl Late {
     }
 
     pub(super) fn step(&mut self, input: &IsolationInput<'_>, asleep: &Asleep, h: f64) {
+        // Implicit, so stable with every bandwidth and period.
         let observer = h / (h + 1.0 / input.bandwidth);
         let lag = h / (h + LAG_S);
         self.z2 += (input.z2 - asleep.mean - self.z2) * lag;

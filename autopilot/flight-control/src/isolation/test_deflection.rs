@@ -70,6 +70,7 @@ impl TestDeflection {
         let mut added = PerEffector::default();
         self.pause_s = (self.pause_s - h).max(0.0);
         if self.running.is_none() && self.pause_s == 0.0 && self.tests < TESTS_MAX {
+            // Taken even if it cannot begin: the next look proposes it again.
             let begins = self.proposed.take().filter(|_| rates.amax() < RATE_MAX_RAD_S);
             self.running = begins.and_then(|effectors| {
                 let size_rad = sizes(effectors, commands, model, at, size_rad)?;
@@ -84,6 +85,7 @@ impl TestDeflection {
             self.pause_s = PAUSE_S;
             return added;
         }
+        // Its square begins and ends without a step, in angle and in rate.
         let sine = libm::sin(core::f64::consts::PI * running.since_s / TEST_S);
         for (effector, size_rad) in running.effectors.into_iter().zip(running.size_rad) {
             added[effector] = size_rad * sine * sine;

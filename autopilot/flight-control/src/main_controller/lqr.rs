@@ -115,6 +115,7 @@ pub struct Lqr {
 }
 
 /// A bound on an integral whose gain is `gain`, so that it moves its effector by `most` at most.
+// Without a gain the integral moves nothing, and no bound would hold it.
 fn bound(most: f64, gain: f64) -> f64 {
     if gain == 0.0 { 0.0 } else { most / gain.abs() }
 }
@@ -135,17 +136,20 @@ impl Lqr {
         let LawInput { state, references, saturated, model, h, .. } = *input;
         let LqrGains { elevator, thrust, aileron, .. } = &self.gains;
         let altitude = state.altitude_m - references.altitude_m;
+        // Too high asks for positive elevator, which lowers the nose.
         if altitude.abs() < ALTITUDE_BAND_M && !saturated.elevator.blocks(altitude) {
             let most = bound(ELEVATOR_INTEGRAL_MAX, elevator.altitude_i);
             self.altitude.add(altitude * h, most);
         }
         let speed = state.airspeed_m_s - references.airspeed_m_s;
+        // Too fast asks for less thrust.
         if !saturated.thrust.blocks(-speed) {
             let aircraft = model.aircraft();
             let most = aircraft.effectors.thrust_range_n()[1] / aircraft.mass.mass_kg;
             self.speed.add(speed * h, bound(most, thrust.airspeed_i));
         }
         let roll = state.attitude.phi - references.roll_rad;
+        // Too far right asks for positive aileron, which rolls left.
         if !saturated.aileron.blocks(roll) {
             self.roll.add(roll * h, bound(AILERON_INTEGRAL_MAX, aileron.phi_i));
         }
@@ -188,6 +192,7 @@ impl Law for Lqr {
 
     /// Elevator and thrust give the two longitudinal integrals, the aileron the lateral one.
     fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
+        // Without time, so that the integrators of this trial step stay empty.
         let input = LawInput { h: 0.0, ..*input };
         let without = Self::new(&self.gains).step(&input);
         let aircraft = input.model.aircraft();
@@ -195,6 +200,7 @@ impl Law for Lqr {
         let thrust = (without.thrust_n - command.thrust_n) / aircraft.mass.mass_kg;
         let LqrGains { elevator: e, thrust: t, aileron, .. } = &self.gains;
         let determinant = e.altitude_i * t.airspeed_i - e.airspeed_i * t.altitude_i;
+        // Without gains of the integrals there is nothing to start.
         if determinant != 0.0 {
             let altitude = (elevator * t.airspeed_i - e.airspeed_i * thrust) / determinant;
             let speed = (e.altitude_i * thrust - t.altitude_i * elevator) / determinant;

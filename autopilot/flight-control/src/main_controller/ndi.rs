@@ -90,6 +90,7 @@ impl Ndi {
     fn pitch_rate(&mut self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, references, saturated, model, at, h } = *input;
         let (gains, aircraft) = (&self.gains, model.aircraft());
+        // By the chord's time, which has the lower limit of the airspeed already: it is divided by.
         let v = aircraft.geometry.chord_m / (2.0 * at.chord_time);
         let error = references.altitude_m - state.altitude_m;
         // Positive elevator lowers the nose.
@@ -114,6 +115,7 @@ impl Ndi {
         let zero = q_s * (lift.c_lift_0 + lift.c_lift_q * state.rates.y * at.chord_time) / weight;
         let onset = aircraft.airframe.stall_onset_rad;
         let alpha_c = ((n_c - zero) / per_alpha).clamp(-onset, onset);
+        // More angle than this gives no more lift that could be relied on.
         let n = zero + per_alpha * state.alpha.clamp(-onset, onset);
         // α̇ = q - g/V (n - cos γ cos φ).
         let turning = STANDARD_GRAVITY_M_S2 / v * (n - libm::cos(gamma) * cos_phi);
@@ -124,6 +126,7 @@ impl Ndi {
     fn roll_rate(&mut self, input: &LawInput<'_>) -> f64 {
         let LawInput { state, references, saturated, h, .. } = *input;
         let gains = &self.gains;
+        // The tangent has no limit at the vertical.
         let (phi, theta) = (state.attitude.phi, state.attitude.theta.clamp(-GAMMA_MAX, GAMMA_MAX));
         let error = references.roll_rad - phi;
         // Positive aileron rolls left.

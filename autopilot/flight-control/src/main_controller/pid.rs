@@ -132,6 +132,8 @@ impl Pid {
         let stall = (state.alpha - model.aircraft().airframe.stall_onset_rad).max(0.0);
         let climbs = state.climb_rate_m_s().abs() >= gains.settled_climb_m_s;
         self.settled_s = if climbs { 0.0 } else { (self.settled_s + h).min(gains.settled_after_s) };
+        // In its band alone the integrator left half of the healthy flights beside their altitude for good
+        // (docs/decisions/104-altitude-law.md).
         let runs = error.abs() < gains.integral_band_m || self.settled_s >= gains.settled_after_s;
         // A negative error raises the nose.
         let blocked = saturated.elevator.blocks(error) || (stall > 0.0 && error < 0.0);
@@ -190,6 +192,7 @@ impl Law for Pid {
 
     fn start_from(&mut self, input: &LawInput<'_>, command: &MainCommand) {
         let mut without = Self::new(&self.gains);
+        // Without time, so that the integrators of this trial step stay empty.
         let proportional = without.step(&LawInput { h: 0.0, ..*input });
         let aircraft = input.model.aircraft();
         let PidGains { altitude, roll, .. } = &self.gains;

@@ -88,6 +88,7 @@ impl Thrust {
         let travel = if angle < 0.0 { -servo.min } else { servo.max };
         let pitch_n = state.thrust_n * angle.abs() / (gains.floor_use * travel);
         let yaw_n = relief * model.thrust_range_n()[1];
+        // The model has no drag; thrust and the measured force along the path leave it.
         let drag_n = state.thrust_n - model.aircraft().mass.mass_kg * along_path(state);
         let wanted_n = pitch_n.max(yaw_n).min(gains.floor_drag * drag_n).max(0.0);
         self.floor_n += (fade * wanted_n - self.floor_n) * fraction(h, FLOOR_LAG_S);

@@ -47,6 +47,7 @@ pub struct FailureParameters {
 pub(super) fn settings() -> &'static [Parameter] {
     static SETTINGS: LazyLock<Vec<Parameter>> = LazyLock::new(|| {
         let choices = FailureType::ALL.into_iter().flat_map(choices_of);
+        // The place is an index of an array of this length.
         let all = choices.chain(CATALOGUE.iter().flat_map(numbers_of)).take(SETTINGS_MAX);
         let place = |(place, row)| Parameter { access: Access::Fault(place), ..row };
         all.enumerate().map(place).collect()
@@ -76,6 +77,7 @@ fn choice(
     meaning: &'static str,
     mut labels: Vec<(i32, &'static str)>,
 ) -> Parameter {
+    // By rising numbers, of which the last is the upper end of the range.
     labels.sort_unstable();
     let max = labels.last().map_or(0.0, |(value, _)| f64::from(*value));
     let choices: Vec<_> =
@@ -157,6 +159,7 @@ pub fn fault_parameters(effectors: &EffectorList) -> impl Iterator<Item = FaultP
 /// Whether a name is that of a fault parameter, of this aircraft or another.
 pub fn is_fault(name: &str) -> bool {
     let Some(name) = name.strip_prefix("FLT_") else { return false };
+    // Without a digit the unit is empty, and no unit has that name.
     let (unit, number) = name.split_at(name.find(|c: char| c.is_ascii_digit()).unwrap_or(0));
     let is_it = |(_, known): &(u16, &str)| known.eq_ignore_ascii_case(unit);
     let last = match Target::units().find(is_it) {
@@ -171,6 +174,7 @@ pub fn is_fault(name: &str) -> bool {
 pub const FAULT_CHOICES: [Choice; FailureType::ALL.len()] = {
     let mut choices = [Choice { value: 0, label: "" }; FailureType::ALL.len()];
     let mut place = 0;
+    // A constant cannot be made with `for`.
     while place < choices.len() {
         let failure_type = FailureType::ALL[place];
         choices[place] = Choice { value: failure_type.code() as i32, label: failure_type.label() };

@@ -22,6 +22,7 @@ pub fn table() -> &'static [Parameter] {
         let own = [LAWS, REFERENCES, FAULTS, settings(), FAULT_SIZES, FAULT_TIMES, GUIDANCE];
         let links = [LINK_LOSS, LINK_SILENCE, LINK_TIMES, STATION, CHANNEL, SLOTS, STREAMS];
         let mut rows = [own.concat(), links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
+        // It acts at the start of the program, so that no ground station loses the vehicle while it looks at it.
         for row in rows.iter_mut().filter(|row| row.name == "MAV_SYS_ID") {
             row.at_restart = true;
         }

@@ -48,6 +48,7 @@ pub(super) fn sequences(text: &str, effectors: &EffectorList) -> Result<Vec<Sequ
     }
     let mut sequences = vec![Sequence { name: None, lines: Vec::new() }];
     let mut count = 0;
+    // At most 16 KiB have fewer lines than u16 has numbers.
     for (line, number) in text.lines().zip(1_u16..) {
         let at = usize::from(number);
         let words = split(line, at)?;
@@ -279,6 +280,7 @@ fn kind(cursor: &mut Cursor, class: TargetClass) -> Result<FaultDraft, TextError
         return Err(before.problem(why));
     }
     let mut draft = FaultDraft::new(info, class);
+    // The words at its beginning are taken already.
     for piece in info.phrase.iter().skip(usize::from(!first_words(info).is_empty())) {
         match *piece {
             Piece::Words(words) => cursor.need(words.first().unwrap_or(&""))?,
@@ -521,6 +523,7 @@ impl<'a> Cursor<'a> {
 /// For display: without the noise of the last digits.
 fn round(value: f64) -> f64 {
     let rounded = (value * 1.0e6).round() / 1.0e6;
+    // Of a huge number the product is infinite.
     if rounded.is_finite() { rounded } else { value }
 }
 
@@ -574,6 +577,7 @@ fn split(line: &str, number: usize) -> Result<Vec<Word>, TextError> {
         let column = at + 1;
         let run = |part: fn(char) -> bool| {
             let rest = chars[at..].iter().skip(1);
+            // The first character may be a sign, the others may not.
             1 + rest.take_while(|c| part(**c)).count()
         };
         let (length, kind) = match first {

@@ -88,6 +88,7 @@ impl Horizon {
         }
         let angle = length / MEAN_RADIUS_M;
         let (sin, cos) = libm::sincos(angle);
+        // North cross east points down.
         let up = self.north.cross(&self.east) * -1.0;
         let along = (self.north * offset.x + self.east * offset.y) / length;
         let point = self.site.ecef + (along * sin - up * (1.0 - cos)) * MEAN_RADIUS_M;
@@ -124,6 +125,7 @@ impl LocalAxes {
 
 /// Arc over a chord, m.
 fn arc(chord_m: f64) -> f64 {
+    // A point on the other side of the Earth is a little farther away than two mean radii.
     let half = (chord_m / (2.0 * MEAN_RADIUS_M)).min(1.0);
     2.0 * MEAN_RADIUS_M * libm::asin(half)
 }

@@ -140,9 +140,11 @@ impl Mission {
         if item >= items {
             return Err(VehicleRefusal::NoSuchItem { item, items });
         }
+        // `rewind` forgets that the plan is under way.
         let progress = self.progress;
         self.rewind();
         self.current = item;
+        // So that a plan that was complete can be continued with this item.
         self.progress = if progress == Progress::Complete { Progress::Paused } else { progress };
         Ok(())
     }
@@ -171,6 +173,7 @@ impl Mission {
 
     /// One tick of Mission.
     pub fn fly(&mut self, demand: &mut Demand, tick: &mut Tick) -> Flight {
+        // Only the pointer, so that items can be read while the progress changes.
         let plan = Arc::clone(&self.plan);
         self.loop_wait_s = (self.loop_wait_s - tick.situation.dt_s).max(0.0);
         for _ in 0..AT_ONCE_MAX {
@@ -211,6 +214,7 @@ impl Mission {
 
     fn complete(&mut self, tick: &mut Tick) {
         self.progress = Progress::Complete;
+        // Behind the last item there is none that telemetry could show.
         self.current = self.plan.count().saturating_sub(1);
         self.task = None;
         (tick.publish)(VehicleEvent::PlanComplete);
@@ -241,6 +245,7 @@ impl Mission {
             Task::Loiter(loiter) => {
                 let was_reached = loiter.reached;
                 let flown = loiter.fly(situation, demand);
+                // It never ends, so it reports when it is reached.
                 if loiter.reached && !was_reached && loiter.until == Until::ForGood {
                     (tick.publish)(VehicleEvent::ItemReached(self.current));
                 }
@@ -269,6 +274,7 @@ impl Mission {
             Some(_) => (None, here()),
         };
         self.previous = previous;
+        // Only an item that is flown ends the loop of a jump back.
         self.jumped_back &= task.is_none();
         if item.autocontinue {
             self.current = self.current.saturating_add(1);
@@ -286,6 +292,7 @@ impl Mission {
         tick: &mut Tick,
     ) -> Result<Task, Otherwise> {
         let rules = tick.situation.rules;
+        // A jump is never the item under way.
         if !matches!(item.action, Action::Jump { .. }) {
             (tick.publish)(VehicleEvent::PlanItem(self.current));
         }
@@ -298,10 +305,12 @@ impl Mission {
             Action::LoiterTime { circle, seconds } => (circle, Until::Held(seconds)),
             Action::LoiterToAltitude(circle) => (circle, Until::Altitude),
             Action::ChangeSpeed { airspeed } => {
+                // The check of the plan did not know the altitude.
                 demand.airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
                 return Err(Otherwise::AtOnce);
             }
             Action::ChangeAltitude { altitude_m } => {
+                // The limits may have changed since the plan was checked.
                 demand.altitude_m = rules.nearest_altitude_m(altitude_m);
                 return Ok(Task::Climb(tick.situation.course_rad()));
             }
@@ -453,6 +462,7 @@ impl Ramp {
     /// Altitude with this distance left, m; it is complete when `early_m` is left.
     fn altitude_m(&mut self, left_m: f64, early_m: f64) -> f64 {
         let length_m = self.length_m - early_m;
+        // A leg that is shorter than its early end leaves no way to climb on.
         let share = if length_m > 1.0 { 1.0 - (left_m - early_m) / length_m } else { 1.0 };
         self.share = self.share.max(share).min(1.0);
         self.from_m + self.share * (self.to_m - self.from_m)
@@ -529,9 +539,11 @@ impl Leg {
                 return Some(Flown { target, ..situation.hold_course(course_rad) });
             }
             self.phase = LegPhase::ToWaypoint;
+            // The line back to the point begins here.
             self.from = situation.horizon().site;
             view = MissionView::new(self, situation);
         } else if is_reached {
+            // The rest of the ramp: a waypoint may be passed outside of its acceptance radius.
             if let Some(ramp) = &self.ramp {
                 demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
             }
@@ -607,6 +619,7 @@ impl Loiter {
         if !self.on_circle {
             return Some(flown);
         }
+        // Only once, so that a later altitude of the operator holds.
         if let Some(ramp) = self.ramp.take() {
             demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
         }

@@ -116,6 +116,7 @@ impl Vehicle {
         }
         self.demand = Some(present(state));
         let place = Place::of(state);
+        // Near a pole there are no axes: such a flight has no home, and cannot take local setpoints.
         if check_place(place).is_ok() {
             self.home = Some(Site::at(place));
             self.axes = Some(LocalAxes::of(place, state.altitude_m, state.position));
@@ -139,6 +140,8 @@ impl Vehicle {
         if self.is_guided() {
             let situation = Situation::new(state, rules, &mut self.wind, dt_s);
             if let Some(Flown { steering, target }) = self.fly(&situation, &mut demand, publish) {
+                // A change of leg or mode is no step of the reference: the ailerons follow this slew without reaching
+                // their stops.
                 let most = rules.roll_slew_rad_s() * dt_s;
                 demand.roll_rad += (steering.bank_rad - demand.roll_rad).clamp(-most, most);
                 self.navigation.target = target;
@@ -147,6 +150,7 @@ impl Vehicle {
             }
             altitude_m = Some(self.altitude.step(demand.altitude_m, &situation));
         } else {
+            // The laws get the reference as it is given, so the paper's flights have the same bits.
             self.altitude = AltitudeDemand::default();
         }
         self.demand = Some(demand);
@@ -252,6 +256,7 @@ impl Vehicle {
         if mode == self.mode {
             return;
         }
+        // Nobody has followed the wind since the last guided tick.
         if !self.is_guided() {
             self.wind = None;
         }
@@ -288,6 +293,7 @@ impl Vehicle {
             }
             (Reference::Altitude(altitude_m), _) => {
                 demand.altitude_m = altitude_m;
+                // Else the leg would put its own altitude over it in the next tick.
                 self.mission.release_altitude();
             }
             (Reference::Airspeed(airspeed_m_s), _) => demand.airspeed_m_s = airspeed_m_s,
@@ -421,6 +427,7 @@ impl Vehicle {
             LinkLossAction::Hold => Some(Mode::Hold),
             LinkLossAction::Return => Some(Mode::Return),
         };
+        // A mode that is flown already needs no undoing.
         let chosen = chosen.filter(|chosen| *chosen != self.mode);
         self.undo = chosen.map(|chosen| (chosen, self.mode));
         publish(VehicleEvent::LinkLost(action));
@@ -441,6 +448,7 @@ impl Vehicle {
             Some((_, before)) => before,
             None => self.mode,
         };
+        // The plan may have been cleared meanwhile.
         let can_fly = mode != Mode::Mission || !self.mission.is_empty();
         if can_fly && !self.terminated {
             self.enter(mode, rules, publish);

@@ -185,6 +185,7 @@ impl AltitudeDemand {
     pub fn step(&mut self, reference_m: f64, situation: &Situation) -> f64 {
         let Situation { altitude_m, climb_m_s, dt_s, rules, .. } = *situation;
         let sees_m = rules.altitude_error_max_m;
+        // No farther from the aircraft than the law looks anyway.
         let seen = || altitude_m + (reference_m - altitude_m).max(-sees_m).min(sees_m);
         let moved = self.reference_m.unwrap_or_else(seen);
         let most = rules.navigation.climb_max_m_s * dt_s;
@@ -320,6 +321,7 @@ impl Position {
             }
         }
         if let Lateral::LevelOut(level_s) = &mut self.lateral
+            // While the slew brings the reference to zero the aircraft still turns.
             && demand.roll_rad == 0.0
         {
             let is_level = situation.bank_rad.abs() < LEVEL_RAD;

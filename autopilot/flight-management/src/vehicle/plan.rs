@@ -119,6 +119,7 @@ impl Plan {
             return Ok(());
         }
         let mut at = to;
+        // After as many steps as there are items, the jumps have come round.
         for _ in 0..self.items.len() {
             let Some(item) = self.items.get(usize::from(at)) else { return Ok(()) };
             match item.action {

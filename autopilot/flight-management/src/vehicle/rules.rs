@@ -57,6 +57,7 @@ impl ReferenceLimits {
                 within("calibrated airspeed", "m/s", value, range)
             }
             Airspeed::True(value) => {
+                // The widest range of all altitudes. Where it is flown, the speed is limited again.
                 let [min, _] = self.airspeeds_m_s(self.altitude_min_m);
                 let [_, max] = self.airspeeds_m_s(self.altitude_max_m);
                 within("true airspeed", "m/s", value, (min, max))
@@ -76,6 +77,7 @@ impl ReferenceLimits {
             }
             Reference::Roll(value) => within("roll", "deg", value.to_degrees(), roll),
             Reference::Course(value) => {
+                // West is 270 for some and -90 for others.
                 within("course", "deg", value.to_degrees(), (-180.0, 360.0))
             }
         }

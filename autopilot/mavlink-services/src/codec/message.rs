@@ -272,6 +272,7 @@ pub fn decode(frame: &Frame) -> Option<(Identity, Message)> {
         wire::PING_DATA::ID => by_library!(Ping, PING_DATA),
         wire::TIMESYNC_DATA::ID => by_library!(TimeSync, TIMESYNC_DATA),
         wire::SET_MODE_DATA::ID => {
+            // PX4 has the main mode in the third byte of custom_mode and the sub mode in the fourth.
             let custom = wire::MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED.bits();
             let is_custom = f.u8(5) & custom != 0;
             (f.system(4), Message::SetMode(SetMode { is_custom, main: f.u8(2), sub: f.u8(3) }))
@@ -351,6 +352,7 @@ fn mission(id: u32, f: &MessageFields) -> Option<(Identity, Message)> {
             (f.target(0), Message::MissionRequestList(f.list(2)))
         }
         wire::MISSION_COUNT_DATA::ID => (f.target(2), Message::MissionCount(f.list(4), f.u16(0))),
+        // The old request has the same fields, and gets the same item.
         wire::MISSION_REQUEST_INT_DATA::ID | wire::MISSION_REQUEST_DATA::ID => {
             (f.target(2), Message::MissionRequest(f.list(4), f.u16(0)))
         }

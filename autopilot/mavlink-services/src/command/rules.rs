@@ -286,6 +286,7 @@ const CURRENT: f64 = -1.0;
 /// MISSION_START: p1 first item (NaN: the current one), p2 last item (0 or NaN: the last of the plan).
 fn start_mission(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     let [first, end, ..] = command.params;
+    // There is at least one item, or `plan` refuses.
     let last = plan(caller.shared)?.0 - 1;
     let first = word("first item p1", first)?;
     let end = word("last item p2", end)?.filter(|end| *end != 0);
@@ -298,6 +299,7 @@ fn start_mission(command: &CommandMessage, caller: &mut Caller) -> Ruling {
             let text = format!("Mission refused: no item {first}, the plan has 0 to {last}");
             return Err(CommandError::denied(text));
         }
+        // Before the mode, which begins with the current item.
         decision.intents.insert(0, VehicleCommand::PlanItem(first).into());
     }
     Ok(decision)

@@ -81,6 +81,7 @@ impl Draft {
     /// targets of jumps stay right.
     pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
         let seq = self.next();
+        // A plan of one item has nothing behind its home that could be flown.
         let flown = if seq == 0 && self.count > 1 && may_be_home(item) {
             self.home = Some(*item);
             Item { action: Action::Jump { to: 1, times: None }, autocontinue: true }
@@ -170,6 +171,7 @@ impl Draft {
         let (Some(radius_m), Some(airspeed)) = (circle.radius_m, self.airspeed) else {
             return;
         };
+        // Higher up the true airspeed is larger, so the note claims no more than is certain.
         let altitude_m = circle.centre.altitude_m.unwrap_or(rules.limits.altitude_min_m);
         let airspeed_m_s = airspeed.true_m_s(altitude_m);
         let needed_m = rules.smallest_circle_m(airspeed_m_s);
@@ -180,6 +182,7 @@ impl Draft {
 
     /// The plan, once it is complete.
     pub fn finish(mut self) -> Finished {
+        // Nothing behind item 0 was flown, so nothing has shown that it is a waypoint.
         if self.home.is_some() {
             self.notes.add(Note::Home, 0);
         }
@@ -321,6 +324,7 @@ fn circle(
 
 /// p1 seconds; the fields for a time of day are not supported.
 fn delay(seconds: f32, clock: [f32; 3]) -> Result<Action, Rejected> {
+    // The definition marks unused fields with -1; NaN fails the comparison too.
     for (param, value) in [P2, P3, P4].into_iter().zip(clock) {
         if value >= 0.0 {
             return Err(Rejected::param(param, "only a delay in seconds, not to a time of day"));
@@ -354,6 +358,7 @@ fn change_speed(
             return Err(Rejected::param(P1, format!("type of speed {kind} is not 0 or 1")));
         }
     };
+    // 0, -1 and NaN all mean that none is given.
     if throttle > 0.0 {
         return Err(Rejected::param(P3, "there is no throttle reference (p3)"));
     }

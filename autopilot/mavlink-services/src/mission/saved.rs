@@ -123,6 +123,7 @@ impl MissionService {
         if !matches!(self.restoring, Restoring::Waiting(_)) || shared.intents.room() == 0 {
             return;
         }
+        // The room is checked before, because a plan that is taken out here cannot be put back.
         let Restoring::Waiting(saved) = std::mem::take(&mut self.restoring) else { return };
         let parameters = &shared.parameters;
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);

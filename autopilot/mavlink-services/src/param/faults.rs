@@ -146,6 +146,7 @@ impl FaultParameters {
         effectors: &EffectorList,
     ) -> Vec<Answer> {
         let is_over = |open: &mut OpenFault| {
+            // The reply of the plant comes before its report, and the value is that of the report.
             let is_there = open.is_done && value(open.target, faults) == open.value;
             is_there || now.since(open.since) >= ANSWER_TIMEOUT
         };

@@ -136,6 +136,7 @@ fn help(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     match arguments {
         [] => {
             for ShellCommand { name, about, .. } in &TABLE {
+                // Writing to a string cannot fail.
                 let _ = writeln!(text, "{name:<10} {about}");
             }
         }
@@ -259,6 +260,7 @@ fn script(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
 fn start_script(which: &str, shared: &mut Shared) -> Answer {
     let is_file = shared.scripts.content(which).is_some();
     let script = match which.parse() {
+        // A file may have a number for its name.
         Ok(number) if !is_file => shared.scripts.start(number, &shared.parameters),
         _ => shared.scripts.start_by_name(which, &shared.parameters),
     };

@@ -63,6 +63,7 @@ impl Key {
     /// Whether this trailer belongs to this frame. Runs in constant time.
     pub fn is_right(&self, frame: &[u8], trailer: Trailer) -> bool {
         let right = self.sign(frame, trailer.link(), trailer.at());
+        // All bytes, whatever the first ones are: the time must not tell how many of them are right.
         let differences = right.iter().zip(trailer.0).fold(0, |sum, (a, b)| sum | (a ^ b));
         differences == 0
     }

@@ -196,6 +196,7 @@ pub fn home_position(view: &TelemetryView) -> Option<Encoded> {
     Some(Encoded::new(&wire::HOME_POSITION_DATA {
         latitude: convert::degrees_e7(home.latitude_rad),
         longitude: convert::degrees_e7(home.longitude_rad),
+        // The ground is at altitude zero everywhere.
         altitude: 0,
         x: convert::float(position.x),
         y: convert::float(position.y),

@@ -126,6 +126,7 @@ impl Row {
             Rate::OnRequest | Rate::Answer => return None,
         };
         // A rate of zero stops the stream.
+        // A tiny rate must not overflow the duration, which would panic.
         (hz > 0.0).then(|| Duration::from_secs_f64((1.0 / hz).min(1.0e6)))
     }
 }

@@ -35,6 +35,7 @@ fn fraction_of_range(state: &Snapshot, effector: Effector, model: &AircraftModel
         return thrust_fraction(command, model);
     }
     // With symmetric travel this is command over travel.
+    // Either side by its own end, so that the whole travel is -1 to 1.
     if command < 0.0 { -command / min } else { command / max }
 }
 
@@ -101,6 +102,7 @@ pub fn actuator_output_status(view: &TelemetryView, state: &Snapshot) -> Encoded
     for (output, effector) in actuator.iter_mut().zip(list.all()) {
         *output = convert::float(fraction_of_range(state, effector, &view.shared.model));
     }
+    // No more effectors than a u32 has bits.
     let (time_usec, active) = (state.time.as_micros(), (1 << list.len()) - 1);
     Encoded::new(&wire::ACTUATOR_OUTPUT_STATUS_DATA { time_usec, active, actuator })
 }
@@ -324,6 +326,7 @@ const SOURCES: [(SensorKind, Sensor); 6] = [
 /// Which parts of the navigation state are valid; none while no packets arrive.
 fn validity(aircraft: &Aircraft) -> Validity {
     let state = aircraft.snapshot();
+    // Of a plant that is silent nothing is known.
     let state = state.filter(|_| matches!(aircraft.phase(), Phase::Flying | Phase::OnGround));
     state.map_or(Validity::default(), |state| state.motion().valid)
 }
@@ -351,6 +354,7 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
     if let Some(estimate) = estimate {
         for (source, sensor) in SOURCES {
             let is_used = estimate.source(source) == SourceHealth::Used;
+            // What the estimator used last says nothing on the ground, or while no packets arrive.
             health.set(sensor, is_used && aircraft.phase() == Phase::Flying);
         }
     }
