@@ -17,8 +17,7 @@ use flight_control::{Demand, FlightControl, Navigator};
 use icd::fault::{FaultReply, PlantReport, Repeat, Timing};
 use icd::tvc_jet;
 use icd::{Actuators, FaultKind, FaultRequest};
-use plant_sim::sensors::{GradeName, SensorSettings};
-use plant_sim::{EarthModel, Plant};
+use plant_sim::{EarthModel, GradeName, Plant, grade_file};
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
@@ -77,7 +76,7 @@ fn a_control_step_and_a_plant_step_allocate_nothing_also_through_a_fault() {
 #[test]
 fn a_control_step_on_estimated_states_allocates_nothing() {
     let mut setup = flights::case_1(EarthModel::Wgs84);
-    setup.plant.sensors = SensorSettings::of_grade(GradeName::Consumer);
+    setup.plant.sensors = grade_file::of_grade(GradeName::Consumer);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
     let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);

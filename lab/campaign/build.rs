@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Beside the workspace's `Cargo.toml`. What draws, serves ground stations or writes logs decides nothing.
-const SOURCES: [&str; 14] = [
+const SOURCES: [&str; 15] = [
     "Cargo.lock",
     "icd/data",
     "icd/src",
@@ -12,6 +12,7 @@ const SOURCES: [&str; 14] = [
     "autopilot/flight-management/src",
     "aircraft",
     "scenarios",
+    "plant-sim/dynamics/src",
     "plant-sim/src",
     "plant-sim/sensors",
     "lab/engine/src",

@@ -12,7 +12,7 @@ use plant_sim::earth::Slopes;
 use plant_sim::faults::Effects;
 use plant_sim::tables::aerodynamics::TableAero;
 use plant_sim::tables::thrust::{EngineAir, Propulsion};
-use plant_sim::{Airframe, EarthModel, Plant, Scenario};
+use plant_sim::{Airframe, EarthModel, Plant, ReadAirframe as _, Scenario};
 
 /// The nominal flight with one step for each period of 2 ms.
 fn plant(airframe: Airframe, earth: EarthModel) -> Plant {

@@ -22,8 +22,9 @@ use crate::atmosphere::Atmosphere;
 use crate::config::{self, gather};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
+use crate::grade_file::SensorsTable;
 use crate::range::{check_range, out_of_range};
-use crate::sensors::{SensorSettings, SensorsTable};
+use crate::sensors::SensorSettings;
 use crate::setup::PlantSetup;
 use crate::start::{Start, StartPart};
 use crate::wind::{

@@ -218,6 +218,7 @@ fn action(button: &Button, described: bool) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant_sim::ReadAirframe as _;
 
     /// With these the files in the repository were written.
     const SHIPPED: [&str; 6] = [

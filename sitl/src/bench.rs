@@ -17,7 +17,7 @@ use lab_studies::closed_loop::{FlightSetup, fly, watch};
 use lab_studies::configuration::{AircraftArgs, Named};
 use lab_studies::metrics::quantile;
 use plant_sim::io::whole;
-use plant_sim::{Airframe, GradeName, Plant, PlantSetup, SensorSettings};
+use plant_sim::{Airframe, GradeName, Plant, PlantSetup, ReadAirframe as _, grade_file};
 
 use crate::arrangement::{self, Arrangement};
 use crate::udp_flight::time_udp;
@@ -267,7 +267,7 @@ fn plant_setup(airframe: &Airframe, step_us: u32, has_errors: bool) -> Result<Pl
     let mut plant = AircraftArgs::default().scenario(&nominal, &airframe.effectors)?.plant;
     if has_errors {
         plant.wind.turbulence_m_s = TURBULENCE_M_S;
-        plant.sensors = SensorSettings::of_grade(GradeName::Tactical);
+        plant.sensors = grade_file::of_grade(GradeName::Tactical);
     }
     Ok(plant.setup(airframe.clone(), 0, ControlPeriod::DEFAULT, step_us))
 }

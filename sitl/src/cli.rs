@@ -8,8 +8,8 @@ use std::process::ExitCode;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
-use plant_sim::Airframe;
 use plant_sim::io::PlantArgs;
+use plant_sim::{Airframe, ReadAirframe as _};
 
 use crate::actions::{self, ActionsArgs};
 use crate::bench::{self, BenchArgs};

@@ -98,6 +98,7 @@ fn host_io_knows_no_aircraft() {
         "two-step-flight-control",
         "autopilot",
         "plant-sim",
+        "plant-dynamics",
         "lab-engine",
         "lab-studies",
         "sitl",
@@ -114,7 +115,7 @@ fn the_log_format_knows_no_aircraft() {
 
 #[test]
 fn autopilot_does_not_know_the_plant() {
-    let forbidden = ["plant-sim", "lab-engine", "lab-studies", "sitl"];
+    let forbidden = ["plant-sim", "plant-dynamics", "lab-engine", "lab-studies", "sitl"];
     assert_without("autopilot", &closure("autopilot"), &forbidden);
 }
 
@@ -123,6 +124,15 @@ fn plant_does_not_know_the_flight_software() {
     let forbidden =
         ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
+}
+
+#[test]
+fn what_computes_in_the_plant_reads_no_files_and_no_options() {
+    let own = ["two-step-icd", "host-io"];
+    let others = ["nalgebra", "libm", "rand_chacha", "serde", "serde_json", "arrayvec"];
+    assert_only("plant-dynamics", &[&own[..], &others[..], &["thiserror"]].concat());
+    let readers = ["plant-sim", "aircraft", "scenarios", "toml", "clap"];
+    assert_without("plant-dynamics", &closure("plant-dynamics"), &readers);
 }
 
 #[test]

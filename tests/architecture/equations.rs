@@ -41,7 +41,7 @@ fn quoted(cell: &str) -> Vec<&str> {
     cell.split('`').skip(1).step_by(2).filter(|path| path.contains("::")).collect()
 }
 
-/// File and name of a path such as `plant_sim::faults::Effects::rate`.
+/// File and name of a path such as `plant_dynamics::faults::Effects::rate`.
 fn locate(path: &str) -> Option<(String, String)> {
     let mut segments: Vec<&str> = path.split("::").collect();
     let name = segments.pop()?.to_owned();

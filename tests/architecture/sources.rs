@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 18] = [
+pub const CRATES: [(&str, &str); 19] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -13,6 +13,7 @@ pub const CRATES: [(&str, &str); 18] = [
     ("mavlink_services", "autopilot/mavlink-services/src"),
     ("recorder", "autopilot/recorder/src"),
     ("autopilot", "autopilot/src"),
+    ("plant_dynamics", "plant-sim/dynamics/src"),
     ("plant_sim", "plant-sim/src"),
     ("aircraft", "aircraft"),
     ("scenarios", "scenarios"),

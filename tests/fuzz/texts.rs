@@ -6,7 +6,7 @@ use autopilot::run::ConfigFile;
 use autopilot::script::Script;
 use icd::tvc_jet;
 use icd::{Actuators, ControlPeriod};
-use plant_sim::{Airframe, Plant, Scenario};
+use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario};
 
 use super::choices::Choices;
 

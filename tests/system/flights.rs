@@ -3,7 +3,7 @@
 use autopilot::config;
 use autopilot::parameters::Parameters;
 use icd::{ControlPeriod, SimTime};
-use plant_sim::{Airframe, EarthModel, Scenario};
+use plant_sim::{Airframe, EarthModel, ReadAirframe as _, Scenario};
 use sitl::builder::SetupOptions;
 use sitl::closed_loop::{self, FlightSetup, Record};
 

@@ -1,5 +1,5 @@
 //! The catalogue of faults: one entry for each kind. No other code depends on single kinds, except for their effect in
-//! `plant-sim/src/faults/active.rs`.
+//! `plant-sim/dynamics/src/faults/active.rs`.
 //!
 //! Keys of scenario files, phrases of scripts, names in the shell, types, values and parameters of MAVLink, texts, codes in packets
 //! and logs, ranges and the tables of the documents are derived from the entries. A new kind goes to the end of

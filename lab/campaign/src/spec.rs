@@ -10,7 +10,7 @@ use lab_judges::JudgeKind;
 use lab_studies::configuration::{AircraftArgs, Named};
 use lab_studies::problem::{At as _, Problem, problem};
 use lab_studies::settings::{self, Setting, number, written};
-use plant_sim::airframe;
+use plant_sim::airframe_file;
 use scenarios::SCENARIOS;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer};
@@ -245,7 +245,7 @@ impl SpecFile {
         }
         if args.airframe.is_some() || args.model.is_some() {
             // Relative to where the command is given, not to the specification.
-            let from_here = |path: &PathBuf| match airframe::is_shipped(path) {
+            let from_here = |path: &PathBuf| match airframe_file::is_shipped(path) {
                 true => Ok(path.clone()),
                 false => std::path::absolute(path).at(path.display()),
             };

@@ -12,9 +12,9 @@ use autopilot::script::Script;
 use autopilot::vehicle::schedule::ReferenceSchedule;
 use host_io::file::{self, TEXT_MAX};
 use icd::EffectorList;
-use plant_sim::airframe;
+use plant_sim::airframe_file;
 use plant_sim::scenario;
-use plant_sim::{Airframe, PlantPart, Scenario};
+use plant_sim::{Airframe, PlantPart, ReadAirframe as _, Scenario};
 use scenarios::SCENARIOS;
 use toml::Table;
 
@@ -184,7 +184,7 @@ impl AircraftArgs {
     }
 
     fn model_file(&self) -> Result<Named, Problem> {
-        let of_aircraft = self.airframe.as_deref().filter(|name| airframe::is_shipped(name));
+        let of_aircraft = self.airframe.as_deref().filter(|name| airframe_file::is_shipped(name));
         let name = self.model.as_deref().or(of_aircraft);
         Named::shipped_or_read(name.unwrap_or(DEFAULT_NAME.as_ref()), &MODELS)
     }
@@ -252,7 +252,7 @@ impl AircraftArgs {
         // A setting has the unit of the reader and replaces what the file has in any unit.
         match target {
             Target::Scenario => scenario::convert_units(&file.name, &mut table)?,
-            Target::Airframe => airframe::convert_units(&file.name, &mut table)?,
+            Target::Airframe => airframe_file::convert_units(&file.name, &mut table)?,
             Target::Model | Target::Parameter => {}
         }
         settings::apply(&mut table, root, &settings)?;

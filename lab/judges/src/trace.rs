@@ -151,6 +151,7 @@ pub fn column(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant_sim::ReadAirframe as _;
 
     fn limits() -> FlightLimits {
         plant_sim::Airframe::paper().limits

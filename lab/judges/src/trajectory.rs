@@ -120,6 +120,7 @@ fn line(values: impl IntoIterator<Item = f64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant_sim::ReadAirframe as _;
     use proptest::prelude::*;
 
     const COUNT: usize = Row::NAMES.len();

@@ -17,7 +17,7 @@ use flight_control::aircraft_model::{
 use host_io::file::{self, FileProblem};
 use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
 use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
-use plant_sim::{Airframe, Plant, PlantSetup, Scenario, Start};
+use plant_sim::{Airframe, Plant, PlantSetup, ReadAirframe as _, Scenario, Start};
 
 use crate::configuration::Named;
 use crate::problem::{Problem, problem};

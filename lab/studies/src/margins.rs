@@ -417,6 +417,7 @@ mod tests {
     use super::*;
     use clap::Parser as _;
     use flight_control::{Law, LawInput, MainCommand};
+    use plant_sim::ReadAirframe as _;
 
     #[derive(Debug, clap::Parser)]
     struct Command {

@@ -13,7 +13,7 @@ use icd::units::DEG;
 use icd::{Actuators, Sensors};
 use lab_report::{Cell, CellKind, Column, Table, columns};
 use plant_sim::io::whole;
-use plant_sim::{GradeName, Plant, SensorSettings};
+use plant_sim::{GradeName, Plant, grade_file};
 
 use crate::builder::SetupOptions;
 use crate::chart::panel::{Curve, Panel};
@@ -115,7 +115,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     let places: Vec<_> = places.collect();
     let mut real = Plant::new(&setup)?;
     // The same aircraft in the same air: only the sensors differ.
-    setup.sensors = SensorSettings::of_grade(GradeName::Ideal);
+    setup.sensors = grade_file::of_grade(GradeName::Ideal);
     let mut exact = Plant::new(&setup)?;
     let actuators = Actuators { commands: exact.trim().positions() };
     // Limited.

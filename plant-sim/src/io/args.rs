@@ -13,6 +13,7 @@ use icd::pace::Pace;
 use icd::{ControlPeriod, SimTime};
 
 use crate::airframe::Airframe;
+use crate::airframe_file::ReadAirframe as _;
 use crate::earth::EarthModel;
 use crate::plant::Plant;
 use crate::scenario::{PlantPart, Scenario};

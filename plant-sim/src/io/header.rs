@@ -113,6 +113,7 @@ impl Envelopes {
 mod tests {
     use super::*;
     use crate::Airframe;
+    use crate::airframe_file::ReadAirframe as _;
     use crate::scenario::Scenario;
     use icd::{ControlPeriod, Sensors};
     use scenarios::CASE1;

@@ -1,6 +1,7 @@
 //! Reading scenarios, and what is refused.
 
 use super::*;
+use crate::airframe_file::ReadAirframe as _;
 use crate::wind::TurbulenceLevel;
 use icd::fault::{FaultKind, Repeat, SensorKind, Side, TargetClass, Timing, Travel};
 use icd::tvc_jet;

@@ -7,7 +7,7 @@ use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use host_io::problem::{Problem, problem};
 use lab_studies::builder::{fitted, preset_note};
-use plant_sim::airframe;
+use plant_sim::airframe_file;
 use plant_sim::io::{PlantArgs, Speed};
 use serde::Serialize;
 use serde_json::Value;
@@ -163,7 +163,7 @@ impl LaunchArgs {
         plant.plant(&setup)?;
         // The autopilot has no option for the airframe: the name of a shipped one becomes that of
         // its model.
-        let named = self.airframe.clone().filter(|name| airframe::is_shipped(Path::new(name)));
+        let named = self.airframe.clone().filter(|name| airframe_file::is_shipped(Path::new(name)));
         let of_autopilot = Self { model: self.model.clone().or(named), ..self.clone() };
         let mut options = Options {
             autopilot: of_autopilot.words_for::<AutopilotArgs>(),

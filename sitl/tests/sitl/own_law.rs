@@ -8,7 +8,7 @@ use autopilot::config;
 use flight_control::{CompensatorMode, Demand, FlightControl, Gains, MainLaw, Navigator};
 use icd::ControlPeriod;
 use icd::wire::VERSION;
-use plant_sim::{Airframe, Plant, Scenario};
+use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario};
 
 #[path = "../../../examples/own_law.rs"]
 #[allow(dead_code, reason = "its main is started by cargo run")]

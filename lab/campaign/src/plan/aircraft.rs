@@ -9,7 +9,7 @@ use lab_judges::measures::Measures;
 use lab_studies::configuration::{AircraftArgs, Named};
 use lab_studies::problem::{Problem, problem};
 use lab_studies::settings::{Setting, number};
-use plant_sim::{Airframe, airframe};
+use plant_sim::{Airframe, airframe_file};
 
 use super::{Plan, Value};
 use crate::spec::{
@@ -60,7 +60,7 @@ impl Aircraft {
     ) -> Result<Self, Problem> {
         // The name of an aircraft that comes with the program, or a file beside the specification.
         let named = |name: &Option<PathBuf>| {
-            name.as_deref().map(|name: &Path| match airframe::is_shipped(name) {
+            name.as_deref().map(|name: &Path| match airframe_file::is_shipped(name) {
                 true => name.to_path_buf(),
                 false => file.beside(name),
             })

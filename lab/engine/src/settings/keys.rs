@@ -8,7 +8,7 @@ use autopilot::config::ScenarioFile as AutopilotFile;
 use autopilot::parameters::changes;
 use flight_control::AircraftModel;
 use plant_sim::aerodynamics::Aero;
-use plant_sim::airframe::AirframeFile;
+use plant_sim::airframe_file::AirframeFile;
 use plant_sim::config::{ANY, gather};
 use plant_sim::scenario::ScenarioFile as PlantFile;
 use plant_sim::tables::aerodynamics::TableAero;

@@ -150,6 +150,7 @@ fn one_if(holds: bool) -> f64 {
 mod tests {
     use super::*;
     use icd::tvc_jet;
+    use plant_sim::ReadAirframe as _;
 
     #[test]
     fn sums_of_an_effector_are_those_of_its_own_commands_and_positions() {

@@ -14,7 +14,7 @@ use icd::sensors::SensorKind;
 use lab_report::{Table, cells, table};
 use plant_sim::io::whole;
 use plant_sim::setup::default_step_us;
-use plant_sim::{EarthModel, GradeName, SensorSettings};
+use plant_sim::{EarthModel, GradeName, grade_file};
 
 use super::both::Noisy;
 use super::cases::{Case, Conditions, Run, Runs};
@@ -103,7 +103,7 @@ fn case(number: u32, fit: &Fit, turbulence_m_s: f64, seed: u64) -> Result<Case, 
     };
     let mut case = Case::with(number, &conditions, &AircraftArgs::default())?;
     let sensors = &mut case.setup.plant.sensors;
-    *sensors = SensorSettings::of_grade(fit.grade);
+    *sensors = grade_file::of_grade(fit.grade);
     sensors.fitted[SensorKind::Vanes as usize] = fit.vanes;
     // As it comes with the grade.
     case.setup.parameters.gains.selection.estimator = preset_of(fit.grade);

@@ -329,6 +329,7 @@ fn uniform(generator: &mut ChaCha8Rng) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plant_sim::ReadAirframe as _;
 
     const GOOD: ChangeVerdict =
         ChangeVerdict { lost: false, activated: false, settled_rad: 10.0 * DEG };

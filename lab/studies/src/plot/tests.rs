@@ -51,7 +51,7 @@ fn the_page_has_every_figure_and_needs_no_network() {
 #[test]
 fn the_page_of_a_flight_on_estimates_has_truth_and_estimate() {
     let mut flown = setup(3);
-    flown.plant.sensors = plant_sim::SensorSettings::of_grade(plant_sim::GradeName::Tactical);
+    flown.plant.sensors = plant_sim::grade_file::of_grade(plant_sim::GradeName::Tactical);
     let page = page_of(testing::log(&flown, &commands(), Without::default()));
     for word in [
         "measured",

@@ -1,6 +1,7 @@
 //! The limits that an independent model of the same aircraft has (SLSQP over the same sets, published parameters).
 
 use super::*;
+use plant_sim::ReadAirframe as _;
 
 fn study() -> Study {
     Study::new(Airframe::paper(), sets::read("sets.toml", sets::SHIPPED).unwrap()).unwrap()

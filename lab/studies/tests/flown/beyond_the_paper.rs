@@ -14,7 +14,7 @@ use icd::{ControlPeriod, SimTime};
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{FlightSetup, watch_with_commands};
 use lab_studies::{mission, runner};
-use plant_sim::{Airframe, Scenario};
+use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 /// Onset of all faults but those of the mission, s.
 const ONSET_S: f64 = 1.0;

@@ -8,7 +8,7 @@ use icd::{ControlPeriod, SimTime};
 use lab_judges::trace::Sample;
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{self, FlightSetup, Record};
-use plant_sim::{Airframe, Scenario, ScheduledFault};
+use plant_sim::{Airframe, ReadAirframe as _, Scenario, ScheduledFault};
 
 /// PID alone; with the paper's compensator; with the law beyond the paper.
 const PID: (CompensatorMode, AllocationMode) = (CompensatorMode::Off, AllocationMode::Paper);

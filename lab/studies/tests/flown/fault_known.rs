@@ -7,7 +7,7 @@ use lab_judges::flown::outcome;
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{FlightSetup, Record, fly};
 use nalgebra::Vector3;
-use plant_sim::{Airframe, Scenario};
+use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 /// Onset of every fault, s.
 const ONSET_S: f64 = 2.0;

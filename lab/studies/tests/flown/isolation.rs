@@ -14,7 +14,7 @@ use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{FlightSetup, watch};
 use lab_studies::runner;
-use plant_sim::{Airframe, Scenario};
+use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 const ONSET_S: f64 = 3.0;
 const TURN: &str = "[[autopilot.reference]]\nat_s = 2.0\nroll_deg = 15.0\n\

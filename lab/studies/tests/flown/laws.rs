@@ -13,7 +13,7 @@ use lab_judges::trace::Sample;
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{self, FlightSetup, Record};
 use lab_studies::runner;
-use plant_sim::{Airframe, Plant, Scenario};
+use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario};
 
 const SCENARIOS: [(&str, &str); 3] =
     [("nominal", scenarios::NOMINAL), ("case1", scenarios::CASE1), ("case2", scenarios::CASE2)];

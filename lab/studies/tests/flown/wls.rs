@@ -7,7 +7,7 @@ use icd::{ControlPeriod, SimTime};
 use lab_studies::builder::SetupOptions;
 use lab_studies::closed_loop::{self, FlightSetup, Record};
 use lab_studies::runner;
-use plant_sim::{Airframe, Scenario};
+use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 const AEROSONDE: (&str, &str) = (aircraft::AEROSONDE_AIRFRAME, aircraft::AEROSONDE_MODEL);
 

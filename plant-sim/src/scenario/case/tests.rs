@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::Scenario;
+use crate::airframe_file::ReadAirframe as _;
 use aircraft::F16_AIRFRAME;
 use proptest::prelude::*;
 

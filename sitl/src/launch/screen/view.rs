@@ -485,6 +485,7 @@ pub(super) mod tests;
 #[cfg(test)]
 mod text_tests {
     use super::*;
+    use plant_sim::ReadAirframe as _;
     use std::net::SocketAddr;
 
     fn at(port: u16) -> SocketAddr {

@@ -1,6 +1,7 @@
 use super::*;
 use autopilot::io::status::References;
 use icd::SimTime;
+use plant_sim::ReadAirframe as _;
 use std::net::SocketAddr;
 
 const WIDTHS: [usize; 5] = [40, 60, 80, 110, 200];

@@ -6,8 +6,8 @@ use crate::wind::WindLevel;
 use crate::{Plant, SetupError};
 use icd::{Actuators, SimTime};
 
-const SPHERE: &str = include_str!("../../checkcases/sphere.toml");
-const BRICK: &str = include_str!("../../checkcases/brick.toml");
+const SPHERE: &str = include_str!("../../../checkcases/sphere.toml");
+const BRICK: &str = include_str!("../../../checkcases/brick.toml");
 
 fn airframe(text: &str) -> Airframe {
     Airframe::from_toml("body.toml", text).unwrap()
@@ -286,12 +286,6 @@ fn a_state_that_cannot_be_is_refused_with_key_value_and_range() {
 
 #[test]
 fn a_body_without_effectors_is_refused_where_a_controller_would_fly_it() {
-    let nominal = crate::Scenario::from_toml(
-        "nominal.toml",
-        scenarios::NOMINAL,
-        &icd::EffectorList::default(),
-    );
-    let setup =
-        nominal.unwrap().plant.setup(airframe(BRICK), 0, icd::ControlPeriod::DEFAULT, 1_000);
+    let setup = crate::tests::nominal(&airframe(BRICK), 1_000);
     assert!(matches!(Plant::new(&setup), Err(SetupError::NoEffector(_))));
 }

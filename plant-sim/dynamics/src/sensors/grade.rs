@@ -1,25 +1,15 @@
-//! Grades: the errors of each sensor, read from tables with units in their keys.
-//!
-//! A grade file and the table `[plant.sensors]` of a scenario have the same form; the latter changes single numbers of the former.
+//! Grades: the errors of each sensor, and the keys of a file that have them.
 
-use std::fmt;
-use std::sync::LazyLock;
-
-use host_io::problem::{Problem, problem};
+use host_io::problem::Problem;
 use icd::fault::SensorKind;
 use icd::units::DEG;
 use icd::{EffectorKind, EffectorList, Sensors, named};
-use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
-use crate::config;
 use crate::date::Date;
 use crate::faults::Fitted;
 use crate::range::check_range;
-
-const TACTICAL: &str = include_str!("../../sensors/tactical.toml");
-const CONSUMER: &str = include_str!("../../sensors/consumer.toml");
 
 /// Most samples on their way from a sensor to the flight computer.
 pub(super) const QUEUE_MAX: usize = 64;
@@ -35,17 +25,6 @@ named! {
         Tactical = "tactical",
         /// Parts of a hobby autopilot: `plant-sim/sensors/consumer.toml`.
         Consumer = "consumer",
-    }
-}
-
-impl GradeName {
-    /// Its file; `None` for the ideal grade, which has no errors.
-    const fn file(self) -> Option<(&'static str, &'static str)> {
-        match self {
-            Self::Ideal => None,
-            Self::Tactical => Some(("tactical.toml", TACTICAL)),
-            Self::Consumer => Some(("consumer.toml", CONSUMER)),
-        }
     }
 }
 
@@ -135,13 +114,13 @@ impl Grade {
 }
 
 /// A key of a sensor's table.
-struct GradeKey {
-    name: &'static str,
+pub struct GradeKey {
+    pub name: &'static str,
     /// A number with this key times this is in SI units.
-    to_si: f64,
+    pub to_si: f64,
     min: f64,
     max: f64,
-    place: fn(&mut Errors) -> &mut f64,
+    pub place: fn(&mut Errors) -> &mut f64,
 }
 
 macro_rules! key {
@@ -199,7 +178,7 @@ static ENGINE_MONITOR: [GradeKey; 6] =
 static MAGNETOMETER: [GradeKey; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
 
 /// The keys of a sensor's table.
-fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
+pub fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
     let own: &'static [GradeKey] = match sensor {
         SensorKind::Gyro => &GYRO,
         SensorKind::Accelerometer => &ACCELEROMETER,
@@ -211,86 +190,6 @@ fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
         SensorKind::Magnetometer => &MAGNETOMETER,
     };
     OF_ALL.iter().chain(own)
-}
-
-/// Whether the aircraft has the sensor.
-const FITTED: &str = "fitted";
-
-/// Names of the keys of each sensor.
-static NAMES: LazyLock<[Vec<&'static str>; Sensors::SENSORS]> = LazyLock::new(|| {
-    let of = |sensor| std::iter::once(FITTED).chain(keys(sensor).map(|key| key.name)).collect();
-    SensorKind::ALL.map(of)
-});
-
-/// The table of sensor number `SENSOR` as written: some of its numbers.
-#[derive(Debug, Default, Clone)]
-pub struct SensorTable<const SENSOR: usize> {
-    fitted: Option<bool>,
-    numbers: Vec<(&'static str, f64)>,
-}
-
-impl<const SENSOR: usize> SensorTable<SENSOR> {
-    /// Changes the errors of a grade by the numbers of this table, and says whether the aircraft has the sensor.
-    fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) {
-        let sensor = SensorKind::ALL[SENSOR];
-        for (name, value) in &self.numbers {
-            if let Some(key) = keys(sensor).find(|key| key.name == *name) {
-                *(key.place)(&mut grade.0[SENSOR]) = value * key.to_si;
-            }
-        }
-        fitted[SENSOR] = self.fitted.unwrap_or(fitted[SENSOR]);
-    }
-}
-
-impl<'de, const SENSOR: usize> Deserialize<'de> for SensorTable<SENSOR> {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        // As a struct with these names, since the search for keys asks for fields.
-        deserializer.deserialize_struct("SensorTable", &NAMES[SENSOR], Self::default())
-    }
-}
-
-impl<'de, const SENSOR: usize> Visitor<'de> for SensorTable<SENSOR> {
-    type Value = Self;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a table with the errors of the {}", SensorKind::ALL[SENSOR].name())
-    }
-
-    fn visit_map<A: MapAccess<'de>>(mut self, mut map: A) -> Result<Self, A::Error> {
-        while let Some(name) = map.next_key_seed(Name::<SENSOR>)? {
-            if name == FITTED {
-                self.fitted = Some(map.next_value()?);
-            } else {
-                self.numbers.push((name, map.next_value()?));
-            }
-        }
-        Ok(self)
-    }
-}
-
-/// The name of a key.
-struct Name<const SENSOR: usize>;
-
-impl<'de, const SENSOR: usize> DeserializeSeed<'de> for Name<SENSOR> {
-    type Value = &'static str;
-
-    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<&'static str, D::Error> {
-        deserializer.deserialize_identifier(self)
-    }
-}
-
-impl<const SENSOR: usize> Visitor<'_> for Name<SENSOR> {
-    type Value = &'static str;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a key of a sensor")
-    }
-
-    fn visit_str<E: Error>(self, text: &str) -> Result<&'static str, E> {
-        let names = &NAMES[SENSOR];
-        let known = names.iter().find(|name| **name == text).copied();
-        known.ok_or_else(|| E::unknown_field(text, names))
-    }
 }
 
 /// Errors of the sensors of a flight.
@@ -318,12 +217,6 @@ impl SensorSettings {
         date: Date::DEFAULT,
     };
 
-    /// Sensors of a grade.
-    pub fn of_grade(name: GradeName) -> Self {
-        let table = SensorsTable { grade: Some(name), ..SensorsTable::default() };
-        table.settings().unwrap_or(Self::IDEAL)
-    }
-
     /// Checks every number, with the control period in µs.
     pub fn check(&self, period_us: u32) -> Result<(), Problem> {
         let noise_deg_s = self.gyro_noise_rad_s.to_degrees();
@@ -342,66 +235,5 @@ impl SensorSettings {
         fitted[SensorKind::EngineMonitor as usize] &=
             effectors.only(EffectorKind::Engine).is_some();
         fitted
-    }
-}
-
-/// The table with a table for each sensor, and the changes of all of them.
-macro_rules! sensors_table {
-    ($($sensor:ident: $kind:ident,)+) => {
-        /// `[plant.sensors]`, and the file of a grade.
-        #[derive(Debug, Default, Clone, Deserialize)]
-        #[serde(deny_unknown_fields, default)]
-        pub struct SensorsTable {
-            grade: Option<GradeName>,
-            gyro_noise_deg_s: Option<f64>,
-            $($sensor: SensorTable<{ SensorKind::$kind as usize }>,)+
-        }
-
-        impl SensorsTable {
-            /// Changes a grade by the numbers of this table; returns whether there was one.
-            fn change(&self, grade: &mut Grade, fitted: &mut [bool; Sensors::SENSORS]) -> bool {
-                $(self.$sensor.change(grade, fitted);)+
-                [$(&self.$sensor.numbers),+].iter().any(|numbers| !numbers.is_empty())
-            }
-        }
-    };
-}
-
-sensors_table! {
-    gyro: Gyro,
-    accelerometer: Accelerometer,
-    attitude: Attitude,
-    gnss: Gnss,
-    barometer: Barometer,
-    pitot: Pitot,
-    vanes: Vanes,
-    engine_monitor: EngineMonitor,
-    magnetometer: Magnetometer,
-}
-
-impl SensorsTable {
-    /// The settings that the table means.
-    pub(crate) fn settings(&self) -> Result<SensorSettings, Problem> {
-        let mut settings = SensorSettings::IDEAL;
-        let mut grade = Grade::EXACT;
-        let of_file = self.grade.and_then(GradeName::file);
-        if let Some((name, text)) = of_file {
-            config::parse::<Self>(name, text)?.change(&mut grade, &mut settings.fitted);
-        }
-        let has_numbers = self.change(&mut grade, &mut settings.fitted);
-        // Numbers alone make real sensors too, exact in everything else.
-        let is_real = of_file.is_some() || has_numbers;
-        settings.grade = is_real.then_some(grade);
-        settings.name = self.grade.unwrap_or_default();
-        if let Some(noise_deg_s) = self.gyro_noise_deg_s {
-            // The shipped scenarios have a noise of zero.
-            if is_real && noise_deg_s != 0.0 {
-                return Err(problem!(
-                    "[plant.sensors] gyro_noise_deg_s is of ideal sensors; of others it is gyro.noise_deg_s"
-                ));
-            }
-            settings.gyro_noise_rad_s = noise_deg_s.to_radians();
-        }
-        Ok(settings)
     }
 }

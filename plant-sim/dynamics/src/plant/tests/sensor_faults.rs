@@ -1,7 +1,7 @@
 //! Each fault of each sensor shows in its samples, and in no others.
 
 use super::*;
-use crate::{GradeName, SensorSettings};
+use crate::SensorSettings;
 use icd::fault::{SensorKind, Target};
 
 /// The sensors of two flights with the same commands, a healthy one and one with this fault from 0.1 s on.
@@ -157,7 +157,7 @@ fn an_intermittent_sensor_is_off_in_each_gap() {
 
 #[test]
 fn another_sensor_or_its_fault_changes_no_random_number_of_the_others() {
-    let tactical = SensorSettings::of_grade(GradeName::Tactical);
+    let tactical = tactical();
     let noisy = |sensor| flights(sensor, FaultKind::Noisy { rms: 0.01 }, tactical);
     for (healthy, faulty) in noisy(SensorKind::Barometer) {
         for other in SensorKind::ALL {
@@ -168,7 +168,7 @@ fn another_sensor_or_its_fault_changes_no_random_number_of_the_others() {
 
 #[test]
 fn real_sensors_have_their_rates_and_delays_and_no_attitude_unit() {
-    let settings = SensorSettings::of_grade(GradeName::Tactical);
+    let settings = tactical();
     let mut setup = flat();
     setup.sensors = settings;
     let mut plant = plant(&setup);

@@ -117,18 +117,15 @@ fn difference(at: impl Fn(f64) -> f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Plant, Scenario, SetupError};
-    use icd::tvc_jet;
-    use icd::{Actuators, ControlPeriod};
+    use crate::tests::nominal;
+    use crate::{Plant, SetupError};
+    use icd::Actuators;
 
     /// Flies a tenth of a second with fixed effectors; whether the state stayed finite, or why it did not start.
     fn fly(change: impl Fn(&mut Airframe), step_us: u32) -> Result<bool, SetupError> {
-        let plant = Scenario::from_toml("nominal", scenarios::NOMINAL, &tvc_jet::effectors())
-            .unwrap()
-            .plant;
         let mut airframe = Airframe::paper();
         change(&mut airframe);
-        let mut setup = plant.setup(airframe, 0, ControlPeriod::DEFAULT, step_us);
+        let mut setup = nominal(&airframe, step_us);
         setup.wind.turbulence_m_s = 3.0;
         let mut plant = Plant::new(&setup)?;
         let commands = Actuators { commands: plant.trim().positions() };

@@ -22,11 +22,10 @@ use crate::truth::Truth;
 use crate::wind::Gust;
 
 mod faulty;
-mod grade;
+pub mod grade;
 mod real;
 
-pub(crate) use grade::SensorsTable;
-pub use grade::{Grade, GradeName, SensorSettings, SensorTable};
+pub use grade::{Grade, GradeName, SensorSettings};
 
 use faulty::FaultySensors;
 use real::RealSensors;

@@ -57,7 +57,7 @@ impl<T: Copy + Into<Option<f64>>> StartKeys<T> {
 
 impl Start {
     /// In the place of the design point of a body that no controller flies.
-    pub(crate) const NOT_USED: Self = Self {
+    pub const NOT_USED: Self = Self {
         altitude_m: 1_000.0,
         airspeed_m_s: 100.0,
         heading_rad: 0.0,
@@ -74,7 +74,7 @@ impl Start {
     }
 
     /// Checks every number; `section` is its table in the file.
-    pub(crate) fn check(&self, section: &'static str) -> Result<(), Problem> {
+    pub fn check(&self, section: &'static str) -> Result<(), Problem> {
         check_range(section, "altitude_m", self.altitude_m, 1.0, 25_000.0)?;
         check_range(section, "airspeed_m_s", self.airspeed_m_s, 1.0, 1_000.0)?;
         check_range(section, "heading_deg", self.heading_rad.to_degrees(), -360.0, 360.0)?;

@@ -1,5 +1,6 @@
 use super::*;
-use crate::{Airframe, EarthModel, Scenario, ScheduledFault};
+use crate::tests::{nominal, tactical};
+use crate::{Airframe, EarthModel, ScheduledFault};
 use icd::fault::{FaultKind, FaultState, Timing, Travel};
 use icd::tvc_jet;
 use icd::{Body, ControlPeriod, Effector, FlowAngles, PerEffector, Sample, Stamp};
@@ -14,9 +15,7 @@ mod other_aircraft;
 mod sensor_faults;
 
 fn setup(earth: EarthModel) -> PlantSetup {
-    let nominal =
-        Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors()).unwrap();
-    PlantSetup { earth, ..nominal.plant.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000) }
+    PlantSetup { earth, ..nominal(&Airframe::paper(), 1_000) }
 }
 
 fn flat() -> PlantSetup {

@@ -1,9 +1,10 @@
 //! Effects of the kinds of fault on moving effectors: flights over the flat Earth.
 
 use super::*;
-use crate::{EarthModel, Plant, PlantSetup, Scenario, Truth};
+use crate::tests::nominal;
+use crate::{EarthModel, Plant, PlantSetup, Truth};
+use icd::Actuators;
 use icd::tvc_jet;
-use icd::{Actuators, ControlPeriod};
 use proptest::prelude::*;
 
 const TICK_S: f64 = 0.002;
@@ -20,11 +21,7 @@ impl Flight {
     }
 
     fn with(faults: Vec<ScheduledFault>) -> Self {
-        let nominal =
-            Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors())
-                .unwrap()
-                .plant;
-        let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
+        let setup = nominal(&Airframe::paper(), 1_000);
         let plant = Plant::new(&PlantSetup { earth: EarthModel::Flat, faults, ..setup }).unwrap();
         let commands = plant.trim().positions();
         Self { plant, commands }

@@ -2,9 +2,9 @@
 //! an engine. Each is the paper's jet with other effectors.
 
 use icd::fault::{FaultKind, FaultReply, FaultRequest, Refusal, Timing};
-use icd::{Actuators, ControlPeriod, Effector, EffectorKind, LateralSide, PerEffector};
+use icd::{Actuators, Effector, EffectorKind, LateralSide, PerEffector};
 
-use crate::scenario::Scenario;
+use crate::tests::nominal;
 use crate::{Airframe, EarthModel, Plant, PlantSetup};
 use aircraft::DEFAULT_AIRFRAME;
 use scenarios::NOMINAL;
@@ -31,9 +31,7 @@ fn airframe(effectors: &[String], has_nozzle: bool) -> Airframe {
 }
 
 fn setup(airframe: Airframe) -> PlantSetup {
-    let nominal = Scenario::from_toml("nominal", NOMINAL, &airframe.effectors).unwrap().plant;
-    let setup = nominal.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-    PlantSetup { earth: EarthModel::Flat, ..setup }
+    PlantSetup { earth: EarthModel::Flat, ..nominal(&airframe, 1_000) }
 }
 
 /// Checks that it is trimmed, flies its trim for a second, and follows each effector.
@@ -176,7 +174,8 @@ fn a_fault_of_an_effector_that_the_aircraft_lacks_is_refused() {
     let text = format!(
         "{NOMINAL}\n[[plant.fault]]\neffector = \"left_flap\"\nkind = \"float\"\nonset_s = 1.0\n"
     );
-    let error = Scenario::from_toml("my.toml", &text, &Airframe::paper().effectors).unwrap_err();
+    let error =
+        plant_sim::Scenario::from_toml("my.toml", &text, &Airframe::paper().effectors).unwrap_err();
     assert_eq!(
         error.to_string(),
         "my.toml: [[plant.fault]] number 1: effector = `left_flap`, the aircraft has only left_aileron, right_aileron, \

@@ -29,7 +29,7 @@ pub(crate) fn check_vector(
 }
 
 /// A value that is outside its range.
-pub(crate) fn out_of_range(section: &str, key: &str, numbers: [f64; 3]) -> Problem {
+pub fn out_of_range(section: &str, key: &str, numbers: [f64; 3]) -> Problem {
     let [value, min, max] = numbers.map(tidy);
     problem!("[{section}] {key} = {value} is outside {min} to {max}")
 }

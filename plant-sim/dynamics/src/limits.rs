@@ -114,29 +114,6 @@ fn tidy(degrees: f64) -> f64 {
     libm::round(degrees * 1.0e9) / 1.0e9
 }
 
-/// The table as written.
-#[derive(Clone, Copy, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct LimitsTable {
-    roll_deg: f64,
-    pitch_deg: f64,
-    angle_of_attack_deg: f64,
-    sideslip_deg: f64,
-    altitude_min_m: f64,
-}
-
-impl LimitsTable {
-    pub(crate) fn into_limits(self) -> FlightLimits {
-        FlightLimits {
-            roll_rad: self.roll_deg.to_radians(),
-            pitch_rad: self.pitch_deg.to_radians(),
-            alpha_rad: self.angle_of_attack_deg.to_radians(),
-            beta_rad: self.sideslip_deg.to_radians(),
-            altitude_min_m: self.altitude_min_m,
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

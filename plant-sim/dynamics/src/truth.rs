@@ -202,19 +202,15 @@ impl From<&Truth> for Attained {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Airframe, Plant, Scenario};
+    use crate::tests::nominal;
+    use crate::{Airframe, Plant};
+    use icd::Actuators;
     use icd::fault::{FaultKind, FaultRequest, Timing};
     use icd::record::truth_fields;
     use icd::tvc_jet;
-    use icd::{Actuators, ControlPeriod};
 
     fn flown() -> Truth {
-        let nominal =
-            Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &tvc_jet::effectors())
-                .unwrap()
-                .plant;
-        let setup = nominal.setup(Airframe::paper(), 0, ControlPeriod::DEFAULT, 1_000);
-        let mut plant = Plant::new(&setup).unwrap();
+        let mut plant = Plant::new(&nominal(&Airframe::paper(), 1_000)).unwrap();
         let (effector, kind) = (tvc_jet::NOZZLE_PITCH, FaultKind::PartialLoss { remaining: 0.5 });
         plant.request(&FaultRequest::Inject { target: effector.into(), kind, timing: Timing::NOW });
         let mut commands = plant.trim().positions();
