@@ -1,7 +1,7 @@
 //! The aircraft and the world it flies in: the nonlinear six-degree-of-freedom plant.
 //!
-//! The crate `plant-dynamics` computes it, and this one has all its names: [`Plant`] is the entry point. Here are the files and the
-//! process: nothing outside [`io`] reads a clock or opens a socket.
+//! The crate `plant-dynamics` computes it, and this one has all its names; [`Plant`] is the entry point. Files and the process are
+//! here: nothing outside [`io`] reads a clock or opens a socket.
 //!
 //! | question | file |
 //! |---|---|

@@ -1,7 +1,7 @@
 //! Helpers for several tests of this crate: aircraft and flights from files, parts of airframe files, reference data.
 
 use host_io::problem::Problem;
-use icd::ControlPeriod;
+use icd::{ControlPeriod, tvc_jet};
 use plant_sim::ReadAirframe as _;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -16,7 +16,11 @@ fn translated<T: Serialize, U: DeserializeOwned>(value: &T) -> U {
 
 impl Airframe {
     pub fn from_toml(name: &str, text: &str) -> Result<Self, Problem> {
-        plant_sim::Airframe::from_toml(name, text).map(|airframe| translated(&airframe))
+        let read = plant_sim::Airframe::from_toml(name, text)?;
+        // The list of a body has no effectors, and an empty one cannot be read back.
+        let effectors = read.effectors;
+        let aircraft = plant_sim::Airframe { effectors: tvc_jet::effectors(), ..read };
+        Ok(Self { effectors, ..translated(&aircraft) })
     }
 
     pub fn paper() -> Self {
@@ -28,8 +32,10 @@ impl Airframe {
 pub fn nominal(airframe: &Airframe, step_us: u32) -> PlantSetup {
     let (name, effectors) = ("nominal.toml", &airframe.effectors);
     let nominal = plant_sim::Scenario::from_toml(name, scenarios::NOMINAL, effectors).unwrap();
-    let airframe = translated(airframe);
-    translated(&nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, step_us))
+    let design_point = translated(&airframe.design_point);
+    let jet = plant_sim::Airframe { design_point, ..plant_sim::Airframe::paper() };
+    let setup = nominal.plant.setup(jet, 0, ControlPeriod::DEFAULT, step_us);
+    PlantSetup { airframe: airframe.clone(), ..translated(&setup) }
 }
 
 /// Sensors of the tactical grade.
