@@ -127,17 +127,17 @@ fn faults_that_come_and_go_allocate_nothing() {
 fn a_control_step_of_a_mission_allocates_nothing() {
     let out = std::path::PathBuf::new();
     let earth = EarthModel::Wgs84;
-    let options = sitl::mission::MissionOptions {
+    let options = lab_studies::mission::MissionOptions {
         earth,
         wind_m_s: 20.0,
         turbulence_m_s: 1.5,
         seed: 1,
         out,
-        aircraft: sitl::configuration::AircraftArgs::default(),
+        aircraft: lab_engine::configuration::AircraftArgs::default(),
         laws: autopilot::run::LawArgs::default(),
     };
-    let setup = sitl::mission::setup(&options).expect("the shipped aircraft");
-    let plan = std::sync::Arc::new(sitl::mission::demo(&setup));
+    let setup = lab_studies::mission::setup(&options).expect("the shipped aircraft");
+    let plan = std::sync::Arc::new(lab_studies::mission::demo(&setup));
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
     let mut autopilot = Autopilot::new(&setup.settings());
     autopilot.begin_flight(setup.plant.period, plant.time(), false);

@@ -10,6 +10,24 @@ use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+/// Prints a text. Where nobody reads any more, as behind `| head`, it is dropped: results are in files.
+#[macro_export]
+macro_rules! print_text {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = write!($crate::console::out(), $($text)*);
+    }};
+}
+
+/// The same with a line feed.
+#[macro_export]
+macro_rules! print_line {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!($crate::console::out(), $($text)*);
+    }};
+}
+
 /// The environment variable that selects the lines, for example `debug` or `info,autopilot=trace`.
 const VARIABLE: &str = "RUST_LOG";
 

@@ -6,9 +6,9 @@ use flight_control::{Demand, FlightControl, Navigator};
 use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::FlightSetup;
 use plant_sim::Plant;
-use sitl::builder::SetupOptions;
-use sitl::closed_loop::FlightSetup;
 
 fn setup(step_us: u32) -> FlightSetup {
     let options = SetupOptions { step_us: Some(step_us), ..SetupOptions::default() };

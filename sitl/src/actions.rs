@@ -2,6 +2,7 @@
 //!
 //! Each button is one MAV_CMD_USER_1 (docs/commands.md, section Faults). The syntax of a fault is that of scripts.
 
+use host_io::print_line;
 use std::path::PathBuf;
 
 use autopilot::script::{Action, Script};
@@ -12,9 +13,8 @@ use icd::{Effector, EffectorKind, FaultRequest, LateralSide};
 use plant_sim::Airframe;
 use serde_json::json;
 
-use lab_studies::configuration::AircraftArgs;
-use lab_studies::print_line;
-use lab_studies::settings;
+use lab_engine::configuration::AircraftArgs;
+use lab_engine::settings;
 
 /// MAV_CMD_USER_1.
 const USER_1: u16 = 31_010;

@@ -12,10 +12,10 @@ use flight_control::{Demand, FlightControl, NavigationSource, NavigationState};
 use host_io::problem::{Problem, problem};
 use host_io::{clock, console};
 use icd::{Actuators, ControlPeriod, Sensors, SimTime};
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{FlightSetup, fly, watch};
-use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::metrics::quantile;
+use lab_engine::builder::SetupOptions;
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_judges::closed_loop::{FlightSetup, fly, watch};
+use lab_judges::metrics::quantile;
 use plant_sim::io::whole;
 use plant_sim::{Airframe, GradeName, Plant, PlantSetup, ReadAirframe as _, grade_file};
 

@@ -1,5 +1,6 @@
 //! The command line: what a user meets first.
 
+use host_io::{print_line, print_text};
 use std::error::Error;
 use std::ffi::OsString;
 use std::path::Path;
@@ -17,6 +18,9 @@ use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
 use lab_campaign::RunArgs;
+use lab_logs::plot::{self, PlotArgs};
+use lab_logs::replay::{self, ReplayArgs};
+use lab_paper::Link;
 use lab_studies::actuators::{self, ActuatorsArgs};
 use lab_studies::checkcase::report::{self, CompareArgs};
 use lab_studies::checkcase::{self, CheckcaseArgs};
@@ -25,13 +29,9 @@ use lab_studies::fly::{self, FlyArgs};
 use lab_studies::linearize::{self, LinearizeArgs};
 use lab_studies::margins::{self, MarginsArgs};
 use lab_studies::mission::{self, MissionOptions};
-use lab_studies::paper::{self, Link};
-use lab_studies::plot::{self, PlotArgs};
-use lab_studies::replay::{self, ReplayArgs};
 use lab_studies::sensor_errors::{self, SensorErrorsArgs};
 use lab_studies::trimmable::{self, TrimmableArgs};
 use lab_studies::turbulence::{self, TurbulenceArgs};
-use lab_studies::{print_line, print_text};
 use studies::STUDIES;
 
 /// Two-Step: a jet that keeps flying when a surface jams.
@@ -149,9 +149,9 @@ enum SitlCommand {
 #[command(after_help = specifications())]
 enum StudyCommand {
     /// Fly the paper's two cases, check its claims, draw its figures
-    Paper(paper::Options),
+    Paper(lab_paper::Options),
     /// Fly the paper's two cases on estimated states, with sensors of each grade, and say which limits still hold
-    PaperEstimated(paper::estimated::Options),
+    PaperEstimated(lab_paper::estimated::Options),
     /// Fly a demonstration mission and draw its track
     Mission(MissionOptions),
     /// Draw the errors of each sensor of a grade in a steady flight
@@ -301,7 +301,7 @@ fn run_study(
 ) -> Result<ExitCode, Box<dyn Error>> {
     match study {
         StudyCommand::Paper(args) => return fly_paper(args, program),
-        StudyCommand::PaperEstimated(args) => paper::estimated::run(args)?,
+        StudyCommand::PaperEstimated(args) => lab_paper::estimated::run(args)?,
         StudyCommand::Mission(args) => mission::run(args)?,
         StudyCommand::SensorErrors(args) => sensor_errors::run(args)?,
         StudyCommand::Actuators(args) => actuators::run(args)?,
@@ -348,10 +348,12 @@ fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
 }
 
 /// The exit code is that of success if all checked claims hold.
-fn fly_paper(options: &paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
+fn fly_paper(options: &lab_paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
     let outcome = match options.link {
-        Link::InProcess => paper::run(options, &paper::in_process),
-        Link::Udp => paper::run(options, &|setup, sink| udp_flight::fly_udp(program, setup, sink)),
+        Link::InProcess => lab_paper::run(options, &lab_paper::in_process),
+        Link::Udp => {
+            lab_paper::run(options, &|setup, sink| udp_flight::fly_udp(program, setup, sink))
+        }
     }?;
     print_line!("figures and report: {}", options.out.join("report.html").display());
     Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })

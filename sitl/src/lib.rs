@@ -1,15 +1,14 @@
 //! Starts plant and autopilot as two processes, watches them, and is the command line of the project.
 //!
-//! Everything that flies in one process, measures, draws and reports is the crate [`lab_studies`], whose modules are
-//! here under their own names. [`cli::main`] is the program; [`udp_flight::fly_udp`] flies a setup through both processes,
-//! to the same bits as [`closed_loop::fly`]:
+//! What flies in one process, measures, draws and reports are the crates of `lab/`. [`cli::main`] is the program;
+//! [`udp_flight::fly_udp`] flies a setup through both processes, to the same bits as [`lab_judges::closed_loop::fly`]:
 //!
 //! ```no_run
 //! use std::path::Path;
 //!
 //! use icd::ControlPeriod;
 //! use plant_sim::EarthModel;
-//! use sitl::paper::cases::{Case, Conditions};
+//! use lab_paper::cases::{Case, Conditions};
 //! use sitl::udp_flight::fly_udp;
 //!
 //! let conditions = Conditions {
@@ -26,12 +25,6 @@
 //! assert!(!end.on_ground);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
-
-pub use lab_judges::{flown, row, trace, trajectory};
-pub use lab_studies::{
-    builder, chart, checkcase, closed_loop, configuration, design, fly, law, linearize, margins,
-    metrics, mission, paper, plot, replay, runner, settings, trimmable,
-};
 
 pub mod actions;
 pub mod arrangement;

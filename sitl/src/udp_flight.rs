@@ -24,7 +24,7 @@ use plant_sim::Truth;
 use plant_sim::io::FlightReport;
 
 use crate::arrangement::{Arrangement, Process};
-use lab_studies::closed_loop::{End, FlightSetup, Record};
+use lab_judges::closed_loop::{End, FlightSetup, Record};
 
 /// How often the autopilot is checked while the plant flies.
 const WATCH_EVERY: Duration = Duration::from_millis(50);

@@ -53,6 +53,9 @@ fn assert_only(package: &str, allowed: &[&str]) {
 const IMPURE: [&str; 9] =
     ["tokio", "mio", "socket2", "nix", "mavlink", "tracing", "rand", "rand_chacha", "getrandom"];
 
+/// The lab but for its engine and its judges: what writes, draws and asks questions.
+const LAB: [&str; 5] = ["lab-report", "lab-logs", "lab-paper", "lab-studies", "lab-campaign"];
+
 #[test]
 fn icd_needs_nothing_but_numbers_and_bytes() {
     assert_only("two-step-icd", &["nalgebra", "libm", "serde", "crc32fast", "arrayvec"]);
@@ -100,7 +103,6 @@ fn host_io_knows_no_aircraft() {
         "plant-sim",
         "plant-dynamics",
         "lab-engine",
-        "lab-studies",
         "sitl",
         "mavlink",
         "tokio",
@@ -115,14 +117,13 @@ fn the_log_format_knows_no_aircraft() {
 
 #[test]
 fn autopilot_does_not_know_the_plant() {
-    let forbidden = ["plant-sim", "plant-dynamics", "lab-engine", "lab-studies", "sitl"];
+    let forbidden = ["plant-sim", "plant-dynamics", "lab-engine", "sitl"];
     assert_without("autopilot", &closure("autopilot"), &forbidden);
 }
 
 #[test]
 fn plant_does_not_know_the_flight_software() {
-    let forbidden =
-        ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "lab-studies", "sitl"];
+    let forbidden = ["autopilot", "two-step-flight-control", "mavlink", "lab-engine", "sitl"];
     assert_without("plant-sim", &closure("plant-sim"), &forbidden);
 }
 
@@ -137,9 +138,8 @@ fn what_computes_in_the_plant_reads_no_files_and_no_options() {
 
 #[test]
 fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
-    let judges = ["lab-studies", "lab-campaign", "sitl", "resvg", "maud", "rayon", "parquet"];
-    assert_without("lab-engine", &closure("lab-engine"), &judges);
-    assert_without("lab-engine", &closure("lab-engine"), &["lab-judges", "lab-report"]);
+    let judges = ["lab-judges", "sitl", "resvg", "maud", "rayon", "parquet"];
+    assert_without("lab-engine", &closure("lab-engine"), &[&judges[..], &LAB].concat());
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "serde_json", "postcard"];
     assert_without("lab-engine", &direct("lab-engine"), &system);
 }
@@ -147,25 +147,29 @@ fn the_engine_writes_and_draws_nothing_and_knows_no_system() {
 #[test]
 fn the_judges_draw_nothing_and_know_no_system() {
     let used = closure("lab-judges");
-    assert_without("lab-judges", &used, &["lab-studies", "lab-campaign", "sitl", "resvg", "maud"]);
+    assert_without("lab-judges", &used, &[&["sitl", "resvg", "maud"][..], &LAB].concat());
     let system = ["tokio", "mio", "socket2", "nix", "rustix", "parquet", "clap", "rayon"];
     assert_without("lab-judges", &direct("lab-judges"), &system);
 }
 
 #[test]
-fn the_report_knows_no_aircraft_and_it_alone_knows_parquet() {
-    assert_only("lab-report", &["host-io", "parquet", "toml"]);
-    for package in ["lab-studies", "lab-campaign", "sitl"] {
-        assert_without(package, &direct(package), &["parquet"]);
+fn the_report_knows_no_aircraft_and_it_alone_knows_parquet_and_pictures() {
+    let drawing =
+        ["libm", "resvg", "ttf-parser", "epaint_default_fonts", "maud", "rayon", "indicatif"];
+    assert_only("lab-report", &[&["host-io", "parquet", "toml"][..], &drawing].concat());
+    for package in LAB.into_iter().filter(|package| *package != "lab-report").chain(["sitl"]) {
+        assert_without(package, &direct(package), &["parquet", "resvg", "indicatif"]);
     }
 }
 
 #[test]
-fn analysis_knows_neither_the_launcher_nor_the_system() {
+fn the_lab_knows_neither_the_launcher_nor_the_system() {
     // The autopilot that it flies depends on tokio and sockets; it must not use them itself.
-    assert_without("lab-studies", &closure("lab-studies"), &["sitl", "crossterm"]);
-    let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
-    assert_without("lab-studies", &direct("lab-studies"), &forbidden);
+    for package in LAB {
+        assert_without(package, &closure(package), &["sitl", "crossterm"]);
+        let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
+        assert_without(package, &direct(package), &forbidden);
+    }
 }
 
 #[test]
@@ -179,7 +183,8 @@ fn only_the_mavlink_services_name_mavlink_as_a_dependency() {
         "recorder",
         "autopilot",
     ];
-    for package in others.into_iter().chain(["plant-sim", "lab-engine", "lab-studies", "sitl"]) {
+    let lab = ["plant-sim", "lab-engine", "lab-judges", "sitl"].into_iter().chain(LAB);
+    for package in others.into_iter().chain(lab) {
         assert_without(package, &direct(package), &["mavlink", "mavlink-core"]);
     }
 }

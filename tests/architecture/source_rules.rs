@@ -158,7 +158,7 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         "autopilot/flight-management/src/event.rs",
         "autopilot/recorder/src/",
         "lab/engine/src/flight.rs",
-        "lab/studies/src/replay/",
+        "lab/logs/src/replay/",
         // The study of the sensors themselves.
         "lab/studies/src/sensor_errors.rs",
         // The bare exchange of packets, without an aircraft.
@@ -222,7 +222,7 @@ fn texts_leave_by_the_doors_that_filter_them() {
         // Draws with control sequences of its own; `cut` filters each line.
         "sitl/src/launch/screen",
         // A bar with control sequences of its own.
-        "lab/studies/src/runner.rs",
+        "lab/report/src/runner.rs",
     ];
     let mut offences = Vec::new();
     for folder in ["autopilot", "plant-sim", "host-io", "icd", "ulog", "lab", "sitl"] {
@@ -278,13 +278,13 @@ fn only_the_studies_of_the_paper_name_effectors() {
         "aircraft/",
         // The model that it writes without another place.
         "lab/studies/src/linearize.rs",
-        "lab/studies/src/paper/",
+        "lab/paper/src/",
         // The columns of the paper's trajectories.
         "lab/judges/src/row.rs",
         // The bare exchange of packets, without an aircraft.
         "sitl/src/echo.rs",
         // Logs without a header come from versions with a single aircraft.
-        "lab/studies/src/plot/flight.rs",
+        "lab/logs/src/plot/flight.rs",
     ];
     let (mut offences, mut inside) = (Vec::new(), 0);
     for source in shipped() {
@@ -308,8 +308,7 @@ fn only_the_studies_of_the_paper_name_effectors() {
 #[test]
 fn a_kind_of_fault_is_named_by_its_entry_and_by_what_it_does() {
     // So a new kind is an entry of the catalogue and its effect in the plant. Studies fly kinds of their choice.
-    let allowed =
-        ["icd/src/fault/catalogue", "plant-sim/dynamics/src/faults/", "lab/studies/src/paper/"];
+    let allowed = ["icd/src/fault/catalogue", "plant-sim/dynamics/src/faults/", "lab/paper/src/"];
     let is_kind = |line: &String| {
         let names = line.split("FaultKind::").skip(1);
         names.into_iter().any(|rest| {

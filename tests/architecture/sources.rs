@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 19] = [
+pub const CRATES: [(&str, &str); 21] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -21,6 +21,8 @@ pub const CRATES: [(&str, &str); 19] = [
     ("lab_engine", "lab/engine/src"),
     ("lab_judges", "lab/judges/src"),
     ("lab_report", "lab/report/src"),
+    ("lab_logs", "lab/logs/src"),
+    ("lab_paper", "lab/paper/src"),
     ("lab_studies", "lab/studies/src"),
     ("lab_campaign", "lab/campaign/src"),
     ("sitl", "sitl/src"),

@@ -10,9 +10,9 @@ use autopilot::recorder::Moment;
 use autopilot::script::Script;
 use autopilot::vehicle::{Mode, Reference};
 use icd::{ControlPeriod, SimTime};
+use lab_judges::closed_loop::FlightSetup;
+use lab_paper::cases::{Case, Conditions};
 use plant_sim::EarthModel;
-use sitl::closed_loop::FlightSetup;
-use sitl::paper::cases::{Case, Conditions};
 use ulog::reader::Log;
 
 use super::choices::Choices;
@@ -81,7 +81,7 @@ fn plot() {
     bolero::check!().for_each(|input: &[u8]| {
         let bytes = damaged(&seed, input);
         let length = bytes.len();
-        if let Ok(page) = sitl::plot::of_bytes(bytes) {
+        if let Ok(page) = lab_logs::plot::of_bytes(bytes) {
             let most = PAGE_BYTES + PAGE_PER_BYTE * length;
             assert!(page.html.len() < most, "{} bytes of {length}", page.html.len());
         }
@@ -93,7 +93,7 @@ fn replay() {
     let seed = seed();
     bolero::check!().for_each(|input: &[u8]| {
         let bytes = damaged(&seed, input);
-        if let Ok(verdict) = sitl::replay::of_bytes(bytes, STEPS_MAX) {
+        if let Ok(verdict) = lab_logs::replay::of_bytes(bytes, STEPS_MAX) {
             assert!(verdict.steps <= STEPS_MAX, "{} steps", verdict.steps);
         }
     });

@@ -13,10 +13,5 @@ mod packets;
 mod texts;
 
 /// Logs as the recorder writes them, by the same code as in `sitl`'s own tests.
-#[path = "../../lab/studies/src/replay/tests/testing.rs"]
+#[path = "../../lab/logs/src/replay/tests/testing.rs"]
 mod testing;
-
-/// Path at which `testing` expects it.
-mod closed_loop {
-    pub use sitl::closed_loop::FlightSetup;
-}

@@ -11,11 +11,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use lab_studies::checkcase::reference::References;
+use lab_studies::checkcase::report::compare;
+use lab_studies::checkcase::{CheckcaseArgs, Flight};
 use plant_sim::scenario::case::CheckCase;
 use programs::program;
-use sitl::checkcase::reference::References;
-use sitl::checkcase::report::compare;
-use sitl::checkcase::{CheckcaseArgs, Flight};
 
 /// Steps of the integration that every case passes with, ms.
 const STEPS_MS: [f64; 2] = [1.0, 10.0];

@@ -7,8 +7,8 @@ use flight_control::{CompensatorMode, Gains};
 use flights::{case_1, case_2, fly, healthy};
 use icd::FaultKind;
 use icd::tvc_jet;
+use lab_judges::closed_loop::{FlightSetup, Record};
 use plant_sim::{EarthModel, Plant};
-use sitl::closed_loop::{FlightSetup, Record};
 
 /// The mirrored flight: faults on the other side, roll references and rudder reversed.
 fn mirrored(setup: &FlightSetup, references: &str) -> FlightSetup {
@@ -79,9 +79,9 @@ fn on_the_flat_earth_the_mirrored_rudder_fault_flies_the_mirrored_trajectory() {
 #[test]
 fn the_model_is_current() {
     let setup = healthy(EarthModel::Wgs84);
-    let model =
-        sitl::linearize::linearize(&setup.plant, &[]).expect("the shipped aircraft can be trimmed");
-    let text = sitl::linearize::to_toml(&model, "").expect("finite numbers");
+    let model = lab_studies::linearize::linearize(&setup.plant, &[])
+        .expect("the shipped aircraft can be trimmed");
+    let text = lab_studies::linearize::to_toml(&model, "").expect("finite numbers");
     assert_eq!(
         text,
         aircraft::DEFAULT_MODEL,
@@ -100,7 +100,7 @@ fn the_nominal_model_explains_the_nominal_plant() {
         .expect("written here");
         let model = flight_control::DesignModel::new(setup.model);
         for record in fly(&setup) {
-            let f = sitl::closed_loop::fault_acceleration(&model, &record);
+            let f = lab_judges::closed_loop::fault_acceleration(&model, &record);
             // 0.003 rad/s²: the linear nozzle, the rounding of the model, and the turning Earth.
             assert!(f.norm() < 3.0e-3, "{earth:?} {}: {f}", record.truth.time);
         }

@@ -4,8 +4,8 @@ use crate::flights;
 
 use flights::{bytes, case_1, case_2, fly};
 use icd::{ControlPeriod, SimTime};
+use lab_judges::closed_loop::FlightSetup;
 use plant_sim::EarthModel;
-use sitl::closed_loop::FlightSetup;
 
 /// Ten noisy, gusty seconds of case 2.
 fn noisy(seed: u64) -> FlightSetup {
@@ -45,7 +45,7 @@ fn gyro_noise_does_not_change_the_gusts() {
     // The trajectories diverge, but the air moves alike at the first ticks: the streams are separate.
     let (a, b) = (fly(&noisy(7)), fly(&quiet));
     assert_ne!(bytes(&a[..100]), bytes(&b[..100]), "the noise is there");
-    let first = |records: &[sitl::closed_loop::Record]| records[1].truth.beta_rad;
+    let first = |records: &[lab_judges::closed_loop::Record]| records[1].truth.beta_rad;
     assert!((first(&a) - first(&b)).abs() < 1.0e-6, "{} and {} rad", first(&a), first(&b));
 }
 

@@ -7,8 +7,8 @@ use core::ops::ControlFlow;
 use flights::{case_1, setup};
 use icd::fault::{FaultEntry, FaultState};
 use icd::{ControlPeriod, SimTime};
+use lab_judges::closed_loop::{FlightSetup, watch};
 use plant_sim::EarthModel;
-use sitl::closed_loop::{FlightSetup, watch};
 
 /// The events of a flight, and the longest time without authority in roll.
 fn fly(setup: &FlightSetup) -> (Vec<Event>, f64) {

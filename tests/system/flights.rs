@@ -3,9 +3,9 @@
 use autopilot::config;
 use autopilot::parameters::Parameters;
 use icd::{ControlPeriod, SimTime};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{self, FlightSetup, Record};
 use plant_sim::{Airframe, EarthModel, ReadAirframe as _, Scenario};
-use sitl::builder::SetupOptions;
-use sitl::closed_loop::{self, FlightSetup, Record};
 
 /// A scenario text with the shipped airframe, model and gains at 2 ms and one plant step per millisecond.
 pub fn setup(name: &str, text: &str, earth: EarthModel) -> FlightSetup {

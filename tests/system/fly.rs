@@ -9,10 +9,10 @@ use std::process::{Command, Output};
 use autopilot::autopilot::Settings;
 use autopilot::parameters::Parameters;
 use icd::SimTime;
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::FlightSetup;
 use plant_sim::PlantSetup;
 use programs::program;
-use sitl::builder::SetupOptions;
-use sitl::closed_loop::FlightSetup;
 use tempfile::TempDir;
 use ulog::reader::Log;
 
@@ -204,7 +204,7 @@ fn the_table_is_that_of_the_paper_and_every_measure_has_its_unit() {
     let output = fly(&["case1", "--no-stop-at-loss", "--out", text(folder.path())]);
     assert!(output.status.success());
     let table = fs::read_to_string(folder.path().join("flight.csv")).expect("it was written");
-    let header = sitl::row::Row::NAMES.join(",");
+    let header = lab_judges::row::Row::NAMES.join(",");
     assert_eq!(table.lines().next(), Some(header.as_str()));
     assert_eq!(table.lines().count(), 1 + 9_001, "100 rows a second, both ends");
     let outcome = outcome(folder.path());
@@ -422,7 +422,7 @@ fn assert_flown_again(of: &serde_json::Value, outcome: &serde_json::Value) {
         knows_fault: of["fault_known"].as_bool().expect("a flag"),
         ..SetupOptions::default().setup("nominal").expect("it is shipped")
     };
-    let flown = sitl::flown::outcome(&again, &[]).expect("it can start");
+    let flown = lab_judges::flown::outcome(&again, &[]).expect("it can start");
     let flown = serde_json::to_value(flown).expect("numbers");
     for (key, value) in flown.as_object().expect("a table") {
         assert_eq!(value, &outcome[key], "{key}");

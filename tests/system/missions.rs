@@ -16,12 +16,12 @@ use autopilot::vehicle::{
     plan::{Action, Plan},
 };
 use icd::SimTime;
+use lab_engine::configuration::AircraftArgs;
+use lab_judges::closed_loop::{FlightSetup, TimedCommand, watch_with_commands};
+use lab_studies::mission::{self, Flown, MissionOptions, TrackPoint};
 use nalgebra::Vector3;
 use plant_sim::EarthModel;
 use plant_sim::geodesy::{Geodetic, ecef};
-use sitl::closed_loop::{FlightSetup, TimedCommand, watch_with_commands};
-use sitl::configuration::AircraftArgs;
-use sitl::mission::{self, Flown, MissionOptions, TrackPoint};
 
 /// Items of the demonstration in the order in which they begin; the jump is flown twice and never listed.
 const BEGUN: [u16; 15] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 5, 6, 7, 8, 10, 11];

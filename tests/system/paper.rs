@@ -1,17 +1,17 @@
-//! The paper's claims, one test each. Their limits are in `sitl::paper`; docs/paper.md lists them.
+//! The paper's claims, one test each. Their limits are in `lab_paper`; docs/paper.md lists them.
 
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use icd::ControlPeriod;
+use lab_engine::configuration::AircraftArgs;
+use lab_paper::both::{self, Noisy};
+use lab_paper::cases::Case;
+use lab_paper::claim::ClaimResult;
+use lab_paper::estimated::{self, FITS, Flown};
+use lab_paper::model_error::{self, Extent};
+use lab_paper::{self, Link, Options};
 use plant_sim::EarthModel;
-use sitl::configuration::AircraftArgs;
-use sitl::paper::both::{self, Noisy};
-use sitl::paper::cases::Case;
-use sitl::paper::claim::ClaimResult;
-use sitl::paper::estimated::{self, FITS, Flown};
-use sitl::paper::model_error::{self, Extent};
-use sitl::paper::{self, Link, Options};
 
 fn options(earth: EarthModel, period_us: u32) -> Options {
     Options {
@@ -29,7 +29,7 @@ fn options(earth: EarthModel, period_us: u32) -> Options {
 }
 
 fn evaluate(options: &Options) -> Vec<ClaimResult> {
-    paper::evaluate(options).expect("the shipped cases fly")
+    lab_paper::evaluate(options).expect("the shipped cases fly")
 }
 
 /// Asserts every measured value of the claims with this number; there must be at least one.

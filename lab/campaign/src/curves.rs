@@ -2,9 +2,9 @@
 //! measure over the flights that were kept.
 
 use lab_judges::metrics::wilson_95;
+use lab_report::chart::panel::{Curve, Panel};
+use lab_report::chart::{Figure, Ink, Pattern, sheet};
 use lab_report::{Table, cells, table};
-use lab_studies::chart::panel::{Curve, Panel};
-use lab_studies::chart::{Figure, Ink, Pattern, sheet};
 
 use crate::plan::Plan;
 use crate::results::Results;

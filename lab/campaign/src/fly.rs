@@ -6,10 +6,10 @@ use std::num::NonZero;
 use std::str::FromStr;
 
 use host_io::console;
+use host_io::problem::Problem;
+use lab_engine::builder::preset_note;
 use lab_judges::closed_loop::FlightSetup;
-use lab_studies::builder::preset_note;
-use lab_studies::problem::Problem;
-use lab_studies::runner::Progress;
+use lab_report::runner::Progress;
 use rayon::prelude::*;
 
 use crate::plan::Plan;

@@ -7,6 +7,7 @@
 //! Every run is a function of the specification and its number: seeds and draws come from named streams
 //! ([`draw::stream`]), so a run is the same alone and among a million; with `design = "latin_hypercube"` among as many samples.
 
+use host_io::{print_line, print_text};
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -14,12 +15,12 @@ use autopilot::own_law::OwnLaw;
 use clap::{Args, Subcommand};
 use host_io::console;
 use host_io::folder::OutFolder;
-use lab_studies::chart::{Figure, write_figure, write_figure_as};
-use lab_studies::configuration::AircraftArgs;
+use host_io::problem::Problem;
+use lab_engine::configuration::AircraftArgs;
+use lab_engine::settings::Setting;
+use lab_report::chart::{Figure, write_figure, write_figure_as};
+use lab_report::page;
 use lab_studies::fly::OneFlight;
-use lab_studies::page;
-use lab_studies::problem::Problem;
-use lab_studies::settings::Setting;
 use plant_sim::io::whole;
 
 use crate::curves::Curves;
@@ -31,7 +32,6 @@ use crate::results::Results;
 use crate::spec::{SAMPLES_MAX, SEED_MAX, SpecFile};
 use crate::store::RunStore;
 use crate::summary::Group;
-use lab_studies::{print_line, print_text};
 
 pub mod compare;
 pub mod curves;

@@ -5,10 +5,10 @@ use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 use host_io::file::{self, TEXT_MAX};
+use host_io::problem::{Problem, problem};
 use icd::EffectorList;
 use lab_judges::metrics::wilson_95;
 use lab_report::{Table, cells, table};
-use lab_studies::problem::{Problem, problem};
 use lab_studies::trimmable::sets::{self, Set};
 use lab_studies::trimmable::{Study, Sweep};
 use serde::{Deserialize, Serialize};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use lab_studies::chart::drawing::Drawing;
-use lab_studies::chart::{Figure, Ink, Pattern, WIDTH, axis};
+use lab_report::chart::drawing::Drawing;
+use lab_report::chart::{Figure, Ink, Pattern, WIDTH, axis};
 
 use crate::limit::{Jams, PhysicsLimits, ROUNDING_DEG, Score};
 use crate::plan::Plan;

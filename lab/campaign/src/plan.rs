@@ -7,15 +7,15 @@
 
 use autopilot::run::LawArgs;
 use flight_control::{CompensatorMode, MainLaw};
+use host_io::problem::{Problem, problem};
 use icd::units::DEG_PER_RAD;
 use icd::{EffectorKind, SimTime};
+use lab_engine::builder::{SetupBuilder, SetupOptions};
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_engine::settings::{Setting, Target, number, written};
 use lab_judges::closed_loop::FlightSetup;
 use lab_judges::flown;
 use lab_judges::outcome::Outcome;
-use lab_studies::builder::{SetupBuilder, SetupOptions};
-use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::problem::{Problem, problem};
-use lab_studies::settings::{Setting, Target, number, written};
 use plant_sim::setup::step_within;
 use rand_chacha::rand_core::Rng;
 use sha2::{Digest, Sha256};

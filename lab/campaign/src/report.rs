@@ -5,9 +5,9 @@ use std::io::Read as _;
 use std::path::Path;
 
 use host_io::file;
+use lab_report::chart::Figure;
+use lab_report::page;
 use lab_report::table::MAGIC;
-use lab_studies::chart::Figure;
-use lab_studies::page;
 use maud::{Markup, PreEscaped, html};
 
 use crate::curves::{self, Curves};

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use autopilot::own_law::OwnLaw;
 use host_io::file::{self, TEXT_MAX};
+use host_io::problem::{At as _, Problem, problem};
 use icd::ControlPeriod;
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_engine::settings::{self, Setting, number, written};
 use lab_judges::JudgeKind;
-use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::problem::{At as _, Problem, problem};
-use lab_studies::settings::{self, Setting, number, written};
 use plant_sim::airframe_file;
 use scenarios::SCENARIOS;
 use serde::de::Error as _;

@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 
 use host_io::file::{self, NewFile, TEXT_MAX};
 use host_io::folder::OutFolder;
+use host_io::problem::{At as _, Problem, problem};
 use lab_judges::outcome::Outcome;
-use lab_studies::problem::{At as _, Problem, problem};
 use serde::{Deserialize, Serialize};
 
 use crate::plan::{Aircraft, Plan};

@@ -1,5 +1,6 @@
 //! `sitl campaign suite`: FTC-1 to FTC-12 with every law, and the table of what each law lost.
 
+use host_io::{print_line, print_text};
 use std::fmt::Write as _;
 use std::path::Path;
 
@@ -10,9 +11,8 @@ use crate::store::RunStore;
 use crate::summary::Group;
 use autopilot::own_law::OwnLaw;
 use host_io::folder::OutFolder;
-use lab_studies::configuration::AircraftArgs;
-use lab_studies::problem::Problem;
-use lab_studies::{print_line, print_text};
+use host_io::problem::Problem;
+use lab_engine::configuration::AircraftArgs;
 use studies::SUITE;
 
 /// Name of the table.

@@ -3,8 +3,8 @@
 //! Units stand in the table `columns` and in the metadata of the file, under the key `units`; there too are the build that flew it and,
 //! as in `setup.json`, what it flew.
 
+use host_io::problem::Problem;
 use lab_report::{Cell, CellKind, Column, ParquetWriter, Table, cells, columns};
-use lab_studies::problem::Problem;
 
 use crate::plan::{Plan, Value};
 use crate::spec::Variable;

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use lab_judges::metrics::{max, mean, quantile, rms, upper_95};
+use lab_report::chart::axis::number;
+use lab_report::chart::drawing::Drawing;
+use lab_report::chart::{Figure, WIDTH};
 use lab_report::{Cell, CellKind, Column, Table};
-use lab_studies::chart::axis::number;
-use lab_studies::chart::drawing::Drawing;
-use lab_studies::chart::{Figure, WIDTH};
 
 use crate::plan::{Plan, Run};
 use crate::results::{Results, median};

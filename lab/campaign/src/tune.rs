@@ -12,17 +12,18 @@
 //! where `rate` is the travel of the commands of all surfaces and nozzle angles per second. Then the gains with the least cost and those of
 //! the specification fly a second set, drawn with another seed, which the search has not seen.
 
+use host_io::{print_line, print_text};
 use std::fmt::Write as _;
 use std::path::Path;
 
 use autopilot::parameters;
 use host_io::file::{self, TEXT_MAX};
 use host_io::folder::OutFolder;
+use host_io::problem::{At as _, Problem, problem};
 use lab_judges::flown;
 use lab_judges::outcome::Outcome;
+use lab_report::runner::Progress;
 use lab_report::{Cell, table};
-use lab_studies::problem::{At as _, Problem, problem};
-use lab_studies::runner::Progress;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;
@@ -31,7 +32,6 @@ use crate::draw;
 use crate::plan::Plan;
 use crate::spec::{SpecFile, file_name};
 use crate::store::{PROGRAM, write_new};
-use lab_studies::{print_line, print_text};
 
 /// A parameter is at most so many times its value in the specification, and at least that over this.
 const FACTOR: f64 = 4.0;

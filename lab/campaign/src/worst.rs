@@ -3,13 +3,14 @@
 //! Over one variable the search goes outwards from its mildest value, in steps and then by halving. Over all drawn variables
 //! together it is differential evolution, which minimises how unlikely the draw is that the law does not survive.
 
+use host_io::{print_line, print_text};
 use std::path::Path;
 
 use host_io::folder::OutFolder;
+use host_io::problem::{Problem, problem};
 use lab_judges::outcome::Outcome;
+use lab_report::runner;
 use lab_report::{Cell, Table, cells, columns};
-use lab_studies::problem::{Problem, problem};
-use lab_studies::runner;
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 
@@ -19,7 +20,6 @@ use crate::spec::Variable;
 use crate::store::write_new;
 use crate::table::of_variable;
 use host_io::console::is_shown;
-use lab_studies::{print_line, print_text};
 
 /// Steps from the mildest value to an end of the range.
 const STEPS: u32 = 16;

@@ -15,8 +15,8 @@ use crate::measures::{Measured, Measures};
 use crate::outcome::{Loss, LossBy, Metric, Outcome, SensorLost};
 use crate::trace::Sample;
 use crate::trajectory::{self, Columns};
+use host_io::problem::{Problem, problem};
 use lab_engine::flight::{Exchange, Flight, FlightSetup, Tick};
-use lab_engine::problem::{Problem, problem};
 
 /// What is kept of a flight.
 #[derive(Default)]

@@ -8,8 +8,8 @@ use host_io::folder::OutFolder;
 use plant_sim::{Exceeded, PlantSetup};
 use serde::{Serialize, Serializer};
 
+use host_io::problem::Problem;
 use lab_engine::FlightSetup;
-use lab_engine::problem::Problem;
 
 /// Everything that defines a flight, but the code of a law of the program: enough to fly it again.
 #[derive(Serialize)]

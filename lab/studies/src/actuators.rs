@@ -4,6 +4,7 @@
 //! airframe, effector ─> one property at a time ─> plant, held in its trimmed flight ─> step, triangle, travel ─> table, picture
 //! ```
 
+use host_io::print_line;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
@@ -14,11 +15,11 @@ use plant_sim::servos::{Imperfections, SecondOrder, Servo};
 use plant_sim::trim::Trim;
 use plant_sim::{Airframe, EarthModel, Plant, PlantPart, PlantSetup};
 
-use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::configuration::{AircraftArgs, Named};
-use crate::problem::{Problem, problem};
-use crate::settings::Target;
+use host_io::problem::{Problem, problem};
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_engine::settings::Target;
+use lab_report::chart::panel::{Curve, Panel};
+use lab_report::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
 /// The step, s, and the length of its panel.
 const STEP_AT_S: f64 = 0.1;
@@ -305,7 +306,7 @@ impl Bench {
                     x_label: "time, s",
                     y_label: "deg",
                     x: (0.0, signal.seconds),
-                    y: crate::chart::axis::range(values, 1.0e-3),
+                    y: lab_report::chart::axis::range(values, 1.0e-3),
                     height: 150.0,
                     curves,
                     ..Panel::default()

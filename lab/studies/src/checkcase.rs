@@ -1,5 +1,6 @@
 //! `sitl study checkcase`: flies a scenario without a controller, and writes its trajectory for a comparison with other simulators.
 
+use host_io::print_line;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -8,11 +9,11 @@ use icd::{Actuators, SimTime};
 use plant_sim::scenario::case::{CaseFile, CaseOptions, CheckCase};
 use plant_sim::{Airframe, Plant};
 
-use crate::configuration::{AircraftArgs, Named};
-use crate::problem::{At as _, Problem, problem};
-use crate::runner::Progress;
-use crate::settings::{self, Setting, Target};
 use columns::CheckcaseColumns;
+use host_io::problem::{At as _, Problem, problem};
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_engine::settings::{self, Setting, Target};
+use lab_report::runner::Progress;
 
 pub mod columns;
 mod picture;

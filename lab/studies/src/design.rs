@@ -5,6 +5,7 @@
 //! algorithms for periodic discrete-time algebraic Riccati equations", Int. J. Control 77(8), 2004). Servos and the
 //! engine's lag are not in the design model, which is why the gains are modest.
 
+use host_io::print_line;
 use std::error::Error;
 use std::path::PathBuf;
 
@@ -18,7 +19,7 @@ use icd::ControlPeriod;
 use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use crate::problem::{Problem, problem};
+use host_io::problem::{Problem, problem};
 
 /// By this line a file of gains is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl aircraft design lqr`";

@@ -23,13 +23,13 @@ use plant_sim::io::parse_earth;
 use serde::Serialize;
 use ulog::reader::Log;
 
-use crate::builder::{SetupOptions, preset_note};
-use crate::closed_loop::FlightSetup;
-use crate::configuration::AircraftArgs;
-use crate::page::GENERATOR;
-use crate::plot;
-use crate::problem::{At as _, Problem, problem};
-use crate::runner::Progress;
+use host_io::problem::{At as _, Problem, problem};
+use lab_engine::builder::{SetupOptions, preset_note};
+use lab_engine::configuration::AircraftArgs;
+use lab_judges::closed_loop::FlightSetup;
+use lab_logs::plot;
+use lab_report::page::GENERATOR;
+use lab_report::runner::Progress;
 
 pub mod seeds;
 

@@ -3,6 +3,7 @@
 //! The model is a file, because the controller may not look at the plant: `sitl aircraft linearize` writes it, and
 //! a test keeps it current. Derivatives are central differences of the plant's own aerodynamics.
 
+use host_io::print_line;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 
@@ -19,8 +20,8 @@ use icd::{Body, ControlPeriod, Effector, EffectorKind, PerEffector};
 use plant_sim::aerodynamics::{AirState, Coefficients, Geometry};
 use plant_sim::{Airframe, Plant, PlantSetup, ReadAirframe as _, Scenario, Start};
 
-use crate::configuration::Named;
-use crate::problem::{Problem, problem};
+use host_io::problem::{Problem, problem};
+use lab_engine::configuration::Named;
 
 /// A flight condition of the command line.
 #[derive(Debug, Clone, Copy, PartialEq)]

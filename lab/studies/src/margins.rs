@@ -4,6 +4,7 @@
 //! and stays closed at all others (`loops`). The flights then add the gain or the delay to the commands of these
 //! effectors, once a little less than the margin and once a little more, and look whether a small disturbance dies out.
 
+use host_io::print_line;
 use std::collections::VecDeque;
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -18,10 +19,10 @@ use nalgebra::Complex;
 use plant_sim::Airframe;
 use plant_sim::servos::Servo;
 
-use crate::builder::SetupOptions;
-use crate::configuration::AircraftArgs;
-use crate::runner;
 use closed_loop::{ClosedLoop, Linear};
+use lab_engine::builder::SetupOptions;
+use lab_engine::configuration::AircraftArgs;
+use lab_report::runner;
 use loops::Margins;
 
 mod closed_loop;

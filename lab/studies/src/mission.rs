@@ -2,6 +2,7 @@
 
 use autopilot::command::VehicleCommand;
 use core::ops::ControlFlow;
+use host_io::print_line;
 use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -18,14 +19,14 @@ use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
 
-use crate::builder::SetupOptions;
-use crate::chart::axis::range;
-use crate::chart::curve::{Point, thin};
-use crate::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
-use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::closed_loop::{FlightSetup, Tick, TimedCommand, watch_with_commands};
-use crate::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
-use crate::problem::Problem;
+use host_io::problem::Problem;
+use lab_engine::builder::SetupOptions;
+use lab_engine::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
+use lab_judges::closed_loop::{FlightSetup, Tick, TimedCommand, watch_with_commands};
+use lab_report::chart::axis::range;
+use lab_report::chart::curve::{Point, thin};
+use lab_report::chart::panel::{Curve, Mark, Panel, Shape, Symbol};
+use lab_report::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
 /// Direction that the wind of the demonstration blows to, rad: to the east-north-east.
 const WIND_TOWARDS_RAD: f64 = 1.2;

@@ -3,6 +3,7 @@
 //! Two aircraft fly the same steady flight, one with exact sensors and one with those of the grade. An error is the difference of a
 //! sample from the exact one of the time at which it was measured, so a delay is no error.
 
+use host_io::print_line;
 use std::error::Error;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -15,11 +16,11 @@ use lab_report::{Cell, CellKind, Column, Table, columns};
 use plant_sim::io::whole;
 use plant_sim::{GradeName, Plant, grade_file};
 
-use crate::builder::SetupOptions;
-use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::configuration::AircraftArgs;
-use crate::settings::Target;
+use lab_engine::builder::SetupOptions;
+use lab_engine::configuration::AircraftArgs;
+use lab_engine::settings::Target;
+use lab_report::chart::panel::{Curve, Panel};
+use lab_report::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
 /// Longest flight, s.
 const SECONDS_MAX: f64 = 3_600.0;
@@ -33,7 +34,7 @@ pub struct SensorErrorsArgs {
     #[arg(long, value_name = "ideal|tactical|consumer", value_parser = grade)]
     pub grade: GradeName,
     /// Duration of the flight, s
-    #[arg(long, value_name = "S", default_value_t = 120.0, allow_hyphen_values = true, value_parser = crate::configuration::up_to(SECONDS_MAX, "s"))]
+    #[arg(long, value_name = "S", default_value_t = 120.0, allow_hyphen_values = true, value_parser = lab_engine::configuration::up_to(SECONDS_MAX, "s"))]
     pub seconds: f64,
     /// Seed of the random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
@@ -181,7 +182,7 @@ fn figure(args: &SensorErrorsArgs, errors: &SensorErrors) -> Figure {
         };
         let curves: Vec<Curve> = columns.enumerate().map(curve).collect();
         let values = curves.iter().flat_map(|curve| curve.points.iter().map(|point| point.1));
-        let y = crate::chart::axis::range(values, 1.0e-9);
+        let y = lab_report::chart::axis::range(values, 1.0e-9);
         let (title, height) = ((*title).to_owned(), 170.0);
         let x = (0.0, args.seconds);
         Some(Panel { title, y_label: unit, x, y, height, curves, ..Panel::default() })

@@ -1,5 +1,6 @@
 //! `sitl aircraft trimmable`: which jams leave a steady flight at all, whatever the controller does.
 
+use host_io::{print_line, print_text};
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -13,10 +14,10 @@ use plant_sim::dynamics::Dynamics;
 use plant_sim::earth::{Earth, EarthModel};
 use plant_sim::trim::{self, Trim};
 
-use crate::chart::write_figure;
-use crate::configuration::AircraftArgs;
-use crate::runner;
-use crate::settings::Target;
+use lab_engine::configuration::AircraftArgs;
+use lab_engine::settings::Target;
+use lab_report::chart::write_figure;
+use lab_report::runner;
 use sets::Set;
 use steady::{Search, SteadyFlight};
 

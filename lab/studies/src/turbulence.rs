@@ -5,6 +5,7 @@
 //!                          └> formulas of MIL-F-8785C ─────────────────────────────> bands ─┘
 //! ```
 
+use host_io::{print_line, print_text};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -15,9 +16,9 @@ use plant_sim::io::whole;
 use plant_sim::wind::level::spectra;
 use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};
 
-use crate::chart::panel::{Curve, Panel};
-use crate::chart::{Figure, Ink, Pattern, sheet, write_figure};
-use crate::problem::{Problem, problem};
+use host_io::problem::{Problem, problem};
+use lab_report::chart::panel::{Curve, Panel};
+use lab_report::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
 mod spectrum;
 

@@ -6,7 +6,7 @@ use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
 use host_io::problem::{Problem, problem};
-use lab_studies::builder::{fitted, preset_note};
+use lab_engine::builder::{fitted, preset_note};
 use plant_sim::airframe_file;
 use plant_sim::io::{PlantArgs, Speed};
 use serde::Serialize;

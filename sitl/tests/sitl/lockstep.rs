@@ -13,11 +13,11 @@ use icd::lockstep::{FlightEvent, FlightSide, PlantEvent, PlantSide};
 use icd::tvc_jet;
 use icd::wire::{Phase, Reports};
 use icd::{FaultKind, FaultReply, FaultRequest, Sensors, SimTime};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{FlightSetup, Record, fly};
 use plant_sim::Plant;
 use plant_sim::io::PlantArgs;
 use proptest::prelude::*;
-use sitl::builder::SetupOptions;
-use sitl::closed_loop::{FlightSetup, Record, fly};
 
 /// An unanswered question is sent again after this, us.
 const RESEND_US: u64 = 20_000;

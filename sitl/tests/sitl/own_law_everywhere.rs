@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use autopilot::own_law::OwnLaw;
 use flight_control::main_controller::pid::Pid;
 use flight_control::{Gains, Law, LawInput, MainCommand, Visitor};
+use lab_engine::law::{FallibleLaw, fallible};
 use sitl::cli::{self, Cli};
-use sitl::law::{FallibleLaw, fallible};
 
 /// The PID, with a counter of steps that the caller keeps.
 #[derive(Clone)]

@@ -8,9 +8,9 @@ use autopilot::script::Script;
 use clap::{Args, Command};
 use icd::SimTime;
 use icd::tvc_jet;
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{End, FlightSetup, Record, fly};
 use plant_sim::io::PlantArgs;
-use sitl::builder::SetupOptions;
-use sitl::closed_loop::{End, FlightSetup, Record, fly};
 use sitl::udp_flight::fly_udp;
 
 fn parse<T: Args>(words: &[&str]) -> T {

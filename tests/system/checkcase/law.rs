@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use icd::{Actuators, SimTime};
+use lab_studies::checkcase::CheckcaseArgs;
+use lab_studies::checkcase::columns::CheckcaseColumns;
+use lab_studies::checkcase::reference::References;
+use lab_studies::checkcase::trajectory::Trajectory;
 use plant_sim::Plant;
 use plant_sim::release::Controls;
 use plant_sim::scenario::case::CheckCase;
-use sitl::checkcase::CheckcaseArgs;
-use sitl::checkcase::columns::CheckcaseColumns;
-use sitl::checkcase::reference::References;
-use sitl::checkcase::trajectory::Trajectory;
 
 const FOOT: f64 = 0.304_8;
 const KNOT: f64 = 1_852.0 / 3_600.0;

@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use autopilot::config::Model;
+use host_io::problem::{Problem, problem};
 use icd::{Effector, EffectorKind, EffectorList};
+use lab_engine::configuration::{AircraftArgs, Named};
+use lab_engine::settings::{Setting, number};
 use lab_judges::measures::Measures;
-use lab_studies::configuration::{AircraftArgs, Named};
-use lab_studies::problem::{Problem, problem};
-use lab_studies::settings::{Setting, number};
 use plant_sim::{Airframe, airframe_file};
 
 use super::{Plan, Value};

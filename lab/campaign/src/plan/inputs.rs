@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use lab_studies::configuration::Named;
-use lab_studies::problem::Problem;
+use host_io::problem::Problem;
+use lab_engine::configuration::Named;
 use sha2::{Digest, Sha256};
 
 use super::{Aircraft, Law};

@@ -1,8 +1,8 @@
 //! What flies in a campaign: its specification, and a whole flight of each aircraft with each law.
 
 use autopilot::own_law::OwnLaw;
+use host_io::problem::Problem;
 use lab_judges::outcome::WholeSetup;
-use lab_studies::problem::Problem;
 use serde_json::json;
 
 use super::Plan;

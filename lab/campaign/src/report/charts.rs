@@ -1,7 +1,7 @@
 //! Rows with a value and its interval: what each law survives, and by how much it differs from the first one.
 
-use lab_studies::chart::drawing::Drawing;
-use lab_studies::chart::{Ink, Pattern, WIDTH, axis};
+use lab_report::chart::drawing::Drawing;
+use lab_report::chart::{Ink, Pattern, WIDTH, axis};
 
 use super::Sources;
 use crate::summary::LossDifference;

@@ -4,10 +4,10 @@ use flight_control::DesignModel;
 use lab_judges::closed_loop;
 use lab_judges::trace::Sample;
 use lab_judges::trajectory::Row;
-use lab_studies::chart::axis::range;
-use lab_studies::chart::curve::Point;
-use lab_studies::chart::panel::{Curve, Panel};
-use lab_studies::chart::{Ink, Pattern, sheet};
+use lab_report::chart::axis::range;
+use lab_report::chart::curve::Point;
+use lab_report::chart::panel::{Curve, Panel};
+use lab_report::chart::{Ink, Pattern, sheet};
 use maud::{Markup, PreEscaped, html};
 
 use super::{Sources, breakable};

@@ -1,6 +1,6 @@
 //! Several keys that are varied together by one listed level.
 
-use lab_studies::problem::Problem;
+use host_io::problem::Problem;
 use serde::Deserialize;
 
 use super::variable::{Meaning, Variable};

@@ -1,6 +1,6 @@
 //! What is asked of the runs: tables of a specification.
 
-use lab_studies::problem::Problem;
+use host_io::problem::Problem;
 use serde::{Deserialize, Serialize};
 
 use super::{Spec, refuse};

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use lab_studies::problem::Problem;
-use lab_studies::settings::written;
+use host_io::problem::Problem;
+use lab_engine::settings::written;
 use serde::Deserialize;
 use toml::Value as Toml;
 

@@ -10,8 +10,8 @@ use lab_campaign::plan::{Plan, Value};
 use lab_campaign::spec::SpecFile;
 use lab_campaign::store::{RunEnd, RunStore};
 use lab_campaign::{Command, compare, fly, run};
-use lab_studies::configuration::AircraftArgs;
-use lab_studies::settings::Setting;
+use lab_engine::configuration::AircraftArgs;
+use lab_engine::settings::Setting;
 use sha2::{Digest, Sha256};
 use studies::{STUDIES, SUITE};
 

@@ -7,7 +7,7 @@ use icd::fault::{CATALOGUE, SensorKind, TargetClass};
 use lab_campaign::plan::{Plan, Run, Value};
 use lab_campaign::spec::SpecFile;
 use lab_judges::outcome::Outcome;
-use lab_studies::runner;
+use lab_report::runner;
 use studies::STUDIES;
 
 /// A study with a change in its text.

@@ -1,8 +1,8 @@
 //! The picture of the comparison: how far each trajectory is from the mean of the core simulators, over their own spread.
 
 use super::reference::{Comparison, Deviation, SPREADS};
-use crate::chart::drawing::Drawing;
-use crate::chart::{Figure, WIDTH};
+use lab_report::chart::drawing::Drawing;
+use lab_report::chart::{Figure, WIDTH};
 
 const LEFT: f64 = 190.0;
 const RIGHT: f64 = 24.0;

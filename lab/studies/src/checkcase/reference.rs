@@ -13,7 +13,7 @@ use plant_sim::geodesy::{self, Radii};
 use serde::Deserialize;
 
 use super::trajectory::{Trajectory, quaternion_angle};
-use crate::problem::{At as _, Problem, problem};
+use host_io::problem::{At as _, Problem, problem};
 
 /// Longest trajectory file, bytes.
 const TRAJECTORY_MAX: u64 = 1 << 26;

@@ -1,5 +1,6 @@
 //! `sitl study compare-checkcases`: flies check cases and writes how far they are from other simulators, as a table and a picture.
 
+use host_io::{print_line, print_text};
 use std::fmt::Write as _;
 use std::path::PathBuf;
 
@@ -10,9 +11,9 @@ use plant_sim::scenario::case::CheckCase;
 use super::reference::{Comparison, Deviation, References};
 use super::trajectory::Trajectory;
 use super::{CheckcaseArgs, Flight, picture};
-use crate::chart::write_figure;
-use crate::problem::{At as _, Problem, problem};
-use crate::runner;
+use host_io::problem::{At as _, Problem, problem};
+use lab_report::chart::write_figure;
+use lab_report::runner;
 
 /// Options of `sitl study compare-checkcases`.
 #[derive(Debug, Clone, clap::Args)]

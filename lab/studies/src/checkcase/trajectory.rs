@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::problem::{Problem, problem};
+use host_io::problem::{Problem, problem};
 
 /// Times of two trajectories that count as the same, s.
 const SAME_TIME_S: f64 = 1.0e-6;

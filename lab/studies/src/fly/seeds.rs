@@ -8,12 +8,12 @@ use std::str::FromStr;
 
 use lab_report::{Column, Table, cells, columns};
 
-use crate::closed_loop::FlightSetup;
-use crate::metrics::wilson_95;
-use crate::problem::Problem;
-use crate::runner;
+use host_io::problem::Problem;
+use lab_judges::closed_loop::FlightSetup;
 use lab_judges::flown::{self, Keep};
+use lab_judges::metrics::wilson_95;
 use lab_judges::outcome::Outcome;
+use lab_report::runner;
 
 /// Most flights of one command.
 const SEEDS_MAX: u64 = 100_000;

@@ -1,8 +1,8 @@
 //! The picture of the limits: a row for each effector, a bar for each set of steady flights.
 
 use super::{Study, Sweep};
-use crate::chart::drawing::Drawing;
-use crate::chart::{Figure, Ink, Pattern, WIDTH};
+use lab_report::chart::drawing::Drawing;
+use lab_report::chart::{Figure, Ink, Pattern, WIDTH};
 
 /// Space left of the bars, for names and numbers.
 const LEFT: f64 = 230.0;

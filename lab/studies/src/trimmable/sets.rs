@@ -4,7 +4,7 @@ use plant_sim::start::Start;
 use serde::Deserialize;
 
 use super::steady::{FlightBounds, Interval};
-use crate::problem::{At as _, Problem, problem};
+use host_io::problem::{At as _, Problem, problem};
 
 /// The sets that come with the program.
 pub const SHIPPED: &str = include_str!("sets.toml");

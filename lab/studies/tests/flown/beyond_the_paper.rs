@@ -11,9 +11,10 @@ use autopilot::vehicle::VehicleEvent;
 use flight_control::{AllocationMode, CompensatorMode};
 use icd::units::DEG;
 use icd::{ControlPeriod, SimTime};
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{FlightSetup, watch_with_commands};
-use lab_studies::{mission, runner};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{FlightSetup, watch_with_commands};
+use lab_report::runner;
+use lab_studies::mission;
 use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 /// Onset of all faults but those of the mission, s.
@@ -105,7 +106,7 @@ fn fly(setup: &FlightSetup) -> Flown {
     fly_plan(setup, &[])
 }
 
-fn fly_plan(setup: &FlightSetup, commands: &[lab_studies::closed_loop::TimedCommand]) -> Flown {
+fn fly_plan(setup: &FlightSetup, commands: &[lab_judges::closed_loop::TimedCommand]) -> Flown {
     let mut flown = Flown::default();
     let (mut squares, mut count) = (0.0, 0_u32);
     let end_s = setup.duration.as_seconds();

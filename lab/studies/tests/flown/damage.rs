@@ -5,9 +5,9 @@ use autopilot::parameters::Parameters;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel, Gains};
 use icd::fault::{AirframePart, FaultKind, Timing};
 use icd::{ControlPeriod, SimTime};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{self, FlightSetup, Record};
 use lab_judges::trace::Sample;
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{self, FlightSetup, Record};
 use plant_sim::{Airframe, ReadAirframe as _, Scenario, ScheduledFault};
 
 /// PID alone; with the paper's compensator; with the law beyond the paper.

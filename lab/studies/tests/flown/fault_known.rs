@@ -3,9 +3,9 @@
 use autopilot::config;
 use flight_control::{AllocationMode, CompensatorMode, DesignModel};
 use icd::{ControlPeriod, SimTime};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{FlightSetup, Record, fly};
 use lab_judges::flown::outcome;
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{FlightSetup, Record, fly};
 use nalgebra::Vector3;
 use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 

@@ -11,9 +11,9 @@ use flight_control::isolation::Verdict;
 use flight_control::isolation::evidence::Behaviour;
 use flight_control::{AllocationMode, IsolationMode};
 use icd::{ControlPeriod, Effector, SimTime, tvc_jet};
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{FlightSetup, watch};
-use lab_studies::runner;
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{FlightSetup, watch};
+use lab_report::runner;
 use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 const ONSET_S: f64 = 3.0;

@@ -9,10 +9,10 @@ use flight_control::{
 };
 use icd::units::DEG;
 use icd::{ControlPeriod, SimTime, tvc_jet};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{self, FlightSetup, Record};
 use lab_judges::trace::Sample;
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{self, FlightSetup, Record};
-use lab_studies::runner;
+use lab_report::runner;
 use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario};
 
 const SCENARIOS: [(&str, &str); 3] =

@@ -7,8 +7,8 @@ use clap::{Args, Command};
 use core::ops::ControlFlow;
 use icd::tvc_jet;
 use icd::{Effector, SimTime};
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{FlightSetup, watch};
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{FlightSetup, watch};
 use plant_sim::Truth;
 use plant_sim::io::PlantArgs;
 

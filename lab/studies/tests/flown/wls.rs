@@ -4,9 +4,9 @@ use autopilot::config;
 use flight_control::AllocationMode;
 use icd::units::DEG;
 use icd::{ControlPeriod, SimTime};
-use lab_studies::builder::SetupOptions;
-use lab_studies::closed_loop::{self, FlightSetup, Record};
-use lab_studies::runner;
+use lab_engine::builder::SetupOptions;
+use lab_judges::closed_loop::{self, FlightSetup, Record};
+use lab_report::runner;
 use plant_sim::{Airframe, ReadAirframe as _, Scenario};
 
 const AEROSONDE: (&str, &str) = (aircraft::AEROSONDE_AIRFRAME, aircraft::AEROSONDE_MODEL);
