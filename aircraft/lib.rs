@@ -1,5 +1,5 @@
 //! The aircraft that come with the project, a folder each: `airframe.toml` is the truth, for the plant alone; `model.toml` is what
-//! the controller knows. Here they are texts; who reads them is `plant_sim::Airframe` and `flight_management::configuration`.
+//! the controller knows; `geometry.toml` is what it looks like. Here they are texts; who reads them is `plant_sim::Airframe` and `flight_management::configuration`.
 //!
 //! The controller is blind to the truth: nothing under `autopilot/` names an airframe (`tests/architecture/source_rules.rs`).
 #![no_std]
@@ -32,3 +32,12 @@ pub const MODELS: [(&str, &str); 4] = [
     ("f16", include_str!("f16/model.toml")),
     ("aerosonde", AEROSONDE_MODEL),
 ];
+
+/// The geometry files by the names of their aircraft. The jet with Mach effects looks like the jet.
+pub const GEOMETRIES: [(&str, &str); 4] = [
+    (DEFAULT_NAME, JET_GEOMETRY),
+    ("tvc_jet_mach", JET_GEOMETRY),
+    ("f16", include_str!("f16/geometry.toml")),
+    ("aerosonde", include_str!("aerosonde/geometry.toml")),
+];
+const JET_GEOMETRY: &str = include_str!("tvc_jet/geometry.toml");

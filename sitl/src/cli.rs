@@ -26,6 +26,7 @@ use lab_studies::checkcase::report::{self, CompareArgs};
 use lab_studies::checkcase::{self, CheckcaseArgs};
 use lab_studies::design::{self, DesignArgs};
 use lab_studies::fly::{self, FlyArgs};
+use lab_studies::geometry::{self, DrawArgs};
 use lab_studies::linearize::{self, LinearizeArgs};
 use lab_studies::margins::{self, MarginsArgs};
 use lab_studies::mission::{self, MissionOptions};
@@ -184,6 +185,8 @@ enum AircraftCommand {
     Margins(Box<MarginsArgs>),
     /// Compute for every jam whether a steady flight exists at all, and draw how far each effector can jam
     Trimmable(Box<TrimmableArgs>),
+    /// Draw the aircraft in three views, with its effectors and their hinges
+    Draw(Box<DrawArgs>),
     /// Write buttons for QGroundControl that break something
     Actions(Box<ActionsArgs>),
     /// Print every parameter of the autopilot, as docs/parameters.md has them
@@ -339,6 +342,7 @@ fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
         AircraftCommand::Design(DesignCommand::Lqr(args)) => design::run(args)?,
         AircraftCommand::Margins(args) => margins::run(args)?,
         AircraftCommand::Trimmable(args) => trimmable::run(args)?,
+        AircraftCommand::Draw(args) => geometry::run(args)?,
         AircraftCommand::Actions(args) => actions::run(args)?,
         AircraftCommand::Parameters => {
             print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));

@@ -14,6 +14,7 @@ pub mod actuators;
 pub mod checkcase;
 pub mod design;
 pub mod fly;
+pub mod geometry;
 pub mod linearize;
 pub mod margins;
 pub mod mission;

@@ -6,5 +6,6 @@ mod examples;
 mod lockstep;
 mod own_law;
 mod own_law_everywhere;
+mod pages;
 mod studies;
 mod udp_flight;

@@ -50,6 +50,12 @@ impl Drawing {
         self.shape(&shape, tip);
     }
 
+    /// A shape between corners; `style` are attributes, `tip` is shown to the mouse.
+    pub fn polygon(&mut self, corners: impl IntoIterator<Item = Point>, style: &str, tip: &str) {
+        let corners: Vec<_> = corners.into_iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        self.shape(&format!(r#"polygon points="{}" {style}"#, corners.join(" ")), tip);
+    }
+
     /// A circle; `style` are attributes, `tip` is shown to the mouse.
     pub fn circle(&mut self, (x, y): Point, radius: f64, style: &str, tip: &str) {
         self.shape(&format!(r#"circle cx="{x:.1}" cy="{y:.1}" r="{radius}" {style}"#), tip);
