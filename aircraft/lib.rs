@@ -14,7 +14,7 @@ pub const F16_AIRFRAME: &str = include_str!("f16/airframe.toml");
 pub const AEROSONDE_AIRFRAME: &str = include_str!("aerosonde/airframe.toml");
 
 /// The airframe files by the names of their aircraft.
-pub const AIRFRAMES: [(&str, &str); 4] = [
+pub const AIRFRAMES: &[(&str, &str)] = &[
     (DEFAULT_NAME, DEFAULT_AIRFRAME),
     ("tvc_jet_mach", MACH_AIRFRAME),
     ("f16", F16_AIRFRAME),
@@ -26,7 +26,7 @@ pub const DEFAULT_MODEL: &str = include_str!("tvc_jet/model.toml");
 pub const AEROSONDE_MODEL: &str = include_str!("aerosonde/model.toml");
 
 /// The model files by the names of their aircraft. The jet with Mach effects has the jet's model, which lacks them.
-pub const MODELS: [(&str, &str); 4] = [
+pub const MODELS: &[(&str, &str)] = &[
     (DEFAULT_NAME, DEFAULT_MODEL),
     ("tvc_jet_mach", DEFAULT_MODEL),
     ("f16", include_str!("f16/model.toml")),
@@ -34,7 +34,7 @@ pub const MODELS: [(&str, &str); 4] = [
 ];
 
 /// The geometry files by the names of their aircraft. The jet with Mach effects looks like the jet.
-pub const GEOMETRIES: [(&str, &str); 4] = [
+pub const GEOMETRIES: &[(&str, &str)] = &[
     (DEFAULT_NAME, JET_GEOMETRY),
     ("tvc_jet_mach", JET_GEOMETRY),
     ("f16", include_str!("f16/geometry.toml")),

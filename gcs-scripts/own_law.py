@@ -19,7 +19,7 @@ import zlib
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
 SAMPLE = struct.Struct("<BBBQ")  # number of a sensor, count of its values, valid, time in us; its values follow
 MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 9, 1, 2, 3
-START_S, SILENCE_S = 30.0, 10.0  # How long it waits for a plant to begin, and for one that has begun.
+SILENCE_S = 10.0  # How long it waits for a plant that has begun.
 COMMANDS = 8  # What `law` gives.
 SIGNALS = {  # The sensors by their numbers, each with the names of its values here.
     0: ("gyro", "p q r"), 1: ("accelerometer", "fx fy fz"), 2: ("attitude", "qw qx qy qz"),
@@ -85,6 +85,7 @@ def main():
     options.add_argument("--roll", type=float, default=0.0, help="deg")
     options.add_argument("--airspeed", type=float, default=264.0, help="m/s")
     options.add_argument("--for-s", type=float, default=math.inf, help="simulation time after which it ends")
+    options.add_argument("--wait-s", type=float, default=30.0, help="how long it waits for a plant to begin")
     demand = options.parse_args()
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     try:
@@ -95,7 +96,7 @@ def main():
     print("listening on %s:%d" % link.getsockname(), flush=True)
     flight, answer, memory, s, said = None, b"", {}, {}, ""
     link.settimeout(1.0)
-    deadline = time.monotonic() + START_S
+    deadline = time.monotonic() + demand.wait_s
     while time.monotonic() < deadline:
         try:
             data, plant = link.recvfrom(2048)
@@ -134,8 +135,8 @@ def main():
         if phase == 2 or time_us * 1e-6 >= demand.for_s:
             break
     if flight is None:
-        sys.exit("no plant has spoken to %s:%d for %d s; start one, for example: cargo run -- plant-sim --autopilot %s:%d"
-                 % (*link.getsockname(), START_S, *link.getsockname()))
+        sys.exit("no plant has spoken to %s:%d for %g s; start one, for example: cargo run -- plant-sim --autopilot %s:%d"
+                 % (*link.getsockname(), demand.wait_s, *link.getsockname()))
     print("%.1f s: altitude %.1f m, airspeed %.1f m/s" % (time_us * 1e-6, s["altitude"], s["airspeed"]))
 
 

@@ -12,4 +12,4 @@ pub const CASE2: &str = include_str!("case2.toml");
 pub const CHAIN: &str = include_str!("chain.toml");
 
 /// The scenarios that have a name.
-pub const SCENARIOS: [(&str, &str); 3] = [("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
+pub const SCENARIOS: &[(&str, &str)] = &[("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];

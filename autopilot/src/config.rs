@@ -18,7 +18,7 @@ pub fn read(path: &Path) -> Result<String, Problem> {
 
 /// The model that comes with the program under this name, or else the model in this file.
 pub fn named_model(name: &Path) -> Result<Model, Problem> {
-    let (file, text) = file::shipped_or_read(name, &aircraft::MODELS).at(name.display())?;
+    let (file, text) = file::shipped_or_read(name, aircraft::MODELS).at(name.display())?;
     Ok(model(&file, &text)?)
 }
 

@@ -128,6 +128,11 @@ pub fn read_text(path: &Path, limit: u64) -> Result<String, FileProblem> {
         .map_err(|error| FileProblem::NotText { at: error.utf8_error().valid_up_to() })
 }
 
+/// The names of a list, as help and messages have them.
+pub fn names<T>(list: &[(&str, T)]) -> String {
+    list.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+}
+
 /// The text that comes with the program under this name, or else that of the file at this path; and what messages call it.
 pub fn shipped_or_read(
     name: &Path,
@@ -139,8 +144,7 @@ pub fn shipped_or_read(
     match read_text(name, TEXT_MAX) {
         Ok(text) => Ok((name.display().to_string(), Cow::Owned(text))),
         Err(FileProblem::System(source)) if source.kind() == ErrorKind::NotFound => {
-            let known: Vec<_> = shipped.iter().map(|(known, _)| *known).collect();
-            Err(FileProblem::NoSuchName { source, known: known.join(", ") })
+            Err(FileProblem::NoSuchName { source, known: names(shipped) })
         }
         Err(problem) => Err(problem),
     }

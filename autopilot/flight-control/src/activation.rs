@@ -23,8 +23,8 @@ pub enum CompensatorMode {
 
 impl CompensatorMode {
     /// All of them with their names on a command line.
-    pub const NAMES: [(&'static str, Self); 3] =
-        [("off", Self::Off), ("armed", Self::Armed), ("always", Self::AlwaysOn)];
+    pub const NAMES: &[(&'static str, Self)] =
+        &[("off", Self::Off), ("armed", Self::Armed), ("always", Self::AlwaysOn)];
 }
 
 gain_set! {

@@ -124,7 +124,7 @@ pub enum MainLaw {
 
 impl MainLaw {
     /// All of them with their names on a command line.
-    pub const NAMES: [(&'static str, Self); 5] = [
+    pub const NAMES: &[(&'static str, Self)] = &[
         ("pid", Self::Pid),
         ("pid-ganged-nozzle", Self::PidGangedNozzle),
         ("ndi", Self::Ndi),
@@ -148,8 +148,11 @@ pub enum CompensatorLaw {
 
 impl CompensatorLaw {
     /// All of them with their names on a command line.
-    pub const NAMES: [(&'static str, Self); 3] =
-        [("neso", Self::Neso), ("linear-eso", Self::LinearEso), ("incremental", Self::Incremental)];
+    pub const NAMES: &[(&'static str, Self)] = &[
+        ("neso", Self::Neso),
+        ("linear-eso", Self::LinearEso),
+        ("incremental", Self::Incremental),
+    ];
 }
 
 /// How the compensating demand is allocated to the effectors.
@@ -167,8 +170,8 @@ pub enum AllocationMode {
 
 impl AllocationMode {
     /// All of them with their names on a command line.
-    pub const NAMES: [(&'static str, Self); 3] =
-        [("paper", Self::Paper), ("wls", Self::Wls), ("relief", Self::Relief)];
+    pub const NAMES: &[(&'static str, Self)] =
+        &[("paper", Self::Paper), ("wls", Self::Wls), ("relief", Self::Relief)];
 }
 
 impl Gains {

@@ -26,6 +26,7 @@ use flight_management::own_law::OwnLaw;
 use flight_management::parameters::{self, Parameters};
 use flight_management::script::Script;
 use mavlink_services::heartbeat::HeartbeatIdentity;
+use scenarios::SCENARIOS;
 
 /// Files and folder of a vehicle inside the user's data folder.
 const PARAMETER_FILE: &str = "parameters.toml";
@@ -61,14 +62,32 @@ pub struct ParameterSetting {
 /// Which laws fly, and with which gains.
 #[derive(Debug, Clone, Default, PartialEq, Eq, clap::Args)]
 pub struct LawArgs {
-    /// Main controller, parameter CTL_LAW by name: pid, pid-ganged-nozzle, ndi, lqr, own
-    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &MainLaw::NAMES))]
+    #[arg(
+        long,
+        value_name = "LAW",
+        value_parser = |text: &str| by_name("law", text, MainLaw::NAMES),
+        help = format!("Main controller, parameter CTL_LAW by name: {}", file::names(MainLaw::NAMES))
+    )]
     pub law: Option<MainLaw>,
-    /// Estimator of the compensator, parameter FTC_LAW by name: neso, linear-eso, incremental
-    #[arg(long, value_name = "LAW", value_parser = |text: &str| by_name("law", text, &CompensatorLaw::NAMES))]
+    #[arg(
+        long,
+        value_name = "LAW",
+        value_parser = |text: &str| by_name("law", text, CompensatorLaw::NAMES),
+        help = format!(
+            "Estimator of the compensator, parameter FTC_LAW by name: {}",
+            file::names(CompensatorLaw::NAMES)
+        )
+    )]
     pub compensator: Option<CompensatorLaw>,
-    /// Allocation of the compensating demand, parameter FTC_ALLOC by name: paper, wls, relief
-    #[arg(long, value_name = "HOW", value_parser = |text: &str| by_name("allocation", text, &AllocationMode::NAMES))]
+    #[arg(
+        long,
+        value_name = "HOW",
+        value_parser = |text: &str| by_name("allocation", text, AllocationMode::NAMES),
+        help = format!(
+            "Allocation of the compensating demand, parameter FTC_ALLOC by name: {}",
+            file::names(AllocationMode::NAMES)
+        )
+    )]
     pub allocation: Option<AllocationMode>,
     /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
@@ -101,7 +120,7 @@ impl LawArgs {
         if let Some(law @ MainLaw::PidGangedNozzle) = self.law
             && !has_nozzle
         {
-            let (law, aircraft) = (name_of(&MainLaw::NAMES, law), model.aircraft);
+            let (law, aircraft) = (name_of(MainLaw::NAMES, law), model.aircraft);
             return Err(problem!(
                 "--law {law}: {aircraft} has no nozzle; without one this law is pid"
             ));
@@ -169,11 +188,15 @@ pub struct AutopilotArgs {
     /// Where to wait for the plant [default: 127.0.0.1:9960, and N higher for instance N]
     #[arg(long, value_name = "IP:PORT")]
     pub plant_link: Option<SocketAddr>,
-    /// The controller's model of the aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, alias = "belief", value_name = "NAME|FILE", default_value = MODELS[0].0)]
+    #[arg(
+        long,
+        alias = "belief",
+        value_name = "NAME|FILE",
+        default_value = MODELS[0].0,
+        help = format!("The controller's model of the aircraft: {}, or a file", file::names(MODELS))
+    )]
     pub model: PathBuf,
-    /// References by time: nominal, case1, case2, or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal", help = format!("References by time: {}, or a file", file::names(SCENARIOS)))]
     pub scenario: String,
     /// What begins with the flight.
     #[command(flatten)]
@@ -313,7 +336,7 @@ impl AutopilotArgs {
         }
         parameters.check_law().at("--param")?;
         let model = *model;
-        let known = scenarios::SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
+        let known = SCENARIOS.iter().find(|(name, _)| *name == self.scenario);
         let (name, text) = match known {
             Some((name, text)) => (*name, Cow::Borrowed(*text)),
             None => (self.scenario.as_str(), Cow::Owned(read_scenario(&self.scenario)?)),
@@ -339,7 +362,7 @@ impl AutopilotArgs {
 fn read_scenario(name: &str) -> Result<String, Problem> {
     match file::read_text(Path::new(name), file::TEXT_MAX) {
         Err(problem) if problem.is_not_found() => {
-            let known = scenarios::SCENARIOS.map(|(name, _)| name).join(", ");
+            let known = file::names(SCENARIOS);
             let why = "there is no such scenario and no such file; the scenarios are";
             Err(problem!("--scenario {name}: {why} {known}"))
         }
@@ -357,10 +380,11 @@ fn read_setup(path: &Path) -> Result<Settings, Problem> {
 }
 
 fn by_name<T: Copy>(what: &str, text: &str, names: &[(&str, T)]) -> Result<T, String> {
-    names.iter().find(|(name, _)| *name == text).map(|(_, law)| *law).ok_or_else(|| {
-        let names: Vec<&str> = names.iter().map(|(name, _)| *name).collect();
-        format!("there is no {what} {text}; the {what}s are {}", names.join(", "))
-    })
+    names
+        .iter()
+        .find(|(name, _)| *name == text)
+        .map(|(_, law)| *law)
+        .ok_or_else(|| format!("there is no {what} {text}; the {what}s are {}", file::names(names)))
 }
 
 fn parse_setting(text: &str) -> Result<ParameterSetting, String> {

@@ -24,8 +24,11 @@ use crate::settings::{self, Setting, Target};
 /// Which aircraft, which model of it, and what is changed in all that is flown.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub struct AircraftArgs {
-    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file [default: tvc_jet]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        help = format!("The aircraft: {}, or a file [default: {DEFAULT_NAME}]", file::names(AIRFRAMES))
+    )]
     pub airframe: Option<PathBuf>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
     #[arg(long, alias = "belief", value_name = "NAME|FILE")]
@@ -103,7 +106,7 @@ impl Named {
             Ok(text) => Ok(Self::new(name.to_owned(), Cow::Owned(text))),
             Err(problem) if problem.is_not_found() => Err(problem!(
                 "{name}: there is no such scenario and no such file; the scenarios are {}",
-                SCENARIOS.map(|(name, _)| name).join(", ")
+                file::names(SCENARIOS)
             )),
             Err(problem) => Err(problem).at(name),
         }
@@ -177,16 +180,13 @@ impl AircraftArgs {
     }
 
     fn airframe_file(&self) -> Result<Named, Problem> {
-        Named::shipped_or_read(
-            self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()),
-            &AIRFRAMES,
-        )
+        Named::shipped_or_read(self.airframe.as_deref().unwrap_or(DEFAULT_NAME.as_ref()), AIRFRAMES)
     }
 
     fn model_file(&self) -> Result<Named, Problem> {
         let of_aircraft = self.airframe.as_deref().filter(|name| airframe_file::is_shipped(name));
         let name = self.model.as_deref().or(of_aircraft);
-        Named::shipped_or_read(name.unwrap_or(DEFAULT_NAME.as_ref()), &MODELS)
+        Named::shipped_or_read(name.unwrap_or(DEFAULT_NAME.as_ref()), MODELS)
     }
 
     /// The airframe file with what is set in it.

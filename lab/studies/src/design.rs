@@ -9,7 +9,7 @@ use host_io::print_line;
 use std::error::Error;
 use std::path::PathBuf;
 
-use aircraft::DEFAULT_NAME;
+use aircraft::{DEFAULT_NAME, MODELS};
 use autopilot::config;
 use flight_control::gains;
 use flight_control::main_controller::lqr::{LateralRow, LongitudinalRow, LqrGains};
@@ -44,8 +44,13 @@ const DIGITS: usize = 6;
 /// Options of `sitl aircraft design lqr`.
 #[derive(Debug, clap::Args)]
 pub struct DesignArgs {
-    /// The controller's model: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, alias = "belief", value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    #[arg(
+        long,
+        alias = "belief",
+        value_name = "NAME|FILE",
+        default_value = DEFAULT_NAME,
+        help = format!("The controller's model: {}, or a file", file::names(MODELS))
+    )]
     model: PathBuf,
     /// Where the gains go; `--gains FILE` flies them
     #[arg(long, value_name = "FILE")]

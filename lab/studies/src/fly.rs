@@ -20,6 +20,7 @@ use host_io::folder::OutFolder;
 use lab_judges::{JudgeKind, trajectory};
 use plant_sim::EarthModel;
 use plant_sim::io::parse_earth;
+use scenarios::SCENARIOS;
 use serde::Serialize;
 use ulog::reader::Log;
 
@@ -47,8 +48,7 @@ const FAILED: u8 = 2;
 /// Options of `sitl fly`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct FlyArgs {
-    /// What is flown: nominal, case1, case2, or a file
-    #[arg(value_name = "SCENARIO")]
+    #[arg(value_name = "SCENARIO", help = format!("What is flown: {}, or a file", file::names(SCENARIOS)))]
     scenario: String,
     /// Aircraft, settings, laws, steps.
     #[command(flatten)]
@@ -217,11 +217,11 @@ fn written<'a, T>(
         airframe: name(&aircraft.airframe),
         model: name(&aircraft.model),
         set: aircraft.settings.iter().map(ToString::to_string).collect(),
-        law: name_of(&MainLaw::NAMES, selection.main),
+        law: name_of(MainLaw::NAMES, selection.main),
         own_law: own_law(setup),
-        compensator: name_of(&CompensatorLaw::NAMES, selection.compensator_law),
-        allocation: name_of(&AllocationMode::NAMES, selection.allocation),
-        ftc: name_of(&CompensatorMode::NAMES, selection.compensator),
+        compensator: name_of(CompensatorLaw::NAMES, selection.compensator_law),
+        allocation: name_of(AllocationMode::NAMES, selection.allocation),
+        ftc: name_of(CompensatorMode::NAMES, selection.compensator),
         fault_known: setup.knows_fault,
         setup: WholeSetup::of(setup),
         flown,

@@ -217,7 +217,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Problem> {
     let is_shipped = GEOMETRIES.iter().any(|(known, _)| Path::new(known) == name);
     let file = match &args.geometry {
         Some(file) => Named::read(file)?,
-        None if is_shipped => Named::shipped_or_read(name, &GEOMETRIES)?,
+        None if is_shipped => Named::shipped_or_read(name, GEOMETRIES)?,
         None => Named::read(&name.with_file_name("geometry.toml"))?,
     };
     let list = &airframe.effectors;
@@ -452,7 +452,7 @@ mod tests {
 
     fn shipped() -> impl Iterator<Item = (&'static str, Airframe, AircraftGeometry)> {
         aircraft::AIRFRAMES.iter().zip(GEOMETRIES).map(|((name, airframe), (same, geometry))| {
-            assert_eq!(*name, same, "airframes and geometries are in one order");
+            assert_eq!(name, same, "airframes and geometries are in one order");
             let airframe = Airframe::from_toml(name, airframe).unwrap();
             let geometry =
                 AircraftGeometry::from_toml(name, geometry, &airframe.effectors).unwrap();

@@ -56,8 +56,12 @@ pub struct LinearizeArgs {
     /// Where the model goes [default: aircraft/tvc_jet/model.toml for that aircraft at its design point]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
-    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        default_value = DEFAULT_NAME,
+        help = format!("The aircraft: {}, or a file", file::names(AIRFRAMES))
+    )]
     airframe: PathBuf,
     /// Flight condition of the model instead of the design point of the airframe; several make a model that is scheduled
     /// between them
@@ -92,7 +96,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         None if is_shipped => Path::new(SHIPPED),
         None => return Err(format!("--out FILE is needed: {SHIPPED} is another model").into()),
     };
-    let file = Named::shipped_or_read(&args.airframe, &AIRFRAMES)?;
+    let file = Named::shipped_or_read(&args.airframe, AIRFRAMES)?;
     let airframe = Airframe::from_toml(&file.name, &file.text)?;
     let nominal = Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &airframe.effectors)?;
     let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);

@@ -134,8 +134,8 @@ impl MarginsArgs {
         let one_or_all = |one: Option<MainLaw>| match one {
             Some(law) => vec![law],
             None => MainLaw::NAMES
-                .map(|(_, law)| law)
-                .into_iter()
+                .iter()
+                .map(|(_, law)| *law)
                 // A law of one's own need not show its states, and the eigenvalues would miss them.
                 .filter(|law| *law != MainLaw::Own)
                 // Without a nozzle it is the PID.
@@ -144,9 +144,8 @@ impl MarginsArgs {
         };
         let mut estimators = vec![None];
         if self.ftc != Some(Acts::Off) {
-            let all = CompensatorLaw::NAMES.map(|(_, law)| law);
-            let chosen =
-                all.into_iter().filter(|law| self.laws.compensator.is_none_or(|one| one == *law));
+            let all = CompensatorLaw::NAMES.iter().map(|(_, law)| *law);
+            let chosen = all.filter(|law| self.laws.compensator.is_none_or(|one| one == *law));
             estimators.extend(chosen.map(Some));
         }
         if self.ftc == Some(Acts::Always) || self.ftc.is_none() && self.laws.compensator.is_some() {
@@ -232,10 +231,9 @@ impl MarginsArgs {
 
 impl Laws {
     fn name(self, own: Option<&OwnLaw>) -> String {
-        let compensator =
-            self.compensator.map_or("off", |law| name_of(&CompensatorLaw::NAMES, law));
+        let compensator = self.compensator.map_or("off", |law| name_of(CompensatorLaw::NAMES, law));
         let own = own.filter(|_| self.main == MainLaw::Own).map(OwnLaw::name);
-        let main = own.unwrap_or(name_of(&MainLaw::NAMES, self.main));
+        let main = own.unwrap_or(name_of(MainLaw::NAMES, self.main));
         format!("{main}, compensator {compensator}")
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::{self, Display};
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use host_io::file::{self, TEXT_MAX};
+use host_io::file::{self, TEXT_MAX, names};
 pub use host_io::instance::whole;
 use host_io::problem::{At as _, Problem, problem};
 pub use host_io::process::CORE_MAX;
@@ -27,11 +27,14 @@ const RUN: u64 = 0;
 /// Options of the plant.
 #[derive(Debug, Clone, clap::Args)]
 pub struct PlantArgs {
-    /// What is flown: nominal, case1, case2, or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = "nominal")]
+    #[arg(long, value_name = "NAME|FILE", default_value = "nominal", help = format!("What is flown: {}, or a file", names(SCENARIOS)))]
     pub scenario: String,
-    /// The aircraft: tvc_jet, tvc_jet_mach, f16, aerosonde, or a file
-    #[arg(long, value_name = "NAME|FILE", default_value = DEFAULT_NAME)]
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        default_value = DEFAULT_NAME,
+        help = format!("The aircraft: {}, or a file", names(AIRFRAMES))
+    )]
     pub airframe: PathBuf,
     /// Number of this vehicle among several on this computer
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value = "0")]
@@ -129,7 +132,7 @@ impl PlantArgs {
 
     fn read_airframe(&self) -> Result<Airframe, Problem> {
         let path = &self.airframe;
-        let (name, text) = file::shipped_or_read(path, &AIRFRAMES).at(path.display())?;
+        let (name, text) = file::shipped_or_read(path, AIRFRAMES).at(path.display())?;
         Airframe::from_toml(&name, &text)
     }
 
@@ -142,7 +145,7 @@ impl PlantArgs {
         };
         let text = match text {
             Err(problem) if problem.is_not_found() => {
-                let known = SCENARIOS.map(|(name, _)| name).join(", ");
+                let known = names(SCENARIOS);
                 return Err(problem!(
                     "--scenario {name}: there is no such scenario and no such file; the scenarios are {known}"
                 ));

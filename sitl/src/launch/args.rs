@@ -2,13 +2,17 @@
 
 use std::path::Path;
 
+use aircraft::AIRFRAMES;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
+use flight_control::{AllocationMode, CompensatorLaw, MainLaw};
+use host_io::file;
 use host_io::problem::{Problem, problem};
 use lab_engine::builder::{fitted, preset_note};
 use plant_sim::airframe_file;
 use plant_sim::io::{PlantArgs, Speed};
+use scenarios::SCENARIOS;
 use serde::Serialize;
 use serde_json::Value;
 
@@ -19,8 +23,7 @@ use super::screen::Advice;
 #[derive(Debug, Clone, Default, clap::Args, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct LaunchArgs {
-    /// nominal, case1, case2 or a file [default: nominal]
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", help = format!("{}, or a file [default: nominal]", file::names(SCENARIOS)))]
     scenario: Option<String>,
     /// Script of faults and events that begins with each flight, instead of the scenario's
     #[arg(long, value_name = "FILE")]
@@ -28,14 +31,22 @@ pub struct LaunchArgs {
     /// Compensator: off, armed or always [default: armed]
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
-    /// pid (default), pid-ganged-nozzle, ndi, lqr or own
-    #[arg(long, value_name = "LAW")]
+    #[arg(long, value_name = "LAW", help = format!("{} [default: pid]", file::names(MainLaw::NAMES)))]
     law: Option<String>,
-    /// Estimator of the compensator: neso, linear-eso, incremental [default: neso]
-    #[arg(long, value_name = "LAW")]
+    #[arg(
+        long,
+        value_name = "LAW",
+        help = format!("Estimator of the compensator: {} [default: neso]", file::names(CompensatorLaw::NAMES))
+    )]
     compensator: Option<String>,
-    /// Allocation of the compensating demand: paper, wls, relief [default: as the model file says, else paper]
-    #[arg(long, value_name = "HOW")]
+    #[arg(
+        long,
+        value_name = "HOW",
+        help = format!(
+            "Allocation of the compensating demand: {} [default: as the model file says, else paper]",
+            file::names(AllocationMode::NAMES)
+        )
+    )]
     allocation: Option<String>,
     /// Parameters from a file, as `sitl aircraft design` writes them
     #[arg(long, value_name = "FILE")]
@@ -68,8 +79,7 @@ pub struct LaunchArgs {
     /// Turbulence, m/s rms, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "M_S")]
     turbulence_m_s: Option<String>,
-    /// tvc_jet, tvc_jet_mach, f16, aerosonde or a file
-    #[arg(long, value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE", help = format!("{}, or a file", file::names(AIRFRAMES)))]
     airframe: Option<String>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
     #[arg(long, alias = "belief", value_name = "NAME|FILE")]

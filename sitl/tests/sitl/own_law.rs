@@ -114,7 +114,7 @@ fn packets_that_are_no_samples_do_not_end_the_python_law() {
 
 #[test]
 fn the_python_law_ends_after_a_flight_and_says_so_where_there_is_none() {
-    let (mut alone, ..) = python_law(&[]);
+    let (mut alone, ..) = python_law(&["--wait-s", "0.5"]);
     let (_law, mut said, address) = python_law(&[]);
     let plant = Command::new(env!("CARGO_BIN_EXE_sitl"))
         .args(["plant-sim", "--autopilot", &address, "--speed", "max", "--until-s", "2"])

@@ -48,7 +48,7 @@ fn selected(law: CompensatorLaw) -> Gains {
 }
 
 fn every_estimator() -> impl Iterator<Item = CompensatorLaw> {
-    CompensatorLaw::NAMES.into_iter().map(|(_, law)| law)
+    CompensatorLaw::NAMES.iter().map(|(_, law)| *law)
 }
 
 /// A turn that is explained by half: rates at tick `k` and the modelled acceleration.

@@ -86,7 +86,7 @@ macro_rules! lqr_rows {
 }
 
 /// The rows of each block, in the order of the parameters.
-const BLOCKS: [&[Tunable]; 14] = [
+const BLOCKS: &[&[Tunable]] = &[
     ReferenceGains::ROWS,
     AltitudeGains::ROWS,
     RollGains::ROWS,
@@ -134,7 +134,7 @@ pub const LQR: &[Tunable] = lqr_rows! {
 
 /// All tunable gains.
 pub fn tunables() -> impl Iterator<Item = &'static Tunable> {
-    BLOCKS.into_iter().flatten()
+    BLOCKS.iter().copied().flatten()
 }
 
 #[cfg(test)]

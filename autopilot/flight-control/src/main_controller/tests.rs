@@ -57,7 +57,7 @@ fn difference(a: &MainCommand, b: &MainCommand) -> f64 {
 
 /// Each built-in law and one that a program brings.
 fn every_law() -> impl Iterator<Item = MainLaw> {
-    MainLaw::NAMES.into_iter().map(|(_, law)| law)
+    MainLaw::NAMES.iter().map(|(_, law)| *law)
 }
 
 #[test]

@@ -351,7 +351,7 @@ pub fn detections(flight: &Flight) -> Vec<(CompensatorMode, (f64, f64))> {
         let points: Vec<Point> = active.iter().map(counts).collect();
         spans(&points, 0.0).into_iter().map(move |span| (mode, span))
     };
-    CompensatorMode::NAMES.into_iter().flat_map(|(_, mode)| of_mode(mode)).collect()
+    CompensatorMode::NAMES.iter().flat_map(|(_, mode)| of_mode(*mode)).collect()
 }
 
 /// Axes in the order of the columns of levels.

@@ -147,16 +147,16 @@ fn aircraft(flight: &Flight) -> Option<String> {
 }
 
 fn main_law(selection: &Selection, own_law: Option<&str>) -> String {
-    let name = name_of(&MainLaw::NAMES, selection.main);
+    let name = name_of(MainLaw::NAMES, selection.main);
     own_law.map_or_else(|| name.to_owned(), |own| format!("{name}: {own}"))
 }
 
 /// Estimator, allocation and mode of the compensator.
 fn compensator(flight: &Flight, selection: &Selection) -> String {
-    let law = name_of(&CompensatorLaw::NAMES, selection.compensator_law);
-    let allocation = name_of(&AllocationMode::NAMES, selection.allocation);
+    let law = name_of(CompensatorLaw::NAMES, selection.compensator_law);
+    let allocation = name_of(AllocationMode::NAMES, selection.allocation);
     let modes = flight.compensator_modes().into_iter().map(|(since_s, mode)| {
-        let name = name_of(&CompensatorMode::NAMES, mode);
+        let name = name_of(CompensatorMode::NAMES, mode);
         let since =
             if since_s > flight.span.0 { format!(" since {since_s:.3} s") } else { String::new() };
         format!("{name}{since}")

@@ -79,11 +79,11 @@ fn gains(main: MainLaw, compensator: Option<CompensatorLaw>) -> Gains {
 
 /// The laws that the program brings.
 fn laws() -> impl Iterator<Item = (&'static str, MainLaw)> {
-    MainLaw::NAMES.into_iter().filter(|(_, law)| *law != MainLaw::Own)
+    MainLaw::NAMES.iter().copied().filter(|(_, law)| *law != MainLaw::Own)
 }
 
 fn compensators() -> impl Iterator<Item = (&'static str, Option<CompensatorLaw>)> {
-    let all = CompensatorLaw::NAMES.into_iter().map(|(name, law)| (name, Some(law)));
+    let all = CompensatorLaw::NAMES.iter().copied().map(|(name, law)| (name, Some(law)));
     [("off", None)].into_iter().chain(all)
 }
 
@@ -134,7 +134,8 @@ fn laws_and_compensators_are_switched_in_flight_without_a_bump() {
     let demand = flight_control::Demand { altitude_m: 5_000.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
     let mut last = None;
     let mut switched = 0;
-    let round = laws().flat_map(|(_, main)| CompensatorLaw::NAMES.map(|(_, law)| (main, law)));
+    let round =
+        laws().flat_map(|(_, main)| CompensatorLaw::NAMES.iter().map(move |&(_, law)| (main, law)));
     for (main, law) in round {
         let mut gains = gains(main, Some(law));
         gains.selection.compensator = CompensatorMode::AlwaysOn;
