@@ -296,7 +296,8 @@ const MARGIN: f64 = 40.0;
 /// Height of the title and of a view's.
 const HEAD: f64 = 60.0;
 const LINE_HEIGHT: f64 = 24.0;
-const OUTLINE: Ink = Ink::new("#444", Pattern::Solid).wide(1.0);
+const OUTLINE: Ink = Ink::new("#444", Pattern::Solid).wide(1.2);
+const FIXED: &str = "#e4e8ee";
 const HINGE: Ink = Ink::new("#000", Pattern::Fine).wide(1.2);
 
 /// From above on the left; from the left, from behind and the effectors by colour on the right. One scale.
@@ -328,8 +329,12 @@ fn draw(
         let mut sorted: Vec<_> = parts.iter().collect();
         sorted.sort_by(|a, b| view.depth(a).total_cmp(&view.depth(b)));
         for part in sorted {
-            let colour = part.effectors().find_map(by_name).map_or("#e4e8ee", colour);
-            let style = format!(r#"fill="{colour}" fill-opacity="0.85" {}"#, stroke(&OUTLINE));
+            // A panel that is seen edge-on has nothing but its outline.
+            let (fill, outline) = match part.effectors().find_map(by_name) {
+                Some(effector) => (colour(effector), Ink { colour: colour(effector), ..OUTLINE }),
+                None => (FIXED, OUTLINE),
+            };
+            let style = format!(r#"fill="{fill}" fill-opacity="0.85" {}"#, stroke(&outline));
             drawing.polygon(view.outline(part).iter().map(on_paper), &style, &part.name);
             for Hinge { axis_m, .. } in part.hinges.iter().filter(|_| !part.corners_m.is_empty()) {
                 drawing.path(axis_m.iter().map(on_paper), &HINGE);
@@ -345,6 +350,7 @@ fn draw(
         drawing.text((right_x + 22.0, y), "start", "", text);
         y += LINE_HEIGHT;
     };
+    let shared = |name: &str| geometry.part_of(name)?.effectors().find_map(by_name);
     for effector in list.all() {
         let text = match list.is_angle(effector) {
             true => {
@@ -354,7 +360,8 @@ fn draw(
             }
             false => list.name(effector).to_owned(),
         };
-        line(&text, Some(colour(effector)), &mut drawing);
+        let of_part = shared(list.name(effector)).unwrap_or(effector);
+        line(&text, Some(colour(of_part)), &mut drawing);
     }
     line("dashed: hinge axis", None, &mut drawing);
     let metres = format!("span {} m", airframe.aero.geometry().span_m);
