@@ -153,10 +153,11 @@ fn the_judges_draw_nothing_and_know_no_system() {
 }
 
 #[test]
-fn the_report_knows_no_aircraft_and_it_alone_knows_parquet_and_pictures() {
+fn tables_and_report_know_no_aircraft_and_they_alone_know_parquet_and_pictures() {
+    assert_only("lab-tables", &["host-io", "parquet", "toml"]);
     let drawing =
         ["libm", "resvg", "ttf-parser", "epaint_default_fonts", "maud", "rayon", "indicatif"];
-    assert_only("lab-report", &[&["host-io", "parquet", "toml"][..], &drawing].concat());
+    assert_only("lab-report", &[&["host-io"][..], &drawing].concat());
     for package in LAB.into_iter().filter(|package| *package != "lab-report").chain(["sitl"]) {
         assert_without(package, &direct(package), &["parquet", "resvg", "indicatif"]);
     }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 21] = [
+pub const CRATES: [(&str, &str); 22] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -21,6 +21,7 @@ pub const CRATES: [(&str, &str); 21] = [
     ("lab_engine", "lab/engine/src"),
     ("lab_judges", "lab/judges/src"),
     ("lab_report", "lab/report/src"),
+    ("lab_tables", "lab/tables/src"),
     ("lab_logs", "lab/logs/src"),
     ("lab_paper", "lab/paper/src"),
     ("lab_studies", "lab/studies/src"),

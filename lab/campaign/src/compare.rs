@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::{panic, thread};
 
 use host_io::problem::{At as _, Problem, problem};
-use lab_report::{Cell, ParquetReader};
+use lab_tables::{Cell, ParquetReader};
 
 use crate::table::{FINGERPRINT, PROGRAM_KEY, RUNS};
 

@@ -4,7 +4,7 @@
 use lab_judges::metrics::wilson_95;
 use lab_report::chart::panel::{Curve, Panel};
 use lab_report::chart::{Figure, Ink, Pattern, sheet};
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 
 use crate::plan::Plan;
 use crate::results::Results;

@@ -8,9 +8,9 @@ use host_io::file::{self, TEXT_MAX};
 use host_io::problem::{Problem, problem};
 use icd::EffectorList;
 use lab_judges::metrics::wilson_95;
-use lab_report::{Table, cells, table};
 use lab_studies::trimmable::sets::{self, Set};
 use lab_studies::trimmable::{Study, Sweep};
+use lab_tables::{Table, cells, table};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 

@@ -7,7 +7,7 @@ use std::path::Path;
 use host_io::file;
 use lab_report::chart::Figure;
 use lab_report::page;
-use lab_report::table::MAGIC;
+use lab_tables::MAGIC;
 use maud::{Markup, PreEscaped, html};
 
 use crate::curves::{self, Curves};

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use lab_judges::metrics::wilson_95;
-use lab_report::{Cell, Column, Table, cells, columns};
+use lab_tables::{Cell, Column, Table, cells, columns};
 use rand_chacha::rand_core::Rng;
 
 use crate::draw;

@@ -4,7 +4,7 @@
 //! as in `setup.json`, what it flew.
 
 use host_io::problem::Problem;
-use lab_report::{Cell, CellKind, Column, ParquetWriter, Table, cells, columns};
+use lab_tables::{Cell, CellKind, Column, ParquetWriter, Table, cells, columns};
 
 use crate::plan::{Plan, Value};
 use crate::spec::Variable;

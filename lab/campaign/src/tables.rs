@@ -6,7 +6,7 @@ use lab_judges::metrics::{max, mean, quantile, rms, upper_95};
 use lab_report::chart::axis::number;
 use lab_report::chart::drawing::Drawing;
 use lab_report::chart::{Figure, WIDTH};
-use lab_report::{Cell, CellKind, Column, Table};
+use lab_tables::{Cell, CellKind, Column, Table};
 
 use crate::plan::{Plan, Run};
 use crate::results::{Results, median};

@@ -23,7 +23,7 @@ use host_io::problem::{At as _, Problem, problem};
 use lab_judges::flown;
 use lab_judges::outcome::Outcome;
 use lab_report::runner::Progress;
-use lab_report::{Cell, table};
+use lab_tables::{Cell, table};
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 use rayon::prelude::*;

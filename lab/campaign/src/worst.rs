@@ -10,7 +10,7 @@ use host_io::folder::OutFolder;
 use host_io::problem::{Problem, problem};
 use lab_judges::outcome::Outcome;
 use lab_report::runner;
-use lab_report::{Cell, Table, cells, columns};
+use lab_tables::{Cell, Table, cells, columns};
 use metaheuristics_nature::{Bounded, De, ObjFunc, Solver};
 use rand_chacha::rand_core::Rng;
 

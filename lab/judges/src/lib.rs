@@ -29,6 +29,7 @@ pub mod nees;
 pub mod outcome;
 pub mod row;
 pub mod sensor_fault;
+pub mod steady;
 pub mod trace;
 pub mod trajectory;
 pub mod verdict;

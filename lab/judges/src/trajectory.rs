@@ -2,7 +2,7 @@
 
 use flight_control::StepLog;
 use icd::{ControlPeriod, Effector, EffectorKind, EffectorList};
-use lab_report::Cell;
+use lab_tables::Cell;
 use plant_sim::Truth;
 
 pub use crate::row::Row;

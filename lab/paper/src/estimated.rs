@@ -12,7 +12,7 @@ use std::path::PathBuf;
 use host_io::folder::OutFolder;
 use icd::ControlPeriod;
 use icd::sensors::SensorKind;
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 use plant_sim::io::whole;
 use plant_sim::setup::default_step_us;
 use plant_sim::{EarthModel, GradeName, grade_file};

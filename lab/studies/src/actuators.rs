@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
 use icd::{Actuators, ControlPeriod, Effector, EffectorKind};
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 use plant_sim::dynamics::State;
 use plant_sim::servos::{Imperfections, SecondOrder, Servo};
 use plant_sim::trim::Trim;

@@ -12,7 +12,7 @@ use host_io::folder::OutFolder;
 use icd::sensors::SensorKind;
 use icd::units::DEG;
 use icd::{Actuators, Sensors};
-use lab_report::{Cell, CellKind, Column, Table, columns};
+use lab_tables::{Cell, CellKind, Column, Table, columns};
 use plant_sim::io::whole;
 use plant_sim::{GradeName, Plant, grade_file};
 

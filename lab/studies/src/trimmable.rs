@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use host_io::file;
 use host_io::folder::OutFolder;
 use icd::Effector;
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 use plant_sim::airframe::Airframe;
 use plant_sim::dynamics::Dynamics;
 use plant_sim::earth::{Earth, EarthModel};
@@ -16,14 +16,13 @@ use plant_sim::trim::{self, Trim};
 
 use lab_engine::configuration::AircraftArgs;
 use lab_engine::settings::Target;
+use lab_judges::steady::{Search, SteadyFlight};
 use lab_report::chart::write_figure;
 use lab_report::runner;
 use sets::Set;
-use steady::{Search, SteadyFlight};
 
 pub mod picture;
 pub mod sets;
-pub mod steady;
 
 /// Part of the healthy authority that is left on every axis where a margin is required.
 pub const MARGIN: f64 = 0.1;

@@ -11,7 +11,7 @@ use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
 use icd::{Attitude, Ned};
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 use plant_sim::io::whole;
 use plant_sim::wind::level::spectra;
 use plant_sim::wind::{LevelTurbulence, Surroundings, TurbulenceLevel};

@@ -68,7 +68,10 @@ fn a_changed_byte_of_a_table_is_an_error_that_names_it_or_a_difference() {
         }
     }
     let tried = (whole.len() / every) as u32;
-    assert!(10 * refused > tried && 100 * different > tried, "{refused} refused, {different} different");
+    assert!(
+        10 * refused > tried && 100 * different > tried,
+        "{refused} refused, {different} different"
+    );
     for length in (0..whole.len()).step_by(1_001) {
         fs::write(&path, &whole[..length]).expect("a file");
         let error = compare::folders(&one, &other).expect_err("half a table").to_string();

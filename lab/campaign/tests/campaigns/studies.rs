@@ -221,7 +221,10 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
                 };
                 let of: Vec<&Outcome> = flown.iter().filter(is_it).map(|(_, o)| o).collect();
                 let what = format!("{airframe}, {turbulence} m/s, {flight}");
-                assert!(of.len() == flights as usize && of.iter().all(|outcome| outcome.is_kept()), "{what}");
+                assert!(
+                    of.len() == flights as usize && of.iter().all(|outcome| outcome.is_kept()),
+                    "{what}"
+                );
                 let lost = |outcome: &&Outcome| {
                     let lost = &outcome.sensors_lost;
                     lost.iter().any(|l| l.sensor == "pitot" && l.why == "no valid samples")

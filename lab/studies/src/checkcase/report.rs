@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 
 use host_io::folder::OutFolder;
-use lab_report::{Table, cells, table};
+use lab_tables::{Table, cells, table};
 use plant_sim::scenario::case::CheckCase;
 
 use super::reference::{Comparison, Deviation, References};

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::str::FromStr;
 
-use lab_report::{Column, Table, cells, columns};
+use lab_tables::{Column, Table, cells, columns};
 
 use host_io::problem::Problem;
 use lab_judges::closed_loop::FlightSetup;

@@ -3,8 +3,8 @@
 use plant_sim::start::Start;
 use serde::Deserialize;
 
-use super::steady::{FlightBounds, Interval};
 use host_io::problem::{At as _, Problem, problem};
+use lab_judges::steady::{FlightBounds, Interval};
 
 /// The sets that come with the program.
 pub const SHIPPED: &str = include_str!("sets.toml");
