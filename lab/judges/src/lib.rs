@@ -23,6 +23,7 @@ pub mod closed_loop;
 pub mod estimate;
 pub mod flown;
 pub mod level;
+pub mod loops;
 pub mod measures;
 pub mod metrics;
 pub mod nees;

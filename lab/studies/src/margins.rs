@@ -19,14 +19,13 @@ use nalgebra::Complex;
 use plant_sim::Airframe;
 use plant_sim::servos::Servo;
 
-use closed_loop::{ClosedLoop, Linear};
+use closed_loop::ClosedLoop;
 use lab_engine::builder::SetupOptions;
 use lab_engine::configuration::AircraftArgs;
+use lab_judges::loops::{Linear, Margins};
 use lab_report::runner;
-use loops::Margins;
 
 mod closed_loop;
-mod loops;
 
 /// Half width of the differences, and disturbance of the flights.
 const AMPLITUDE: f64 = 1.0e-4;

@@ -6,6 +6,7 @@ use autopilot::vehicle::schedule::{ReferenceEntry, ReferenceSchedule};
 use icd::frames::Attitude;
 use icd::{Effector, EulerAngles, PerEffector, SimTime};
 use lab_engine::flight::{CannotCopy, Flight, FlightSetup};
+use lab_judges::loops::Linear;
 use nalgebra::{DMatrix, DVector};
 use plant_sim::EarthModel;
 
@@ -20,16 +21,6 @@ const BODY_STATES: usize = 9;
 pub struct ClosedLoop {
     flight: Flight,
     effectors: Vec<Effector>,
-}
-
-/// x' = A x + B u with A for commands that stay, and C x, the change of the commands that the laws command.
-#[derive(Debug, Clone)]
-pub struct Linear {
-    /// States in which everything that the laws command is ignored by the plant.
-    pub a: DMatrix<f64>,
-    /// From the commands of the effectors, rad or N.
-    pub b: DMatrix<f64>,
-    pub c: DMatrix<f64>,
 }
 
 impl ClosedLoop {

@@ -5,8 +5,6 @@ use std::f64::consts::PI;
 use nalgebra::linalg::balancing::balance_parlett_reinsch;
 use nalgebra::{Complex, ComplexField, DMatrix, Schur};
 
-use super::closed_loop::Linear;
-
 /// Lowest frequency that is looked at, rad/s.
 const LOWEST_RAD_S: f64 = 1.0e-3;
 /// Frequencies between the lowest one and half the sampling frequency, in equal ratios.
@@ -24,6 +22,16 @@ const DEAD_BEAT: f64 = 1.0e-6;
 const SQUARINGS: u32 = 40;
 /// A spectral radius up to here counts as stable: slow integrators are near 1, and the differences have noise.
 const STABLE: f64 = 1.0 + 1.0e-7;
+
+/// x' = A x + B u with A for commands that stay, and C x, the change of the commands that the laws command.
+#[derive(Debug, Clone)]
+pub struct Linear {
+    /// States in which everything that the laws command is ignored by the plant.
+    pub a: DMatrix<f64>,
+    /// From the commands of the effectors, rad or N.
+    pub b: DMatrix<f64>,
+    pub c: DMatrix<f64>,
+}
 
 /// What a loop can stand before it becomes unstable, one thing at a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
