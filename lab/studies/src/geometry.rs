@@ -20,7 +20,7 @@ use plant_sim::Airframe;
 use serde::Deserialize;
 
 /// A place, m.
-type Place = Vector3<f64>;
+type BodyPlace = Vector3<f64>;
 
 /// Farther from the centre of gravity is no part of an aircraft, m.
 const PLACE_MAX_M: f64 = 100.0;
@@ -42,7 +42,7 @@ pub struct GeometryPart {
     pub name: String,
     /// Corners of a panel, in order around it.
     #[serde(default)]
-    pub corners_m: Vec<Place>,
+    pub corners_m: Vec<BodyPlace>,
     /// Sections of a body, from its nose to its tail.
     #[serde(default)]
     pub sections: Vec<Section>,
@@ -57,7 +57,7 @@ pub struct GeometryPart {
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Section {
-    pub centre_m: Place,
+    pub centre_m: BodyPlace,
     pub width_m: f64,
     pub height_m: f64,
 }
@@ -67,7 +67,7 @@ pub struct Section {
 #[serde(deny_unknown_fields)]
 pub struct Hinge {
     pub effector: String,
-    pub axis_m: [Place; 2],
+    pub axis_m: [BodyPlace; 2],
 }
 
 impl AircraftGeometry {
@@ -102,7 +102,7 @@ impl GeometryPart {
         self.hinges.iter().map(|hinge| hinge.effector.as_str()).chain(self.effector.as_deref())
     }
 
-    fn places(&self) -> impl Iterator<Item = &Place> {
+    fn places(&self) -> impl Iterator<Item = &BodyPlace> {
         let axes = self.hinges.iter().flat_map(|hinge| &hinge.axis_m);
         self.corners_m
             .iter()
@@ -119,7 +119,7 @@ impl GeometryPart {
                 ));
             }
         }
-        let is_near = |place: &Place| place.iter().all(|m| m.abs() <= PLACE_MAX_M);
+        let is_near = |place: &BodyPlace| place.iter().all(|m| m.abs() <= PLACE_MAX_M);
         if let Some(place) = self.places().find(|place| !is_near(place)) {
             return Err(problem!(
                 "the place [{}, {}, {}]; expected numbers from -{PLACE_MAX_M} to {PLACE_MAX_M}",
@@ -161,7 +161,7 @@ impl GeometryPart {
             let [from, to] = hinge.axis_m;
             let axis = (to - from).normalize();
             // Rodrigues' rotation about an axis that does not pass through the origin.
-            let turn = |place: &mut Place| {
+            let turn = |place: &mut BodyPlace| {
                 let arm = *place - from;
                 *place = from
                     + arm * cos
@@ -175,12 +175,12 @@ impl GeometryPart {
     }
 
     /// The middle of its corners or sections.
-    pub fn middle_m(&self) -> Place {
-        let places: Vec<Place> = match self.corners_m.is_empty() {
+    pub fn middle_m(&self) -> BodyPlace {
+        let places: Vec<BodyPlace> = match self.corners_m.is_empty() {
             true => self.sections.iter().map(|section| section.centre_m).collect(),
             false => self.corners_m.clone(),
         };
-        places.iter().sum::<Place>() / places.len() as f64
+        places.iter().sum::<BodyPlace>() / places.len() as f64
     }
 }
 
@@ -265,24 +265,24 @@ fn travel_deg(airframe: &Airframe, effector: Effector) -> [f64; 2] {
 
 /// A view: to the right and up on the paper, in body axes.
 #[derive(Debug, Clone, Copy)]
-struct View {
+struct Projection {
     title: &'static str,
-    right: Place,
-    up: Place,
+    right: BodyPlace,
+    up: BodyPlace,
 }
 
-const VIEWS: [View; 3] = [
-    View {
+const PROJECTIONS: [Projection; 3] = [
+    Projection {
         title: "from above",
         right: Vector3::new(0.0, 1.0, 0.0),
         up: Vector3::new(1.0, 0.0, 0.0),
     },
-    View {
+    Projection {
         title: "from the left",
         right: Vector3::new(-1.0, 0.0, 0.0),
         up: Vector3::new(0.0, 0.0, -1.0),
     },
-    View {
+    Projection {
         title: "from behind",
         right: Vector3::new(0.0, 1.0, 0.0),
         up: Vector3::new(0.0, 0.0, -1.0),
@@ -311,7 +311,7 @@ fn draw(
     let by_name = |name: &str| list.all().find(|effector| list.name(*effector) == name);
     let angle = |name: &str| by_name(name).map_or(0.0, |effector| angles[effector]);
     let parts: Vec<_> = geometry.parts.iter().map(|part| part.deflected(angle)).collect();
-    let [top, side, back] = VIEWS.map(|view| (view, view.extent(&parts)));
+    let [top, side, back] = PROJECTIONS.map(|view| (view, view.extent(&parts)));
     let right_width = side.1.width().max(back.1.width());
     let scale = (WIDTH - 3.0 * MARGIN) / (top.1.width() + right_width);
     let right_x = 2.0 * MARGIN + scale * top.1.width();
@@ -321,7 +321,7 @@ fn draw(
     let corners = [(MARGIN, HEAD), (right_x, HEAD), (right_x, back_y)];
     for ((view, extent), (x, y)) in [top, side, back].into_iter().zip(corners) {
         drawing.text((x, y - 8.0), "start", r##" fill="#555""##, view.title);
-        let on_paper = |place: &Place| {
+        let on_paper = |place: &BodyPlace| {
             let (right, up) = view.seen(place);
             (x + scale * (right - extent.right[0]), y + scale * (extent.up[1] - up))
         };
@@ -376,12 +376,12 @@ fn colour(effector: Effector) -> &'static str {
 
 /// What a view shows, m: from left to right and from low to high.
 #[derive(Debug, Clone, Copy)]
-struct Extent {
+struct DrawnBox {
     right: [f64; 2],
     up: [f64; 2],
 }
 
-impl Extent {
+impl DrawnBox {
     fn width(&self) -> f64 {
         self.right[1] - self.right[0]
     }
@@ -391,8 +391,8 @@ impl Extent {
     }
 }
 
-impl View {
-    fn seen(&self, place: &Place) -> (f64, f64) {
+impl Projection {
+    fn seen(&self, place: &BodyPlace) -> (f64, f64) {
         (self.right.dot(place), self.up.dot(place))
     }
 
@@ -401,9 +401,11 @@ impl View {
         self.right.cross(&self.up).dot(&part.middle_m())
     }
 
-    fn extent(&self, parts: &[GeometryPart]) -> Extent {
-        let mut extent =
-            Extent { right: [f64::INFINITY, -f64::INFINITY], up: [f64::INFINITY, -f64::INFINITY] };
+    fn extent(&self, parts: &[GeometryPart]) -> DrawnBox {
+        let mut extent = DrawnBox {
+            right: [f64::INFINITY, -f64::INFINITY],
+            up: [f64::INFINITY, -f64::INFINITY],
+        };
         for place in parts.iter().flat_map(|part| self.outline(part)) {
             let (right, up) = self.seen(&place);
             extent.right = [extent.right[0].min(right), extent.right[1].max(right)];
@@ -413,7 +415,7 @@ impl View {
     }
 
     /// The corners of a panel; of a body its sides, or its sections where the view is along it.
-    fn outline(&self, part: &GeometryPart) -> Vec<Place> {
+    fn outline(&self, part: &GeometryPart) -> Vec<BodyPlace> {
         if !part.corners_m.is_empty() {
             return part.corners_m.clone();
         }
@@ -430,7 +432,7 @@ impl View {
 }
 
 impl Section {
-    fn around(&self) -> Vec<Place> {
+    fn around(&self) -> Vec<BodyPlace> {
         let corner = |index| {
             let (sin, cos) = libm::sincos(f64::from(index) * TAU / f64::from(SECTION_CORNERS));
             self.centre_m + Vector3::new(0.0, 0.5 * self.width_m * cos, 0.5 * self.height_m * sin)
@@ -439,7 +441,7 @@ impl Section {
     }
 
     /// The edge on one side of the line of sight.
-    fn side(&self, view: &View, sign: f64) -> Place {
+    fn side(&self, view: &Projection, sign: f64) -> BodyPlace {
         let half = Vector3::new(0.0, 0.5 * self.width_m, 0.5 * self.height_m);
         let across = view.right.abs() + view.up.abs();
         self.centre_m + half.component_mul(&across) * sign
@@ -468,7 +470,7 @@ mod tests {
     }
 
     /// Where the middle of the effector's part goes with a small positive deflection, and where it was.
-    fn moved(geometry: &AircraftGeometry, name: &str) -> (Place, Place) {
+    fn moved(geometry: &AircraftGeometry, name: &str) -> (BodyPlace, BodyPlace) {
         let part = geometry.part_of(name).unwrap();
         let turned = part.deflected(|other| if other == name { 0.01 } else { 0.0 });
         (turned.middle_m() - part.middle_m(), part.middle_m())
