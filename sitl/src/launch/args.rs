@@ -31,7 +31,7 @@ pub struct LaunchArgs {
     /// Compensator: off, armed or always [default: armed]
     #[arg(long, value_name = "MODE")]
     ftc: Option<String>,
-    #[arg(long, value_name = "LAW", help = format!("{} [default: pid]", file::names(MainLaw::NAMES)))]
+    #[arg(long, value_name = "LAW", help = file::names(MainLaw::NAMES).replacen(',', " (default),", 1))]
     law: Option<String>,
     #[arg(
         long,

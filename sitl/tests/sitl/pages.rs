@@ -51,7 +51,8 @@ fn words(line: &str) -> Option<Vec<String>> {
     } else {
         return None;
     };
-    let options = words[options..].iter().take_while(|word| *word != "&").cloned();
+    let options =
+        words[options..].iter().take_while(|word| !["&", ">"].contains(&word.as_str())).cloned();
     Some(std::iter::once("sitl".to_owned()).chain(options).collect())
 }
 
