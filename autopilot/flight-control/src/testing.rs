@@ -1,14 +1,18 @@
 //! The reference model and level flight at the design point, for the tests of this crate.
 
+use std::sync::LazyLock;
+
 use icd::{Attitude, EulerAngles, Sensors, SimTime};
 
 use crate::aircraft_model::AircraftModel;
 use crate::main_controller::Demand;
 use crate::navigation::{NavigationState, Navigator};
 
-/// The shipped model.
+/// The shipped model; read once, because properties ask for it in every case.
 pub fn aircraft_model() -> AircraftModel {
-    toml::from_str(aircraft::DEFAULT_MODEL).unwrap()
+    static MODEL: LazyLock<AircraftModel> =
+        LazyLock::new(|| toml::from_str(aircraft::DEFAULT_MODEL).unwrap());
+    MODEL.clone()
 }
 
 /// The model of an aircraft without nozzle; its file has parameters too.

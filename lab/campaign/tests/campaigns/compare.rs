@@ -53,7 +53,7 @@ fn a_changed_byte_of_a_table_is_an_error_that_names_it_or_a_difference() {
     fs::create_dir(&other).expect("a folder");
     let path = other.join(table::RUNS);
     let (mut refused, mut different) = (0, 0);
-    let every = long_or(EVERY, 5 * EVERY) as usize;
+    let every = long_or(EVERY, 20 * EVERY) as usize;
     for (at, byte) in whole.iter().enumerate().step_by(every) {
         let mut bytes = whole.clone();
         bytes[at] = byte ^ [0xff, 0x01, 0x80][at % 3];

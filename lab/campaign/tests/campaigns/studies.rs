@@ -206,10 +206,9 @@ fn losses(text: &str, seed: u32, flights: u32) -> String {
 /// Straight flights and turns, in still air and in turbulence, for 600 s without a pitot tube.
 #[test]
 fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_wind() {
-    for airframe in ["tvc_jet", "f16"] {
+    for airframe in &["tvc_jet", "f16"][..long_or(2, 1) as usize] {
         let aircraft = format!("[[airframe]]\nname = \"{airframe}\"\nfile = \"{airframe}\"\n");
-        let flights = long_or(4, 1);
-        let plan = study("sensor-losses", |text| losses(text, 70001, flights) + &aircraft);
+        let plan = study("sensor-losses", |text| losses(text, 70001, 4) + &aircraft);
         let flown = fly(&plan, |run| {
             value(&plan, run, "sensors") == "tactical" && value(&plan, run, "sensor") == "pitot"
         });
@@ -221,10 +220,7 @@ fn without_a_pitot_tube_the_airspeed_stays_that_of_ground_speed_and_the_last_win
                 };
                 let of: Vec<&Outcome> = flown.iter().filter(is_it).map(|(_, o)| o).collect();
                 let what = format!("{airframe}, {turbulence} m/s, {flight}");
-                assert!(
-                    of.len() == flights as usize && of.iter().all(|outcome| outcome.is_kept()),
-                    "{what}"
-                );
+                assert!(of.len() == 4 && of.iter().all(|outcome| outcome.is_kept()), "{what}");
                 let lost = |outcome: &&Outcome| {
                     let lost = &outcome.sensors_lost;
                     lost.iter().any(|l| l.sensor == "pitot" && l.why == "no valid samples")
@@ -418,7 +414,7 @@ fn healthy_flight_in_moderate_turbulence_has_no_more_alarms_than_the_stated_rate
 /// Below the design Mach number the model explains too much of the flow angles, which are largest there.
 #[test]
 fn the_rate_holds_at_the_slowest_condition_alone() {
-    let samples = long_or(18, 6);
+    let samples = long_or(18, 3);
     let of_each = format!("samples = {samples}");
     let change = [("samples = 2", of_each.as_str()), ("\nseed = 1\n", "\nseed = 31000\n")];
     let plan = study("false-alarms", |text| with(text, &change));
@@ -507,7 +503,7 @@ fn the_use_of_the_verdict_loses_no_pair_that_is_kept_without_it() {
         assert!(with || !without, "{}: {}", pair[1].0.number, pair[1].1);
         saved += u32::from(with && !without);
     }
-    assert!(saved >= 2, "{saved}: it is good for something");
+    assert!(saved as usize >= angles_flown.len().min(2), "{saved}: it is good for something");
 }
 
 #[test]
