@@ -30,6 +30,7 @@ pub mod nees;
 pub mod outcome;
 pub mod row;
 pub mod sensor_fault;
+pub mod spectrum;
 pub mod steady;
 pub mod trace;
 pub mod trajectory;

@@ -542,7 +542,7 @@ mod tests {
                 "the place [NaN, 0, 0]; expected numbers from -100 to 100",
             ),
             ("width_m = 1.1", "width_m = -1.1", "width_m = -1.1"),
-            ("sections", "section", "unknown field `section`"),
+            ("sections = [", "section = [", "unknown field `section`"),
         ];
         for (from, to, expected) in refused {
             let text = shipped.replacen(from, to, 1);

@@ -20,9 +20,7 @@ use host_io::problem::{Problem, problem};
 use lab_report::chart::panel::{Curve, Panel};
 use lab_report::chart::{Figure, Ink, Pattern, sheet, write_figure};
 
-mod spectrum;
-
-use spectrum::Welch;
+use lab_judges::spectrum::{SpectrumBand, Welch};
 
 /// Names of the axes, and the units of their spectra.
 pub const AXES: [(&str, &str); 6] = [
@@ -81,19 +79,6 @@ pub struct TurbulenceArgs {
 fn level(text: &str) -> Result<TurbulenceLevel, String> {
     let found = TurbulenceLevel::ALL.into_iter().find(|level| level.key() == text);
     found.ok_or_else(|| "expected light, moderate or severe".to_owned())
-}
-
-/// A spectrum in one band of frequencies.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SpectrumBand {
-    /// Its middle, rad/m.
-    pub omega_rad_m: f64,
-    /// Estimated from the flight, (m/s)²/(rad/m) or (rad/s)²/(rad/m).
-    pub estimate: f64,
-    /// By the formula of the standard, averaged over the same frequencies.
-    pub formula: f64,
-    /// Estimates in the average, those of overlapping segments counted by half.
-    pub count: f64,
 }
 
 /// A height above the ground, m, and the spectra of the six axes there.

@@ -23,7 +23,7 @@ use super::screen::Advice;
 #[derive(Debug, Clone, Default, clap::Args, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub struct LaunchArgs {
-    #[arg(long, value_name = "NAME|FILE", help = format!("{}, or a file [default: nominal]", file::names(SCENARIOS)))]
+    #[arg(long, value_name = "NAME|FILE", help = format!("{}, or a file", file::names(SCENARIOS).replacen(',', " (default),", 1)))]
     scenario: Option<String>,
     /// Script of faults and events that begins with each flight, instead of the scenario's
     #[arg(long, value_name = "FILE")]

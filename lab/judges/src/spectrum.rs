@@ -3,8 +3,6 @@
 
 use core::f64::consts::{PI, TAU};
 
-use super::SpectrumBand;
-
 /// Bands in a decade of frequencies.
 const PER_DECADE: f64 = 10.0;
 /// Lowest frequency that counts, as a multiple of the resolution: the window spreads the lower ones.
@@ -12,8 +10,22 @@ const LOWEST: usize = 4;
 /// Highest one, as a part of the sampling frequency: above it the folded part of the spectrum is no longer small.
 const HIGHEST: f64 = 0.05;
 
+/// A spectrum in one band of frequencies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SpectrumBand {
+    /// Its middle, rad/m.
+    pub omega_rad_m: f64,
+    /// Estimated from the flight, (m/s)²/(rad/m) or (rad/s)²/(rad/m).
+    pub estimate: f64,
+    /// By the formula of the standard, averaged over the same frequencies.
+    pub formula: f64,
+    /// Estimates in the average, those of overlapping segments counted by half.
+    pub count: f64,
+}
+
 /// The estimate of one spectrum, sample by sample.
-pub(super) struct Welch {
+#[derive(Debug)]
+pub struct Welch {
     window: Vec<f64>,
     waiting: Vec<f64>,
     /// Sums of the squared magnitudes.
@@ -23,14 +35,14 @@ pub(super) struct Welch {
 
 impl Welch {
     /// Segments of this length, a power of two.
-    pub(super) fn new(segment: usize) -> Self {
+    pub fn new(segment: usize) -> Self {
         let n = segment as f64;
         let window = (0..segment).map(|k| 0.5 * (1.0 - libm::cos(TAU * k as f64 / n))).collect();
         let (waiting, power) = (Vec::with_capacity(segment), vec![0.0; segment / 2]);
         Self { window, waiting, power, segments: 0 }
     }
 
-    pub(super) fn add(&mut self, value: f64) {
+    pub fn add(&mut self, value: f64) {
         self.waiting.push(value);
         if self.waiting.len() < self.window.len() {
             return;
@@ -46,7 +58,7 @@ impl Welch {
     }
 
     /// The one-sided spectrum over the spatial frequency in bands, where two samples are `way_m` apart; beside it `formula`.
-    pub(super) fn bands(&self, way_m: f64, formula: impl Fn(f64) -> f64) -> Vec<SpectrumBand> {
+    pub fn bands(&self, way_m: f64, formula: impl Fn(f64) -> f64) -> Vec<SpectrumBand> {
         let n = self.window.len();
         let energy: f64 = self.window.iter().map(|w| w * w).sum();
         // Per hertz 2 |X|² h / Σw²; per rad/m over 2π, with the way in place of the time.
