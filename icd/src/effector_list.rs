@@ -648,7 +648,7 @@ impl fmt::Display for EffectorListError {
                 write!(f, "instance = {instance} is outside 1 to {}", Effector::MAX)
             }
             ListProblem::UnknownPartner(partner) => {
-                write!(f, "partner = `{partner}` is no effector of this file")
+                write!(f, "partner = `{partner}`: this file has no effector of that name")
             }
             ListProblem::NotMutual(partner) => {
                 write!(f, "partner = `{partner}` does not name this one as its partner")

@@ -231,7 +231,9 @@ impl core::fmt::Display for WireError {
             ),
             Self::Crc => f.write_str("checksum is wrong"),
             Self::Code { field, value } => write!(f, "{field} code {value} is not defined"),
-            Self::Value { field, value, .. } => write!(f, "{field} is {value}, which cannot be"),
+            Self::Value { field, value, .. } => {
+                write!(f, "{field} is {value}; it must be finite and in the range of the field")
+            }
         }
     }
 }

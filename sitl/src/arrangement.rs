@@ -4,9 +4,10 @@
 //! the machine: sharing a core saves the wake-up between cores, spinning on two saves the sleep.
 
 use std::fmt;
-use std::io::{self, BufRead, BufReader, Read};
+use std::io::{self, BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread::{self, JoinHandle};
 
 use host_io::Wait;
 use host_io::problem::{At as _, Problem, problem};
@@ -140,6 +141,8 @@ pub(crate) struct Process {
     name: &'static str,
     pub(crate) child: Child,
     output: BufReader<ChildStdout>,
+    /// Reads its standard error, so that it never waits for a reader, and gives the last line.
+    last_error: Option<JoinHandle<String>>,
 }
 
 impl Process {
@@ -149,7 +152,15 @@ impl Process {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().at("cannot start a process")?;
         let output = child.stdout.take().expect("its output is piped");
-        Ok(Self { name, child, output: BufReader::new(output) })
+        let errors = child.stderr.take().expect("its errors are piped");
+        // An error is the last thing that is said; warnings of the flight stand before it.
+        let last_line = move || {
+            let lines = BufReader::new(errors).lines().map_while(Result::ok);
+            lines.filter(|line| !line.trim().is_empty()).last().unwrap_or("nothing".to_owned())
+        };
+        let last_error = thread::Builder::new().name("errors".to_owned()).spawn(last_line);
+        let last_error = Some(last_error.at("cannot read from a process")?);
+        Ok(Self { name, child, output: BufReader::new(output), last_error })
     }
 
     /// Next line of its standard output.
@@ -174,13 +185,9 @@ impl Process {
     /// It has ended, or closed its output; this is why.
     pub(crate) fn failure(&mut self) -> Problem {
         drop(self.child.stdin.take());
-        let mut message = String::new();
-        if let Some(mut errors) = self.child.stderr.take() {
-            // What cannot be read is not known.
-            let _ = errors.read_to_string(&mut message);
-        }
-        // An error is the last thing that is said; warnings of the flight stand before it.
-        let message = message.trim().lines().last().unwrap_or("nothing").to_owned();
+        // A reader that panicked has read nothing.
+        let message = self.last_error.take().and_then(|reader| reader.join().ok());
+        let message = message.unwrap_or("nothing".to_owned());
         match self.child.wait() {
             Ok(status) => problem!("{} ended ({status}): {message}", self.name),
             Err(error) => problem!("{NO_END}: {error}"),
@@ -203,6 +210,20 @@ impl Drop for Process {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_child_that_warns_a_lot_does_not_wait_for_a_reader_and_its_last_line_is_the_reason() {
+        let mut shell = Command::new("sh");
+        // More than a pipe holds.
+        shell.args([
+            "-c",
+            "yes a warning | head -c 300000 >&2; echo ready; echo no fuel >&2; exit 3",
+        ]);
+        let mut child = Process::start("shell", shell).unwrap();
+        assert_eq!(child.line().unwrap(), "ready");
+        let why = child.failure().to_string();
+        assert!(why.contains("shell ended") && why.ends_with("no fuel"), "{why}");
+    }
 
     #[test]
     fn one_core_is_shared_and_two_are_also_tried_apart() {

@@ -350,6 +350,6 @@ mod tests {
         let text = aircraft::DEFAULT_MODEL;
         let text = text.replace("partner = \"right aileron\"", "partner = \"right wing\"");
         let error = toml::from_str::<AircraftModel>(&text).unwrap_err().to_string();
-        assert!(error.contains("`right wing` is no effector of this file"), "{error}");
+        assert!(error.contains("`right wing`: this file has no effector"), "{error}");
     }
 }

@@ -366,7 +366,7 @@ impl PacketWarnings {
                 error!(%from, theirs, ours = VERSION, "refused a plant of another link version");
             }
             Refused::Packet(WireError::Value { field, value, .. }) if self.is_due(2, now) => {
-                error!(%from, field, value, "refused a packet with a value that cannot be");
+                error!(%from, field, value, "refused a packet with an invalid value");
             }
             Refused::Aircraft(theirs) if self.is_due(4, now) => {
                 error!(%from, %theirs, %ours, "refused a plant that flies another aircraft than the model file is of");

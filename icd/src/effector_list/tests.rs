@@ -60,7 +60,7 @@ fn every_impossible_list_is_refused_with_the_effector_and_the_expected_value() {
         ),
         (
             refusal(|all| all[0].partner = Some(name("left wing"))),
-            "effector `left aileron`: partner = `left wing` is no effector of this file",
+            "effector `left aileron`: partner = `left wing`: this file has no effector of that name",
         ),
         (
             refusal(|all| all[1].partner = None),

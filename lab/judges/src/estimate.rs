@@ -65,8 +65,9 @@ impl Judge for EstimateJudge {
         self.squares[0] += airspeed * airspeed;
         self.squares[1] += stated * stated;
         let wind = truth.wind.0 - estimator.estimate().wind;
-        let inverse = estimator.covariance().block(WIND).try_inverse().unwrap_or_default();
-        self.nees += wind.dot(&(inverse * wind));
+        // As of the judge `nees`: undefined where there is no inverse.
+        let inverse = estimator.covariance().block(WIND).try_inverse();
+        self.nees += inverse.map_or(f64::NAN, |inverse| wind.dot(&(inverse * wind)));
         self.seconds += 1.0;
     }
 
@@ -75,6 +76,7 @@ impl Judge for EstimateJudge {
         let [airspeed_m_s, attitude_rad, altitude_m] = self.largest;
         let wind_nees = self.nees / self.seconds;
         let all = [error, stated, airspeed_m_s, attitude_rad, wind_nees, altitude_m];
-        all.map(|value| (self.seconds > 0.0).then_some(value)).into()
+        all.map(|value| (self.seconds > 0.0).then_some(value).filter(|value| !value.is_nan()))
+            .into()
     }
 }

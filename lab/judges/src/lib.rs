@@ -14,7 +14,7 @@ use flight_control::Estimator;
 use flight_control::estimator_status::EstimatorStatus;
 use icd::fault::Onset;
 use lab_engine::FlightSetup;
-use lab_engine::flight::Tick;
+use lab_engine::flight::{Exchange, Tick};
 use plant_sim::ScheduledFault;
 
 pub mod alarms;
@@ -109,10 +109,17 @@ fn onset_s(fault: &ScheduledFault) -> f64 {
 
 /// The estimator and its report, once a second from a time on, s; `None` between, and of flights on the samples of an attitude unit.
 fn every_second<'a>(tick: &Tick<'a>, from_s: f64) -> Option<(&'a Estimator, &'a EstimatorStatus)> {
-    let is_due = tick.exchange.time.as_micros().is_multiple_of(1_000_000);
+    let is_due = begins_a_second(&tick.exchange);
     let is_settled = tick.exchange.time.as_seconds() >= from_s;
     (is_due && is_settled).then_some(())?;
     Some((tick.estimator?, tick.log.state.estimate.as_ref()?))
+}
+
+/// Whether the tick is the first one of a second, also where the period divides no second.
+fn begins_a_second(exchange: &Exchange) -> bool {
+    let time_us = exchange.time.as_micros();
+    let period_us = time_us.checked_div(exchange.step).unwrap_or(1);
+    time_us % 1_000_000 < period_us
 }
 
 impl JudgeKind {
@@ -137,9 +144,25 @@ impl JudgeKind {
 mod tests {
     use std::collections::BTreeSet;
 
+    use autopilot::recorder::Moment;
+    use icd::SimTime;
     use lab_engine::{Flight, SetupOptions};
 
     use super::*;
+
+    #[test]
+    fn each_second_begins_with_one_tick_at_every_control_period() {
+        for period_us in 1_000..=4_000 {
+            let ticks = (1..=20_000_000 / period_us).map(|step| Exchange {
+                step,
+                time: SimTime::from_micros(step * period_us),
+                moment: Moment::Step,
+            });
+            let begun = ticks.filter(begins_a_second).map(|tick| tick.time.as_micros() / 1_000_000);
+            let whole = 20_000_000 / period_us * period_us / 1_000_000;
+            assert!(begun.eq(1..=whole), "{period_us} us");
+        }
+    }
 
     #[test]
     fn every_judge_has_a_value_for_each_column_and_no_column_stands_twice() {

@@ -81,8 +81,9 @@ impl Judge for NeesJudge {
             (truth.wind.0 - estimate.wind, covariance.block(WIND)),
         ];
         for (group, (error, block)) in errors.iter().enumerate() {
-            let inverse = block.try_inverse().unwrap_or_else(Matrix3::zeros);
-            let nees = error.dot(&(inverse * error));
+            // A covariance without inverse states nothing that an error could be compared with: the mean is undefined.
+            let nees =
+                block.try_inverse().map_or(f64::NAN, |inverse| error.dot(&(inverse * error)));
             self.nees[group] += nees;
             self.below[group] += f64::from(u8::from(nees < QUANTILE_95));
             self.squares[group] += error.norm_squared();
@@ -106,6 +107,7 @@ impl Judge for NeesJudge {
         let groups = groups.zip(UNITS.iter().cycle()).map(|(root, unit)| root / unit);
         let all = means.chain(groups).chain(self.flow.iter().map(root));
         let all = all.chain([f64::from(self.realigned)]);
-        all.map(|value| (self.seconds > 0.0).then_some(value)).collect()
+        all.map(|value| (self.seconds > 0.0).then_some(value).filter(|value| !value.is_nan()))
+            .collect()
     }
 }

@@ -124,8 +124,10 @@ impl ActuatorsArgs {
         };
         let effector = effector.ok_or_else(|| {
             let known: Vec<&str> = angles().map(|effector| list.key(effector)).collect();
-            let name = self.effector.as_deref().unwrap_or_default();
-            problem!("--effector {name}: expected one of {}", known.join(", "))
+            match &self.effector {
+                Some(name) => problem!("--effector {name}: expected one of {}", known.join(", ")),
+                None => problem!("the aircraft has no effector that turns"),
+            }
         })?;
         let servo = airframe.servos[effector];
         // By the shorter side, so that the triangle stays inside the travel both ways.

@@ -99,9 +99,9 @@ impl PlantArgs {
     /// The setup of the flight from the options.
     pub fn plant_setup(&self) -> Result<PlantSetup, Problem> {
         if let Some(path) = &self.setup {
-            let failed = || problem!("{}: not a plant setup of this version", path.display());
-            let bytes = file::read(path, TEXT_MAX).map_err(|_| failed())?;
-            return postcard::from_bytes(&bytes).map_err(|_| failed());
+            let bytes = file::read(path, TEXT_MAX).at(path.display())?;
+            return postcard::from_bytes(&bytes)
+                .map_err(|_| problem!("{}: not a plant setup of this version", path.display()));
         }
         let airframe = self.read_airframe()?;
         let plant = self.scenario(&airframe)?;
