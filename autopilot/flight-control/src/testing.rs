@@ -12,7 +12,7 @@ use crate::navigation::{NavigationState, Navigator};
 pub fn aircraft_model() -> AircraftModel {
     static MODEL: LazyLock<AircraftModel> =
         LazyLock::new(|| toml::from_str(aircraft::DEFAULT_MODEL).unwrap());
-    MODEL.clone()
+    *MODEL
 }
 
 /// The model of an aircraft without nozzle; its file has parameters too.

@@ -64,7 +64,7 @@ pub struct LaunchArgs {
     /// Control period, 1 to 4 ms [default: 2]
     #[arg(long, allow_negative_numbers = true, value_name = "MS")]
     period_ms: Option<String>,
-    /// Integration step, us; divides the control period [default: 1000]
+    /// Integration step, us; divides the control period [default: its largest divisor up to 1000]
     #[arg(long, allow_negative_numbers = true, value_name = "US")]
     step_us: Option<String>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
