@@ -14,6 +14,9 @@ const SCALE: f32 = 1.7;
 /// Size of letters without `font-size`, as [`super::drawing::Drawing`] sets it.
 const FONT_SIZE: f32 = 13.0;
 
+/// Attributes of a text that its outline has too; the strokes are the white around a label.
+const KEPT: [&str; 5] = ["fill", "stroke", "stroke-width", "stroke-linejoin", "transform"];
+
 /// Draws an SVG into a PNG, on white. Its texts are elements as [`super::drawing::Drawing::text`] writes them.
 pub fn png(svg: &str) -> Result<Vec<u8>, Problem> {
     const PLACE: &str = "cannot turn a figure into pixels";
@@ -43,8 +46,8 @@ fn outline_texts(svg: &str, face: &Face<'_>) -> String {
         };
         let path = outline(attributes, text, face);
         let keep = |name| attribute(attributes, name).map(|value| format!(r#" {name}="{value}""#));
-        let [fill, turned] = ["fill", "transform"].map(|name| keep(name).unwrap_or_default());
-        let _ = write!(outlined, r#"<path d="{path}"{fill}{turned}/>"#);
+        let kept: String = KEPT.into_iter().filter_map(keep).collect();
+        let _ = write!(outlined, r#"<path d="{path}"{kept}/>"#);
         rest = after;
     }
     outlined + rest
@@ -138,6 +141,16 @@ mod tests {
         let written = png(&svg(text)).unwrap();
         assert_eq!(&written[1..4], b"PNG");
         assert_ne!(blank, written, "no glyph was drawn");
+    }
+
+    #[test]
+    fn the_white_around_a_label_is_in_the_pixels_too() {
+        let label = |stroke: &str| {
+            let below = r##"<rect width="60" height="20" fill="#000"/>"##;
+            let text = format!(r##"{below}<text x="2" y="15" fill="#fff"{stroke}>label</text>"##);
+            png(&svg(&text)).unwrap()
+        };
+        assert_ne!(label(""), label(r##" stroke="#fff" stroke-width="3""##));
     }
 
     #[test]
