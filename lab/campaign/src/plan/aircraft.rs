@@ -252,9 +252,10 @@ impl Aircraft {
         let mut varied = plan.variables().iter().zip(values);
         let varied =
             varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
+        // The last one counts: `Plan::settings` writes those of a case after those of every flight.
         let of_cases = values.iter().enumerate().flat_map(|(at, value)| self.case(at, value));
-        let mut set = self.args.settings.iter().rev().chain(of_cases);
-        let set = set.find(|setting| setting.key == wanted);
+        let settings = self.args.settings.iter().chain(of_cases);
+        let set = settings.filter(|setting| setting.key == wanted).last();
         let set = set.and_then(|setting| setting.value.as_str()).map(str::to_owned);
         let Some(name) = varied.or(set) else {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));

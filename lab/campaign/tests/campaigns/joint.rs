@@ -60,6 +60,18 @@ fn value(plan: &Plan, run: &Run, key: &str) -> f64 {
 }
 
 #[test]
+fn a_part_of_the_travel_is_that_of_the_effector_of_the_case_not_of_all_flights() {
+    let jam = "[[joint]]\nname = \"jam\"\nas = \"travel\"\n[[joint.case]]\nname = \"aileron\"\n\
+               \"plant.fault.1.effector\" = \"left_aileron\"\n\"plant.fault.1.angle_deg\" = 1.0\n\n[[law]]";
+    let text = SPEC.replace("\"plant.fault.1.angle_deg\" = 14.0\n", "");
+    let plan = plan(&text.replacen("[[law]]", jam, 1)).unwrap();
+    let settings = plan.settings(&plan.run(0).unwrap()).unwrap();
+    let angle = settings.iter().rfind(|setting| setting.key == "plant.fault.1.angle_deg").unwrap();
+    // The rudder goes to 30 deg.
+    assert_eq!(lab_engine::settings::number(&angle.value), Some(25.0));
+}
+
+#[test]
 fn an_error_scales_the_same_draws_of_every_key() {
     let plan = plan(SPEC).expect("above");
     assert_eq!(plan.flights(), 3 * 2 * 6);
