@@ -254,8 +254,8 @@ impl Aircraft {
             varied.find(|(other, _)| other.key == wanted).map(|(_, value)| value.setting());
         // The last one counts: `Plan::settings` writes those of a case after those of every flight.
         let of_cases = values.iter().enumerate().flat_map(|(at, value)| self.case(at, value));
-        let settings = self.args.settings.iter().chain(of_cases);
-        let set = settings.filter(|setting| setting.key == wanted).last();
+        let mut settings = self.args.settings.iter().chain(of_cases);
+        let set = settings.rfind(|setting| setting.key == wanted);
         let set = set.and_then(|setting| setting.value.as_str()).map(str::to_owned);
         let Some(name) = varied.or(set) else {
             return fail(format!("as = \"travel\" needs {wanted} among the settings or variables"));
