@@ -23,7 +23,7 @@ type Start = (&'static str, &'static [&'static str]);
 /// Options that read a file, which must exist.
 const READERS: [Start; 13] = [
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--scenario"]),
-    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--belief"]),
+    ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--model"]),
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--script"]),
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--config"]),
     ("autopilot", &["--plant-link=127.0.0.1:0", "--no-gcs", "--setup"]),

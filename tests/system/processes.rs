@@ -331,7 +331,7 @@ fn the_f16_flies_a_mission_with_a_circle_of_6_km() {
 fn fly_mission_with_a_circle(aircraft: &str, radius_m: f64, altitudes_m: [f32; 3], speed: &str) {
     let [airframe, model] = files(aircraft);
     let mut ground = Ground::new();
-    let (_autopilot, link) = autopilot(ground.address(), &["--belief", &model]);
+    let (_autopilot, link) = autopilot(ground.address(), &["--model", &model]);
     let options = ["--autopilot", &link, "--airframe", &airframe, "--speed", speed];
     let _plant = Program::start("plant-sim", &options);
     ground.listen_until("a place", |ground| ground.place_e7 != [0; 2]);

@@ -190,7 +190,6 @@ pub struct AutopilotArgs {
     pub plant_link: Option<SocketAddr>,
     #[arg(
         long,
-        alias = "belief",
         value_name = "NAME|FILE",
         default_value = MODELS[0].0,
         help = format!("The controller's model of the aircraft: {}, or a file", file::names(MODELS))
@@ -592,7 +591,7 @@ mod tests {
 
     #[test]
     fn a_missing_file_is_named() {
-        let message = error(&["--belief", "no.toml"]);
+        let message = error(&["--model", "no.toml"]);
         assert!(message.starts_with("no.toml: "), "{message}");
         let message = error(&["--scenario", "case9"]);
         let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2";

@@ -31,7 +31,7 @@ pub struct AircraftArgs {
     )]
     pub airframe: Option<PathBuf>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
-    #[arg(long, alias = "belief", value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE")]
     pub model: Option<PathBuf>,
     /// Set a key of the scenario (plant.wind.turbulence_m_s), the airframe (airframe.mass.mass_kg) or the model (model.…), or a
     /// parameter (FTC_MODE); may be repeated

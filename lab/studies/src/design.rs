@@ -46,7 +46,6 @@ const DIGITS: usize = 6;
 pub struct DesignArgs {
     #[arg(
         long,
-        alias = "belief",
         value_name = "NAME|FILE",
         default_value = DEFAULT_NAME,
         help = format!("The controller's model: {}, or a file", file::names(MODELS))

@@ -24,6 +24,8 @@ type BodyPlace = Vector3<f64>;
 
 /// Farther from the centre of gravity is no part of an aircraft, m.
 const PLACE_MAX_M: f64 = 100.0;
+/// Shorter than this, a hinge axis has no direction and an aircraft no picture, m.
+const LENGTH_MIN_M: f64 = 0.001;
 /// Corners of a section's outline.
 const SECTION_CORNERS: u32 = 24;
 
@@ -81,6 +83,15 @@ impl AircraftGeometry {
             }
             part.check(effectors).at(format_args!("{file}: part {name:?}"))?;
         }
+        let x_m = geometry.parts.iter().flat_map(GeometryPart::shape).map(|place| place.x);
+        let (tail, nose) =
+            x_m.fold((f64::INFINITY, -f64::INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+        if nose - tail < LENGTH_MIN_M {
+            return Err(problem!(
+                "{file}: the aircraft is {} m long; expected at least {LENGTH_MIN_M}",
+                (nose - tail).max(0.0)
+            ));
+        }
         let named = |effector: &Effector| geometry.part_of(effectors.name(*effector)).is_some();
         match effectors.all().find(|effector| !named(effector)) {
             None => Ok(geometry),
@@ -102,12 +113,13 @@ impl GeometryPart {
         self.hinges.iter().map(|hinge| hinge.effector.as_str()).chain(self.effector.as_deref())
     }
 
+    /// The corners of a panel, or the centres of a body's sections.
+    fn shape(&self) -> impl Iterator<Item = &BodyPlace> {
+        self.corners_m.iter().chain(self.sections.iter().map(|section| &section.centre_m))
+    }
+
     fn places(&self) -> impl Iterator<Item = &BodyPlace> {
-        let axes = self.hinges.iter().flat_map(|hinge| &hinge.axis_m);
-        self.corners_m
-            .iter()
-            .chain(self.sections.iter().map(|section| &section.centre_m))
-            .chain(axes)
+        self.shape().chain(self.hinges.iter().flat_map(|hinge| &hinge.axis_m))
     }
 
     fn check(&self, effectors: &EffectorList) -> Result<(), Problem> {
@@ -137,9 +149,10 @@ impl GeometryPart {
             }
         }
         for Hinge { effector, axis_m: [from, to] } in &self.hinges {
-            if from == to {
+            let length_m = (to - from).norm();
+            if length_m < LENGTH_MIN_M {
                 return Err(problem!(
-                    "hinge of {effector:?}: the two points of axis_m are the same"
+                    "hinge of {effector:?}: the points of axis_m are {length_m} m apart; expected at least {LENGTH_MIN_M}"
                 ));
             }
         }
@@ -176,11 +189,7 @@ impl GeometryPart {
 
     /// The middle of its corners or sections.
     pub fn middle_m(&self) -> BodyPlace {
-        let places: Vec<BodyPlace> = match self.corners_m.is_empty() {
-            true => self.sections.iter().map(|section| section.centre_m).collect(),
-            false => self.corners_m.clone(),
-        };
-        places.iter().sum::<BodyPlace>() / places.len() as f64
+        self.shape().sum::<BodyPlace>() / self.shape().count() as f64
     }
 }
 
@@ -218,7 +227,8 @@ pub fn run(args: &DrawArgs) -> Result<(), Problem> {
     let file = match &args.geometry {
         Some(file) => Named::read(file)?,
         None if is_shipped => Named::shipped_or_read(name, GEOMETRIES)?,
-        None => Named::read(&name.with_file_name("geometry.toml"))?,
+        None => Named::read(&name.with_file_name("geometry.toml"))
+            .at("--geometry FILE, by default beside the airframe file")?,
     };
     let list = &airframe.effectors;
     let geometry = AircraftGeometry::from_toml(&file.name, &file.text, list)?;
@@ -231,7 +241,7 @@ pub fn run(args: &DrawArgs) -> Result<(), Problem> {
     };
     let folder = OutFolder::create(&args.out)?;
     write_figure(&folder, &figure)?;
-    print_line!("{}", folder.path().join("aircraft.svg").display());
+    print_line!("wrote {}", folder.path().display());
     Ok(())
 }
 
@@ -260,7 +270,11 @@ fn deflections(
 /// The travel, to the hundredth: the file's degrees went through radians.
 fn travel_deg(airframe: &Airframe, effector: Effector) -> [f64; 2] {
     let servo = &airframe.servos[effector];
-    [servo.min, servo.max].map(|rad| (rad.to_degrees() * 100.0).round() / 100.0)
+    [servo.min, servo.max].map(rounded_deg)
+}
+
+fn rounded_deg(rad: f64) -> f64 {
+    (rad.to_degrees() * 100.0).round() / 100.0
 }
 
 /// A view: to the right and up on the paper, in body axes.
@@ -290,8 +304,10 @@ const PROJECTIONS: [Projection; 3] = [
 ];
 
 /// Colours of the effectors, in the order of the aircraft's list.
-const COLOURS: [&str; 8] =
-    ["#0072b2", "#56b4e9", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#8c5fa8", "#777777"];
+const COLOURS: [&str; Effector::MAX] = [
+    "#0072b2", "#56b4e9", "#d55e00", "#e69f00", "#009e73", "#cc79a7", "#8c5fa8", "#777777",
+    "#1f4e79", "#2a9d8f", "#9b2226", "#b5a400", "#6b8e23", "#d4418e", "#4b3f8f", "#3d3d3d",
+];
 const MARGIN: f64 = 40.0;
 /// Height of the title and of a view's.
 const HEAD: f64 = 60.0;
@@ -341,13 +357,28 @@ fn draw(
             }
         }
     }
-    let mut y = back_y + scale * back.1.height() + HEAD;
+    let legend_y = back_y + scale * back.1.height() + HEAD;
+    let low = draw_legend(&mut drawing, (right_x, legend_y), geometry, airframe, angles);
+    let left_height = HEAD + scale * top.1.height();
+    drawing.finish((WIDTH, low.max(left_height) + MARGIN))
+}
+
+/// The effectors with their colours and angles; where it ends, from the top.
+fn draw_legend(
+    drawing: &mut Drawing,
+    (x, mut y): (f64, f64),
+    geometry: &AircraftGeometry,
+    airframe: &Airframe,
+    angles: &PerEffector<f64>,
+) -> f64 {
+    let list = &airframe.effectors;
+    let by_name = |name: &str| list.all().find(|effector| list.name(*effector) == name);
     let mut line = |text: &str, colour: Option<&str>, drawing: &mut Drawing| {
         if let Some(colour) = colour {
             let style = format!(r#"fill="{colour}""#);
-            drawing.rectangle((right_x, y - 11.0), (right_x + 14.0, y + 1.0), &style, "");
+            drawing.rectangle((x, y - 11.0), (x + 14.0, y + 1.0), &style, "");
         }
-        drawing.text((right_x + 22.0, y), "start", "", text);
+        drawing.text((x + 22.0, y), "start", "", text);
         y += LINE_HEIGHT;
     };
     let shared = |name: &str| geometry.part_of(name)?.effectors().find_map(by_name);
@@ -355,19 +386,19 @@ fn draw(
         let text = match list.is_angle(effector) {
             true => {
                 let [low, high] = travel_deg(airframe, effector);
-                let at = (angles[effector].to_degrees() * 100.0).round() / 100.0;
+                let at = rounded_deg(angles[effector]);
                 format!("{}: {low} to {high} deg, here {at} deg", list.name(effector))
             }
             false => list.name(effector).to_owned(),
         };
         let of_part = shared(list.name(effector)).unwrap_or(effector);
-        line(&text, Some(colour(of_part)), &mut drawing);
+        line(&text, Some(colour(of_part)), drawing);
     }
-    line("dashed: hinge axis", None, &mut drawing);
     let metres = format!("span {} m", airframe.aero.geometry().span_m);
-    line(&metres, None, &mut drawing);
-    let left_height = HEAD + scale * top.1.height();
-    drawing.finish((WIDTH, y.max(left_height) + MARGIN))
+    line(&metres, None, drawing);
+    drawing.path([(x, y - 5.0), (x + 14.0, y - 5.0)].into_iter(), &HINGE);
+    drawing.text((x + 22.0, y), "start", "", "hinge axis");
+    y
 }
 
 fn colour(effector: Effector) -> &'static str {
@@ -521,6 +552,60 @@ mod tests {
     }
 
     #[test]
+    fn the_picture_names_every_effector_and_a_deflection_changes_its_part_alone() {
+        for (name, airframe, geometry) in shipped() {
+            let polygons = |svg: &str| -> BTreeSet<String> {
+                svg.split("<polygon")
+                    .skip(1)
+                    .map(|text| text.split('>').next().unwrap().to_owned())
+                    .collect()
+            };
+            let plain = draw(name, &geometry, &airframe, &PerEffector::default());
+            let list = &airframe.effectors;
+            for effector in list.all() {
+                assert!(plain.contains(list.name(effector)), "{name}: {}", list.name(effector));
+            }
+            let options = [("left_elevator".to_owned(), 20.0)];
+            let Ok(angles) = deflections(&options, &airframe) else { continue };
+            let turned = draw(name, &geometry, &airframe, &angles);
+            // In each of the three views.
+            assert_eq!(polygons(&turned).difference(&polygons(&plain)).count(), 3, "{name}");
+        }
+    }
+
+    #[test]
+    fn an_angle_outside_its_travel_and_an_unknown_effector_are_refused() {
+        let airframe = Airframe::paper();
+        let refused = |key: &str, deg| {
+            deflections(&[(key.to_owned(), deg)], &airframe).unwrap_err().to_string()
+        };
+        assert_eq!(
+            refused("left_elevator", 31.0),
+            "--deflect left_elevator=31: expected -30 to 30 deg"
+        );
+        let known = "left_aileron, right_aileron, left_elevator";
+        for key in ["flap", "engine"] {
+            let message = refused(key, 1.0);
+            assert!(
+                message.starts_with(&format!("--deflect {key}: expected one of {known}")),
+                "{message}"
+            );
+        }
+        assert!(
+            parse_deflection("left_elevator").is_err() && parse_deflection("rudder=nan").is_err()
+        );
+    }
+
+    #[test]
+    fn an_aircraft_without_length_is_refused() {
+        let list = Airframe::paper().effectors;
+        let text = "[[part]]\nname = \"fin\"\ncorners_m = [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n";
+        let error =
+            AircraftGeometry::from_toml("geometry.toml", text, &list).unwrap_err().to_string();
+        assert!(error.starts_with("geometry.toml: the aircraft is 0 m long"), "{error}");
+    }
+
+    #[test]
     fn a_mistake_in_the_file_is_named() {
         let list = Airframe::paper().effectors;
         let shipped = GEOMETRIES[0].1;
@@ -543,6 +628,11 @@ mod tests {
             ),
             ("width_m = 1.1", "width_m = -1.1", "width_m = -1.1"),
             ("sections = [", "section = [", "unknown field `section`"),
+            (
+                "\naxis_m = [[",
+                "\naxis_m = [[5.0, 0.0, 0.0], [5.0, 0.0, 0.0]]\n#",
+                "the points of axis_m are 0 m apart",
+            ),
         ];
         for (from, to, expected) in refused {
             let text = shipped.replacen(from, to, 1);

@@ -205,7 +205,7 @@ impl AirState {
 }
 
 /// The linear angle, bent at its end: s(x) = x up to `linear`, then a tanh towards `max`; odd, once
-/// differentiable. 15 and 25 degrees for `tvc_jet` (docs/paper.md, section 2).
+/// differentiable. 15 and 25 degrees for `tvc_jet` (docs/paper.md, "The parameter set").
 #[inline]
 pub fn bent(angle: f64, linear: f64, max: f64) -> f64 {
     let size = angle.abs();

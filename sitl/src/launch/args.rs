@@ -82,7 +82,7 @@ pub struct LaunchArgs {
     #[arg(long, value_name = "NAME|FILE", help = format!("{}, or a file", file::names(AIRFRAMES)))]
     airframe: Option<String>,
     /// The controller's model of the aircraft, by name or from a file [default: that of the airframe's name, else of tvc_jet]
-    #[arg(long, alias = "belief", value_name = "NAME|FILE")]
+    #[arg(long, value_name = "NAME|FILE")]
     model: Option<String>,
     /// Set a parameter of the autopilot; may be repeated
     #[arg(long, value_name = "NAME=VALUE")]

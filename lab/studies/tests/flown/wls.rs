@@ -80,13 +80,17 @@ fn fly(setup: &FlightSetup) -> Flown {
     flown
 }
 
+/// By least squares, and as the paper allocates.
+fn fly_both(aircraft: (&str, &str), text: &str) -> [Flown; 2] {
+    [AllocationMode::Wls, AllocationMode::Paper]
+        .map(|allocation| fly(&setup(aircraft, text, allocation)))
+}
+
 #[test]
 fn the_jet_survives_both_cases_of_the_paper_by_least_squares_too() {
     let jet = (aircraft::DEFAULT_AIRFRAME, aircraft::DEFAULT_MODEL);
-    let cases = [scenarios::CASE1, scenarios::CASE2].map(|text| {
-        [AllocationMode::Wls, AllocationMode::Paper].map(|allocation| setup(jet, text, allocation))
-    });
-    for [wls, paper] in runner::map("wls", &cases, |[wls, paper]| [fly(wls), fly(paper)]) {
+    let cases = [scenarios::CASE1, scenarios::CASE2];
+    for [wls, paper] in runner::map("wls", &cases, |text| fly_both(jet, text)) {
         // In case 1 both still overshoot in their climb, in case 2 the rudder leaves a roll error to the integrator.
         let as_well =
             wls.altitude_m < paper.altitude_m + 10.0 && wls.roll_deg < paper.roll_deg + 1.0;
@@ -125,8 +129,7 @@ fn with_the_parameters_of_its_model_file_the_small_aircraft_holds_altitude_roll_
 fn an_elevator_that_pushes_down_is_survived_near_the_altitude_at_a_speed_that_needs_less_of_it() {
     let text =
         jam("left_elevator", 12.0) + "[[autopilot.reference]]\nat_s = 0.0\nairspeed_m_s = 28.0\n";
-    let [wls, paper] = [AllocationMode::Wls, AllocationMode::Paper]
-        .map(|allocation| fly(&setup(AEROSONDE, &text, allocation)));
+    let [wls, paper] = fly_both(AEROSONDE, &text);
     assert!(!wls.lost && wls.altitude_m < 2.0 && wls.roll_deg < 0.5, "{wls:?}");
     assert!(paper.altitude_m > 40.0, "{paper:?}");
 }
@@ -151,14 +154,10 @@ fn a_jammed_surface_among_those_that_are_allocated_does_not_upset_the_loop() {
         ("right_elevator", -25.0),
         ("rudder", 6.0),
     ];
-    let flights = jams.map(|(surface, angle_deg)| {
-        let text = jam(surface, angle_deg);
-        let [wls, paper] = [AllocationMode::Wls, AllocationMode::Paper]
-            .map(|allocation| setup(AEROSONDE, &text, allocation));
-        (surface, angle_deg, wls, paper)
+    let flown = runner::map("wls", &jams, |&(surface, angle_deg)| {
+        fly_both(AEROSONDE, &jam(surface, angle_deg))
     });
-    let flown = runner::map("wls", &flights, |(.., wls, paper)| [fly(wls), fly(paper)]);
-    for ((surface, angle_deg, ..), [wls, paper]) in flights.iter().zip(&flown) {
+    for ((surface, angle_deg), [wls, paper]) in jams.iter().zip(&flown) {
         let calm = !wls.lost && wls.rate_deg_s < 1.5 && wls.roll_deg < 4.0;
         assert!(calm, "{surface} at {angle_deg} deg: {wls:?}");
         // Without a nozzle the inverse of the paper has nothing in pitch.

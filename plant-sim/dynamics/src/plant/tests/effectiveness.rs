@@ -31,7 +31,7 @@ fn positive_effectors_turn_the_aircraft_as_the_interface_document_defines() {
 
 #[test]
 fn val_effectiveness_at_the_design_point_is_that_of_the_parameter_set() {
-    // docs/paper.md, section 8: rad/s2 per rad, printed with three decimals.
+    // docs/paper.md, "Effectiveness at the design point": rad/s2 per rad, printed with three decimals.
     let table = [
         (tvc_jet::LEFT_AILERON, [4.845, 0.0, 0.209]),
         (tvc_jet::LEFT_ELEVATOR, [5.712, -0.847, 0.246]),
