@@ -2,6 +2,7 @@
 //! file or a packet passes them; `tests/architecture.rs` checks that nothing is printed elsewhere.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{self, Stderr, Stdout, Write};
 use std::sync::{Mutex, PoisonError};
@@ -88,12 +89,31 @@ fn remembered<T>(result: io::Result<T>) -> io::Result<T> {
 
 impl Write for Out {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let keep = |text: &mut Option<Vec<u8>>| {
+            text.as_mut().map(|text| text.extend_from_slice(bytes)).is_some()
+        };
+        if CAPTURED.with_borrow_mut(keep) {
+            return Ok(bytes.len());
+        }
         remembered(self.0.write(bytes))
     }
 
     fn flush(&mut self) -> io::Result<()> {
         remembered(self.0.flush())
     }
+}
+
+thread_local! {
+    /// What this thread prints, where its caller wants it.
+    static CAPTURED: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+}
+
+/// Does `work`, and gives what its thread has printed on the standard output instead of printing it.
+pub fn captured<T>(work: impl FnOnce() -> T) -> (T, String) {
+    let outer = CAPTURED.replace(Some(Vec::new()));
+    let done = work();
+    let text = CAPTURED.replace(outer).unwrap_or_default();
+    (done, String::from_utf8_lossy(&text).into_owned())
 }
 
 pub fn out() -> Shown<Out> {

@@ -50,24 +50,50 @@ pub struct Cli {
 /// The program `sitl`: reads the command line and reports errors on standard error. `own` is a law that the caller brings: it flies
 /// unless `--law` names another one.
 pub fn main(own: Option<OwnLaw>) -> ExitCode {
+    // This executable starts itself for the two processes.
+    match std::env::current_exe() {
+        Ok(program) => main_of(std::env::args_os(), &program, own).into(),
+        Err(error) => {
+            tracing::error!("{error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// The same with these words, under a `program` that starts it; gives the exit status.
+pub fn main_of(
+    words: impl IntoIterator<Item = OsString>,
+    program: &Path,
+    own: Option<OwnLaw>,
+) -> u8 {
     // First of all: it changes the mask of signals, which every later thread inherits.
     host_io::process::take_size_limit_as_error();
     host_io::console::show();
-    let mut cli = Cli::read(std::env::args_os()).unwrap_or_else(|error| refuse(&error));
+    let mut cli = Cli::read(words).unwrap_or_else(|error| refuse(&error));
     if let Some(own) = &own {
         cli.set_own_law(own);
     }
     // Success says that the results were written, so a full disk under them is a failure of the
     // program.
-    let ended = run(&cli, own.as_ref()).and_then(|code| match host_io::console::finish() {
-        Ok(()) => Ok(code),
-        Err(error) => Err(format!("standard output: {error}").into()),
-    });
+    let ended =
+        run(&cli, program, own.as_ref()).and_then(|code| match host_io::console::finish() {
+            Ok(()) => Ok(code),
+            Err(error) => Err(format!("standard output: {error}").into()),
+        });
     ended.unwrap_or_else(|error| {
+        // A study that is a specification has options of its own.
+        if let Some(mistake) = error.downcast_ref::<clap::Error>() {
+            refuse(mistake);
+        }
         tracing::error!("{error}");
-        ExitCode::FAILURE
+        FAILED
     })
 }
+
+/// Exit status of what went well.
+const DONE: u8 = 0;
+/// Exit status of an error, and of a claim that does not hold.
+const FAILED: u8 = 1;
 
 /// Ends with what clap says: help and version on the standard output, a mistake on the other.
 fn refuse(error: &clap::Error) -> ! {
@@ -277,31 +303,29 @@ enum DesignCommand {
     Lqr(DesignArgs),
 }
 
-/// Carries out the command line.
-pub fn run(cli: &Cli, own: Option<&OwnLaw>) -> Result<ExitCode, Box<dyn Error>> {
-    // This executable starts itself for the two processes.
-    let program = std::env::current_exe()?;
+/// Carries out the command line; gives the exit status.
+pub fn run(cli: &Cli, program: &Path, own: Option<&OwnLaw>) -> Result<u8, Box<dyn Error>> {
     match &cli.command {
-        None => launch::run(&cli.launch, &program)?,
-        Some(SitlCommand::Live(args)) => launch::run(args, &program)?,
-        Some(SitlCommand::Fly(args)) => return Ok(fly::run(args).into()),
-        Some(SitlCommand::Study(study)) => return run_study(study, &program, own),
+        None => launch::run(&cli.launch, program)?,
+        Some(SitlCommand::Live(args)) => launch::run(args, program)?,
+        Some(SitlCommand::Fly(args)) => return Ok(fly::run(args)),
+        Some(SitlCommand::Study(study)) => return run_study(study, program, own),
         Some(SitlCommand::Campaign(command)) => lab_campaign::run(command, own)?,
         Some(SitlCommand::Aircraft(command)) => run_aircraft(command)?,
         Some(SitlCommand::Log(LogCommand::Plot(args))) => plot::run(args)?,
-        Some(SitlCommand::Log(LogCommand::Replay(args))) => return Ok(replay::run(args).into()),
+        Some(SitlCommand::Log(LogCommand::Replay(args))) => return Ok(replay::run(args)),
         Some(SitlCommand::Autopilot(args)) => autopilot::run::run(args)?,
         Some(SitlCommand::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(SitlCommand::Echo(args)) => echo::run(args)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 fn run_study(
     study: &StudyCommand,
     program: &Path,
     own: Option<&OwnLaw>,
-) -> Result<ExitCode, Box<dyn Error>> {
+) -> Result<u8, Box<dyn Error>> {
     match study {
         StudyCommand::Paper(args) => return fly_paper(args, program),
         StudyCommand::PaperEstimated(args) => lab_paper::estimated::run(args)?,
@@ -312,9 +336,9 @@ fn run_study(
         StudyCommand::Checkcase(args) => checkcase::run(args)?,
         StudyCommand::CompareCheckcases(args) => report::run(args)?,
         StudyCommand::Bench(args) => bench::run(args, program)?,
-        StudyCommand::Specified(words) => lab_campaign::run(&specified(words), own)?,
+        StudyCommand::Specified(words) => lab_campaign::run(&specified(words)?, own)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(DONE)
 }
 
 /// The specifications that come with the program, each with what it is about.
@@ -328,12 +352,11 @@ fn specifications() -> String {
 }
 
 /// The campaign of a specification, read with the options of `sitl campaign run`.
-fn specified(words: &[OsString]) -> lab_campaign::Command {
+fn specified(words: &[OsString]) -> Result<lab_campaign::Command, clap::Error> {
     let command = RunArgs::augment_args(clap::Command::new("sitl study"));
     let words = std::iter::once("sitl study".into()).chain(words.iter().cloned());
-    let parsed = command.try_get_matches_from(words).and_then(|m| RunArgs::from_arg_matches(&m));
-    let args = parsed.unwrap_or_else(|error| refuse(&error));
-    lab_campaign::Command::Run(args)
+    let matches = command.try_get_matches_from(words)?;
+    RunArgs::from_arg_matches(&matches).map(lab_campaign::Command::Run)
 }
 
 fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
@@ -352,7 +375,7 @@ fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
 }
 
 /// The exit code is that of success if all checked claims hold.
-fn fly_paper(options: &lab_paper::Options, program: &Path) -> Result<ExitCode, Box<dyn Error>> {
+fn fly_paper(options: &lab_paper::Options, program: &Path) -> Result<u8, Box<dyn Error>> {
     let outcome = match options.link {
         Link::InProcess => lab_paper::run(options, &lab_paper::in_process),
         Link::Udp => {
@@ -360,7 +383,7 @@ fn fly_paper(options: &lab_paper::Options, program: &Path) -> Result<ExitCode, B
         }
     }?;
     print_line!("figures and report: {}", options.out.join("report.html").display());
-    Ok(if outcome.all_hold() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if outcome.all_hold() { DONE } else { FAILED })
 }
 
 #[cfg(test)]

@@ -290,6 +290,17 @@ impl Flight {
         Some(Held { exchange, reports, request })
     }
 
+    /// Every signal of the last control step.
+    pub fn log(&self) -> Option<&StepLog> {
+        let flown = || self.autopilot.snapshot().map(|snapshot| &snapshot.log);
+        self.reallocated.as_ref().or_else(flown)
+    }
+
+    /// Events of the last tick, and since.
+    pub fn events(&self) -> &[Event] {
+        &self.events
+    }
+
     /// Time of the tick that the next step makes, unless the flight is over.
     pub fn next_time(&self) -> SimTime {
         match self.actuators {

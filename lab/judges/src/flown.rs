@@ -26,6 +26,8 @@ pub struct Keep<'a> {
     pub log: Option<FlightLog>,
     /// Called once for each second of simulation time.
     pub each_second: Option<&'a dyn Fn()>,
+    /// Called with every tick.
+    pub each_tick: Option<&'a mut dyn FnMut(&Tick<'_>)>,
     /// Judges whose numbers stand beside the measures.
     pub judges: &'a [JudgeKind],
     /// What is flown, for messages.
@@ -76,8 +78,8 @@ pub fn fly(
         None => problem,
     };
     let mut flight = Flight::new(setup).map_err(|error| of_scenario(error.into()))?;
-    // Only the log and the judges read verdicts.
-    if judge.keep.log.is_none() && judge.judges.is_empty() {
+    // Only the log, the judges and the caller read verdicts.
+    if judge.keep.log.is_none() && judge.keep.each_tick.is_none() && judge.judges.is_empty() {
         flight.skip_unread_verdict();
     }
     while let Some(tick) = flight.step([]) {
@@ -175,6 +177,9 @@ impl Judge<'_> {
             self.line.clear();
             self.columns.push(&mut self.line, &row, &record.truth, &record.log);
             output.write(self.line.as_bytes())?;
+        }
+        if let Some(each_tick) = &mut self.keep.each_tick {
+            each_tick(tick);
         }
         if let Some(log) = self.keep.log.as_mut() {
             // Reports came before the step, so they stand before it.

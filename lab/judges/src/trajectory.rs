@@ -85,15 +85,23 @@ impl Columns {
         self.names.join(",") + "\n"
     }
 
-    /// Adds the line of a tick.
-    pub fn push(&self, text: &mut String, row: &Row, truth: &Truth, log: &StepLog) {
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+
+    /// The values of a tick.
+    pub fn values(&self, row: &Row, truth: &Truth, log: &StepLog) -> impl Iterator<Item = f64> {
         let row = row.values();
-        let values = self.sources.iter().map(|source| match *source {
+        self.sources.iter().map(move |source| match *source {
             CellSource::Row(place) => row[place],
             CellSource::Position(effector) => truth.deflections[effector],
             CellSource::Command(effector) => log.commands[effector],
-        });
-        *text += &line(values);
+        })
+    }
+
+    /// Adds the line of a tick.
+    pub fn push(&self, text: &mut String, row: &Row, truth: &Truth, log: &StepLog) {
+        *text += &line(self.values(row, truth, log));
     }
 }
 

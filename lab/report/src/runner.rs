@@ -4,7 +4,7 @@
 //! not depend on how many there are.
 
 use std::io::{IsTerminal, Write as _, stderr};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use host_io::{clock, console};
@@ -46,6 +46,45 @@ fn map_with<T: Sync, R: Send>(
     let results = items.par_iter().map(one).collect();
     progress.finish();
     results
+}
+
+/// Callers whose work may be interrupted; the flag is theirs together, as Ctrl-C is.
+static ACTIVE: AtomicUsize = AtomicUsize::new(0);
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// What work unwinds with that was interrupted. What it has written stays.
+#[derive(Debug)]
+pub struct Interrupted;
+
+/// As long as it is there, [`interrupt`] ends all work of this process that reports its progress.
+#[derive(Debug)]
+pub struct Interruptible(());
+
+impl Interruptible {
+    pub fn begin() -> Self {
+        let _ = ACTIVE.fetch_add(1, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Interruptible {
+    fn drop(&mut self) {
+        if ACTIVE.fetch_sub(1, Ordering::SeqCst) == 1 {
+            INTERRUPTED.store(false, Ordering::SeqCst);
+        }
+    }
+}
+
+/// Ends the work: each thread that reports progress next unwinds with [`Interrupted`].
+pub fn interrupt() {
+    INTERRUPTED.store(ACTIVE.load(Ordering::SeqCst) > 0, Ordering::SeqCst);
+}
+
+/// Unwinds where the work was interrupted: nothing but the caller of [`Interruptible::begin`] catches that.
+pub fn check_interrupt() {
+    if INTERRUPTED.load(Ordering::Relaxed) {
+        std::panic::resume_unwind(Box::new(Interrupted));
+    }
 }
 
 /// Reports how far something long is, with its rate and the time left.
@@ -110,6 +149,7 @@ impl Progress {
 
     /// One more is done.
     pub fn one_done(&self) {
+        check_interrupt();
         // Only a count: no other memory is ordered by it.
         let done = self.done.fetch_add(1, Ordering::Relaxed) + 1;
         let is_shown = self.is_shown();

@@ -58,7 +58,7 @@ pub struct FlyArgs {
     script: ScriptArgs,
     /// Seed of all random streams, or seeds A..B, both included, each a flight of its own; instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N|A..B")]
-    seed: Option<Seeds>,
+    pub seed: Option<Seeds>,
     /// Fly on after the loss of the aircraft, to the end or to the ground
     #[arg(long)]
     no_stop_at_loss: bool,
@@ -75,7 +75,7 @@ pub struct FlyArgs {
         long = "judge", value_name = "NAME", value_parser = JudgeKind::parse,
         help = format!("A judge whose numbers stand beside the measures: {}; may be repeated", JudgeKind::names())
     )]
-    judges: Vec<JudgeKind>,
+    pub judges: Vec<JudgeKind>,
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     earth: Option<EarthModel>,
@@ -164,6 +164,7 @@ impl OneFlight<'_> {
             table: rows.as_mut(),
             log: wants_log.then(|| FlightLog::begin(self.scenario, self.setup)).transpose()?,
             each_second: Some(&|| progress.one_done()),
+            each_tick: None,
             judges: self.judges,
             scenario: Some(self.scenario),
         };
@@ -244,7 +245,7 @@ impl FlyArgs {
             scenario: &self.scenario,
             aircraft: &self.options.aircraft,
             setup: &setup,
-            stops_at_loss: !self.no_stop_at_loss,
+            stops_at_loss: self.stops_at_loss(),
             folder: self.out.as_deref(),
             ulog: self.ulog,
             figures: self.figures,
@@ -264,7 +265,7 @@ impl FlyArgs {
         let folder = self.out.as_deref().map(OutFolder::create).transpose()?;
         let keep =
             || Keep { judges: &self.judges, scenario: Some(&self.scenario), ..Keep::default() };
-        let flights = seeds::fly(setup, from, to, !self.no_stop_at_loss, keep)?;
+        let flights = seeds::fly(setup, from, to, self.stops_at_loss(), keep)?;
         if let Some(folder) = &folder {
             seeds::table(&flights).write(folder.path())?;
             let lost = flights.iter().filter(|outcome| !outcome.is_kept()).count();
@@ -276,8 +277,12 @@ impl FlyArgs {
         Ok(flights.iter().all(Outcome::is_kept))
     }
 
+    pub fn stops_at_loss(&self) -> bool {
+        !self.no_stop_at_loss
+    }
+
     /// The flight of the options.
-    fn setup(&self) -> Result<FlightSetup, Problem> {
+    pub fn setup(&self) -> Result<FlightSetup, Problem> {
         let turbulence = self.turbulence_m_s.map(|_| "--turbulence-m-s");
         let given = [
             ("plant.seed", self.seed.map(|_| "--seed")),

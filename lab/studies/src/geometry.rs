@@ -396,7 +396,7 @@ fn draw_legend(
     }
     let metres = format!("span {} m", airframe.aero.geometry().span_m);
     line(&metres, None, drawing);
-    drawing.path([(x, y - 5.0), (x + 14.0, y - 5.0)].into_iter(), &HINGE);
+    drawing.path([(x, y - 5.0), (x + 14.0, y - 5.0)], &HINGE);
     drawing.text((x + 22.0, y), "start", "", "hinge axis");
     y
 }

@@ -16,7 +16,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::record::Field;
-use parquet::schema::types::Type;
+use parquet::schema::types::{ColumnDescriptor, Type};
 
 use super::{Cell, CellKind, Column};
 
@@ -166,6 +166,24 @@ impl ParquetReader {
     pub fn about(&self, key: &str) -> Option<&str> {
         let about = self.reader.metadata().file_metadata().key_value_metadata()?;
         about.iter().find(|entry| entry.key == key)?.value.as_deref()
+    }
+
+    /// The columns of a table of this program.
+    pub fn kinds(&self) -> Vec<Column> {
+        let units: BTreeMap<String, String> =
+            self.about("units").and_then(|text| toml::from_str(text).ok()).unwrap_or_default();
+        let schema = self.reader.metadata().file_metadata().schema_descr();
+        let column = |found: &Arc<ColumnDescriptor>| {
+            let kind = match found.physical_type() {
+                Physical::INT64 => CellKind::Integer,
+                Physical::DOUBLE => CellKind::Number,
+                // As `rows` gives what is neither.
+                _ => CellKind::Text,
+            };
+            let unit = units.get(found.name()).cloned().unwrap_or_default();
+            Column { unit, ..Column::new(found.name(), kind) }
+        };
+        schema.columns().iter().map(column).collect()
     }
 
     pub fn columns(&self) -> Vec<&str> {

@@ -59,7 +59,7 @@ impl FromStr for Seeds {
 }
 
 /// Flies a setup once for each seed, on all cores.
-pub(super) fn fly<'a>(
+pub fn fly<'a>(
     setup: &FlightSetup,
     from: u64,
     to: u64,

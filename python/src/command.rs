@@ -1,0 +1,89 @@
+//! Every command of `sitl`, as a function and as the program itself.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use host_io::console;
+use host_io::problem::problem;
+use lab_logs::replay::open_log;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use sitl::cli::{self, Cli};
+
+use crate::law::PythonLaw;
+use crate::options::{self, refused};
+use crate::table::{Table, Tables};
+use crate::work;
+
+/// Carries out a command: its words, what stands without an option's name, and options by keyword. Gives the exit status and what it
+/// printed.
+#[pyfunction]
+#[pyo3(signature = (command, arguments, *, own=None, name=None, **options))]
+pub fn command(
+    py: Python<'_>,
+    command: Vec<OsString>,
+    arguments: Vec<OsString>,
+    own: Option<Bound<'_, PyAny>>,
+    name: Option<String>,
+    options: Option<&Bound<'_, PyDict>>,
+) -> PyResult<(u8, String)> {
+    let mut words = vec![OsString::from("sitl")];
+    words.extend(command);
+    words.extend(options::words(options)?);
+    if !arguments.is_empty() {
+        words.push("--".into());
+        words.extend(arguments);
+    }
+    let mut cli = Cli::read(words).map_err(|error| options::mistake(&error))?;
+    let law = own.map(|law| PythonLaw::new(&law, name, false)).transpose()?;
+    if let Some(law) = &law {
+        cli.set_own_law(law.own());
+    }
+    let own = law.as_ref().map(|law| law.own().clone());
+    work::run(py, law.as_ref(), move || {
+        // The children of a command that starts processes would be Python itself.
+        let program = PathBuf::from("sitl");
+        let (ended, text) = console::captured(|| {
+            cli::run(&cli, &program, own.as_ref()).map_err(|e| problem!("{e}"))
+        });
+        ended.map(|status| (status, text))
+    })
+}
+
+/// The program `sitl` with these words; `program` is what it starts for its two processes. Gives the exit status.
+#[pyfunction]
+pub fn main(py: Python<'_>, words: Vec<OsString>, program: PathBuf) -> u8 {
+    py.detach(|| cli::main_of(words, &program, None))
+}
+
+/// What a flight log says of its flight, by key.
+type Infos = Vec<(String, String)>;
+
+/// Reads a flight log (ULog): a table for each topic, and what it says of the flight.
+#[pyfunction]
+pub fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<(Tables, Infos)> {
+    let read = move || {
+        let log = open_log(&path)?;
+        let tables = log.topics().map(|topic| {
+            let fields = topic.fields().iter().filter(|field| topic.kind(&field.name).is_some());
+            let named =
+                fields.filter_map(|field| Some((field.name.clone(), topic.column(&field.name)?)));
+            let (names, values): (Vec<_>, Vec<_>) = named.unzip();
+            (topic.name().to_owned(), Table::of_numbers(names, values))
+        });
+        let infos = log
+            .infos()
+            .iter()
+            .filter_map(|info| Some((info.field.name.clone(), info.text()?.to_owned())));
+        Ok((tables.collect(), infos.collect()))
+    };
+    work::run(py, None, read)
+}
+
+/// Reads a TOML file, as JSON.
+#[pyfunction]
+pub fn read_toml(path: PathBuf) -> PyResult<String> {
+    let text = std::fs::read_to_string(&path)?;
+    let table: toml::Table = toml::from_str(&text).map_err(refused)?;
+    serde_json::to_string(&table).map_err(refused)
+}

@@ -1,0 +1,113 @@
+"""The commands of ``sitl`` as functions. Options are those of the command, with underscores: ``--step-deg 5`` is ``step_deg=5``.
+
+Each raises ValueError or TypeError with the option, its value and what is allowed.
+"""
+
+import json
+import tempfile
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from two_step import _native
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a command gave."""
+
+    #: Exit status: 0 where all went well.
+    status: int
+    #: What the command prints.
+    text: str
+    #: Tables by name.
+    tables: dict[str, _native.Table]
+
+    def __getitem__(self, name):
+        return self.tables[name]
+
+
+@contextmanager
+def _folder(out):
+    """The folder that the caller names, or one that goes with the call."""
+    if out is not None:
+        yield Path(out)
+    else:
+        with tempfile.TemporaryDirectory(prefix="two-step-") as folder:
+            yield Path(folder) / "out"
+
+
+def run(words, *arguments, out=None, law=None, name=None, **options):
+    """Carry out a command that writes tables into a folder, ``out`` or a temporary one."""
+    with _folder(out) as folder:
+        given = [str(argument) for argument in arguments]
+        status, text = _native.command(words.split(), given, own=law, name=name, out=folder, **options)
+        tables = {path.stem: _native.Table.read(path) for path in sorted(folder.glob("*.parquet"))}
+    return Result(status, text, tables)
+
+
+def study(name, *arguments, out=None, law=None, **options):
+    """A study, ``sitl study NAME``: "paper", "turbulence", "estimator", ... Returns a :class:`Result`."""
+    if callable(law):
+        return run(f"study {name}", *arguments, out=out, law=law, **options)
+    if law is not None:
+        options["law"] = law
+    return run(f"study {name}", *arguments, out=out, **options)
+
+
+def trimmable(*, out=None, **options):
+    """For every jam whether a steady flight exists at all. Returns a :class:`Result` with its tables."""
+    return run("aircraft trimmable", out=out, **options)
+
+
+def margins(*, law=None, **options):
+    """Eigenvalues and margins of gain, phase and delay of each law's loop, as the text of ``sitl aircraft margins``.
+
+    law: a name, or a law in Python (a class, or a function without state).
+    """
+    own = law if law is not None and not isinstance(law, str) else None
+    if own is None and law is not None:
+        options["law"] = law
+    return _native.command(["aircraft", "margins"], [], own=own, **options)[1]
+
+
+def _toml_of(words, **options):
+    with tempfile.TemporaryDirectory(prefix="two-step-") as folder:
+        path = Path(folder) / "out.toml"
+        _native.command(words, [], out=path, **options)
+        return json.loads(_native.read_toml(path))
+
+
+def linearize(**options):
+    """The controller's model of an aircraft at its design point, as the content of a model file."""
+    return _toml_of(["aircraft", "linearize"], **options)
+
+
+def design_lqr(**options):
+    """Gains of the linear quadratic regulator: parameters by name."""
+    return _toml_of(["aircraft", "design", "lqr"], **options)
+
+
+def replay(log, *, law=None):
+    """Fly the flight of a log again. Returns whether it is the same to the bit; ValueError where it cannot be flown."""
+    status, text = _native.command(["log", "replay"], [str(log)], own=law)
+    if status > 1:
+        raise ValueError(text.strip())
+    return status == 0
+
+
+@dataclass(frozen=True)
+class Log:
+    """A flight log: a table for each topic, and what the log says of its flight."""
+
+    tables: dict[str, _native.Table]
+    infos: dict[str, str]
+
+    def __getitem__(self, topic):
+        return self.tables[topic]
+
+
+def read_log(path):
+    """Read a flight log (ULog, ``flight.ulg``)."""
+    tables, infos = _native.read_log(path)
+    return Log(dict(tables), dict(infos))
