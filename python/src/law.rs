@@ -326,6 +326,7 @@ impl PythonLaw {
         main: Option<&Bound<'_, PyAny>>,
         compensator: Option<&Bound<'_, PyAny>>,
         name: Option<String>,
+        settings: &[(String, f64)],
         is_alone: bool,
     ) -> PyResult<Option<Self>> {
         let role = match (main, compensator) {
@@ -356,7 +357,7 @@ impl PythonLaw {
             };
             FlyingLaw { laws, failure, raised: slot.clone(), last: MainCommand::default() }
         };
-        Ok(Some(Self { own: OwnLaw::new(&name, of_flight).in_role(role), raised }))
+        Ok(Some(Self { own: OwnLaw::new(&name, of_flight).in_role(role).with(settings), raised }))
     }
 
     pub fn own(&self) -> &OwnLaw {
