@@ -77,7 +77,7 @@ class Vehicle:
                          param=[f"{name}={value}" for name, value in params.items()], plant_link="127.0.0.1:0",
                          gcs=[*gcs] or "none", gcs_udp_server="none", gcs_tcp="127.0.0.1:0", parameter_file="none",
                          signing_key="none", log_dir=log_dir, **{name: options[name] for name in AUTOPILOT if name in options})
-        plant = dict(scenario=scenario, airframe=airframe, seed=seed, period_ms=period_ms, speed=speed, start_paused=paused,
+        plant = dict(scenario=scenario, airframe=airframe, seed=seed, period_ms=period_ms, speed=speed, start_paused=True,
                      **{name: options[name] for name in PLANT if name in options})
         self._news = threading.Condition()
         self._shell_lock = threading.Lock()
@@ -89,9 +89,11 @@ class Vehicle:
         # Simulation time, us: that of each message, in the unit of its field, and of the status line.
         self._times, self._status_us, self._time_us = {}, None, 0
         self._period_us = round(float(period_ms) * 1000)
-        self._paused, self._pace_lines, self._fresh = paused, 0, 0
+        self._paused, self._pace_lines, self._fresh = True, 0, 0
         try:
             self._start(autopilot, plant)
+            if not paused:
+                self.run()
         except BaseException:
             self.close()
             raise
@@ -118,7 +120,7 @@ class Vehicle:
         self._until(lambda: self._system, "a heartbeat")
         for number in TELEMETRY.values():
             self._mav.command_long_send(self._system, 1, SET_MESSAGE_INTERVAL, 0, number, INTERVAL_US, 0, 0, 0, 0, 0)
-        self._until(lambda: self._status_us is not None and self._times.keys() == TELEMETRY.keys(), "the flight to begin")
+        self._until(lambda: self._is_at(0) and (self._log or autopilot["log_dir"] == "none"), "the flight to begin")
 
     def _launch(self, name, options, take):
         """Starts a process whose standard output goes to `take` by lines. The end of its standard input ends it."""
@@ -263,7 +265,7 @@ class Vehicle:
 
     @property
     def log(self):
-        """Path of the flight log (ULog), complete after `close`; None before it begins."""
+        """Path of the flight log (ULog), complete after `close`."""
         return self._log
 
     def pause(self):
@@ -334,7 +336,7 @@ class Vehicle:
         how: then a type of the shell with the unit of its size, ``stuck_deg=30``, ``loss_percent=40``, ``drift_deg_s=1``,
             ``float=True``; further at_s, ramp_s, duration_s, every_s, times, period_s (intermittent), frequency_hz (oscillate).
 
-        Raises ValueError or TypeError where the words are unknown, VehicleError with the reason where the vehicle refuses.
+        Raises ValueError or TypeError where there is no such target or keyword, VehicleError with the reason of a refusal.
         """
         unit, instance, words = self._target(fault)
         if words and how:
