@@ -47,7 +47,7 @@ class VehicleError(RuntimeError):
 
 
 class Vehicle:
-    """An autopilot and its aircraft: two processes at ports that the system chooses. They end with this object and this process.
+    """An autopilot and its aircraft: two processes at ports that the system chooses, until `close` or the end of this process.
 
     scenario: "nominal", "case1", ... or the path of a file. A flight ends at the scenario's duration, if it has one.
     airframe, model, law, compensator, ftc, seed: as the options of ``sitl``; script: path of a script.
@@ -66,9 +66,10 @@ class Vehicle:
         unknown = sorted(set(options) - {*AUTOPILOT, *PLANT})
         if unknown:
             raise TypeError(f"Vehicle has no option {unknown[0]!r}; further ones are {', '.join(AUTOPILOT + PLANT)}")
+        self._processes, self._ended = {}, {}
         if log_dir is None:
             log_dir = tempfile.mkdtemp(prefix="two-step-")
-            weakref.finalize(self, shutil.rmtree, log_dir, ignore_errors=True)
+            weakref.finalize(self, _remove, log_dir, self._processes)
         if airframe is not None and model is None and not Path(airframe).suffix:
             # As the launcher: an aircraft of the program has its model there.
             model = airframe
@@ -82,7 +83,6 @@ class Vehicle:
         self._news = threading.Condition()
         self._shell_lock = threading.Lock()
         self._selector = selectors.DefaultSelector()
-        self._processes, self._ended = {}, {}
         self._errors = collections.defaultdict(lambda: collections.deque(maxlen=50))
         self._thread = self._socket = self._connection = self._listening = self._log = self._system = None
         self._state, self._texts, self._shell_text, self._targets = {}, [], "", None
@@ -140,6 +140,8 @@ class Vehicle:
         for key, _ in self._selector.select(wait_s):
             try:
                 data = os.read(key.fd, 65536)
+            except BlockingIOError:
+                continue
             except OSError:
                 data = b""
             with self._news:
@@ -309,6 +311,10 @@ class Vehicle:
         times = {kind: time_us if kind == "ODOMETRY" else time_us // 1000 for kind in TELEMETRY}
         return self._times == times and self._status_us == time_us
 
+    def _oldest_us(self):
+        """Time of the oldest part of `state`: at a high speed they are seconds apart."""
+        return min(self._status_us, *(us if kind == "ODOMETRY" else us * 1000 for kind, us in self._times.items()))
+
     def shell(self, line):
         """Runs a line of the autopilot's shell, such as "mode return", and returns what it prints.
 
@@ -372,18 +378,20 @@ class Vehicle:
 
         Raises TimeoutError, also where simulation time stands still for a minute, and VehicleError where the flight has ended.
         """
-        last_us, passed_us, moved = self._time_us, 0, time.monotonic()
+        begin_us = last_us = self._time_us
+        moved = time.monotonic()
         while True:
             # Before the condition, which then sees the last state.
-            ended, now_us = self._why_ended(), self._time_us
+            ended, now_us, oldest_us = self._why_ended(), self._time_us, self._oldest_us()
             if value := condition(self):
                 return value
             if ended:
                 raise ended
             if now_us != last_us:
                 # A flight that begins anew begins at zero.
-                passed_us, last_us, moved = passed_us + max(0, now_us - last_us), now_us, time.monotonic()
-            if passed_us > timeout_s * 1e6:
+                begin_us -= max(0, last_us - now_us)
+                last_us, moved = now_us, time.monotonic()
+            if oldest_us > begin_us + timeout_s * 1e6:
                 raise TimeoutError(f"{what}: not within {timeout_s:g} s; {self._summary()}")
             if time.monotonic() - moved > ANSWER_S:
                 raise TimeoutError(f"{what}: simulation time stands still; {self._summary()}")
@@ -402,14 +410,7 @@ class Vehicle:
 
     def close(self):
         """Ends both processes; without error where they have ended."""
-        for process in self._processes.values():
-            process.stdin.close()
-        for process in self._processes.values():
-            try:
-                process.wait(END_S)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        _end(self._processes)
         if self._thread is not None:
             self._thread.join()
         for one in (self._connection, self._socket, self._selector):
@@ -424,6 +425,23 @@ class Vehicle:
 
     def __exit__(self, *_):
         self.close()
+
+
+def _end(processes):
+    for process in processes.values():
+        process.stdin.close()
+    for process in processes.values():
+        try:
+            process.wait(END_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+
+
+def _remove(folder, processes):
+    """Where a vehicle was not closed, its autopilot writes there until it has ended."""
+    _end(processes)
+    shutil.rmtree(folder, ignore_errors=True)
 
 
 def _program():
