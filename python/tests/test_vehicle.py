@@ -125,6 +125,12 @@ def test_time_stands_still_and_steps_are_exact(period_ms):
             vehicle.step(0)
         with pytest.raises(ValueError, match='speed is 2000; it must be between 0.01 and 1000, or "max"'):
             vehicle.run(2000)
+        # A new flight begins at zero.
+        vehicle.connection.mav.command_long_send(1, 1, 246, 0, 1, 0, 0, 0, 0, 0, 0)
+        vehicle.wait(lambda v: v.time_s == 0.0, what="a new flight")
+        vehicle.pause()
+        vehicle.step(3)
+        assert vehicle.time_s == pytest.approx(3 * period_ms / 1e3, abs=1e-9)
         begin_s = vehicle.time_s
         vehicle.run(speed=5)
         vehicle.wait(lambda v: v.time_s > begin_s + 0.5, what="half a second more")

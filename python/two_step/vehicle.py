@@ -89,7 +89,7 @@ class Vehicle:
         # Simulation time, us: that of each message, in the unit of its field, and of the status line.
         self._times, self._status_us, self._time_us = {}, None, 0
         self._period_us = round(float(period_ms) * 1000)
-        self._paused, self._pace_lines, self._fresh = True, 0, 0
+        self._paused, self._pace_lines, self._fresh, self._logs = True, 0, 0, 0
         try:
             self._start(autopilot, plant)
             if not paused:
@@ -160,7 +160,7 @@ class Vehicle:
         if kind == "listening":
             self._listening = status
         elif kind == "flight_log":
-            self._log = Path(status["path"])
+            self._log, self._logs = Path(status["path"]), self._logs + 1
         elif kind == "flight":
             self._status_us, self._fresh = round(status.pop("t_s") * 1e6), self._fresh + 1
             # MAVLink has these more often.
@@ -273,8 +273,7 @@ class Vehicle:
     def pause(self):
         """Lets simulation time stand still."""
         self._order("pause", True)
-        # The second status line after that of the plant was requested after it; the first may be older.
-        self._until(lambda: self._fresh >= 2 and self._is_at(self._status_us), "the time of the pause")
+        self._until(lambda: self._is_fresh() and self._is_at(self._status_us), "the time of the pause")
 
     def step(self, periods=1):
         """Flies this number of control periods, 1 to 100000, and stands still again. Time that runs is paused first."""
@@ -284,7 +283,7 @@ class Vehicle:
             self.pause()
         target_us = self._time_us + int(periods) * self._period_us
         self._order(f"step {int(periods)}", True)
-        self._until(lambda: self._is_at(target_us) or self._fresh >= 2 and self._status_us != target_us, "the step")
+        self._until(lambda: self._is_at(target_us) or self._is_fresh() and self._status_us != target_us, "the step")
         if not self._is_at(target_us):
             raise VehicleError(f"the flight ended before {target_us / 1e6:g} s: {self._summary()}")
 
@@ -305,6 +304,11 @@ class Vehicle:
         except (OSError, ValueError):
             raise self._why_ended() or VehicleError("the vehicle is closed") from None
         self._until(lambda: self._pace_lines > before and paused in (None, self._paused), f"the plant to {line}")
+
+    def _is_fresh(self):
+        """Whether the status was requested after the plant's last line about its pace."""
+        # The first status line after it may be older, and each line about a log delays the status by one line.
+        return self._fresh >= 2 + self._logs
 
     def _is_at(self, time_us):
         """Whether all of `state` is of this time."""
