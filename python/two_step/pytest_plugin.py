@@ -15,7 +15,7 @@ VEHICLES = pytest.StashKey[list]()
 def pytest_addoption(parser):
     about = "Folder for the logs of flights of failed tests [default: one of pytest's temporary folders]"
     parser.getgroup("two_step").addoption("--two-step-logs", metavar="DIR", help=about)
-    parser.addini("two_step_logs", about, type="string", default="")
+    parser.addini("two_step_logs", about, default="")
 
 
 @pytest.fixture
@@ -58,11 +58,11 @@ def _new_folder(base, name):
     raise FileExistsError(f"{base} has 10000 folders of {name}")
 
 
-@pytest.hookimpl(wrapper=True)
+# Of the old kind, which every version of pytest takes.
+@pytest.hookimpl(hookwrapper=True)
 def pytest_runtest_makereport(item):
-    report = yield
+    report = (yield).get_result()
     if report.failed:
         item.stash[FAILED] = True
         for number, vehicle in enumerate(item.stash.get(VEHICLES, [])):
             report.sections.append((f"two_step vehicle {number}", vehicle.report()))
-    return report
