@@ -97,12 +97,29 @@ class GymPeer:
             vector.close()
 
 
-class TwoStep(GymPeer):
+class TwoStepEnvironment(GymPeer):
+    ENV = "TwoStep/Jam-v0"
+    STEP_MS = 20.0
+    # The package brings a vector of its own, which Gymnasium takes by itself.
+    VECTORS = ((8, None), (64, None))
+
+    def make(self):
+        import gymnasium
+
+        return gymnasium.make(self.ENV, step_ms=self.STEP_MS)
+
+    def make_vector(self, size, mode):
+        import gymnasium
+
+        return gymnasium.make_vec(self.ENV, num_envs=size, step_ms=self.STEP_MS)
+
+
+class TwoStep:
     name = "Two-Step"
     package = "two-step"
     module = "two_step"
-    VECTORS = ((8, None), (64, None))
-    ENV = "TwoStep/Jam-v0"
+    # The nominal scenario ends after a minute.
+    LONG = {"plant.duration_s": 1e6}
 
     def __init__(self):
         import two_step
@@ -111,9 +128,10 @@ class TwoStep(GymPeer):
         try:
             import two_step.gym  # noqa: F401
 
-            self.has_gym = True
-        except ImportError:
-            self.has_gym = False
+            self.environment = TwoStepEnvironment()
+        except ImportError as error:
+            print(f"no environment: {error}", file=sys.stderr)
+            self.environment = None
 
     def new(self):
         return self.two_step.Simulation("case1", seed=1, set={"plant.wind.turbulence_m_s": 3.0})
@@ -133,7 +151,7 @@ class TwoStep(GymPeer):
         return simulation.copy()
 
     def steps(self):
-        simulation = self.two_step.Simulation("nominal")
+        simulation = self.two_step.Simulation("nominal", set=self.LONG)
 
         def one_by_one(count):
             for _ in range(count):
@@ -145,7 +163,7 @@ class TwoStep(GymPeer):
                 simulation.truth.values()
 
         yield "`Simulation.step()`", 2.0, one_by_one
-        yield "`step()` and `truth.values()`", 2.0, with_state
+        yield "`step()` and `truth.values()`, all 59", 2.0, with_state
         yield "`step(n)`", 2.0, simulation.step
 
     def whole_flight(self):
@@ -157,43 +175,16 @@ class TwoStep(GymPeer):
 
         return rate(run) * self.two_step.fly("case1", rows=False).end_s
 
-    def make(self):
-        import gymnasium
-
-        return gymnasium.make(self.ENV)
-
-    def make_vector(self, size, mode):
-        import gymnasium
-
-        return gymnasium.make_vec(self.ENV, num_envs=size)
-
-    def env_stepper(self):
-        env = self.make()
-        env.reset(seed=1)
-        action = neutral(env.action_space)
-
-        def run(count):
-            for _ in range(count):
-                _, _, ended, cut, _ = env.step(action)
-                if ended or cut:
-                    env.reset()
-
-        return run
-
     def env_step_ms(self):
-        env = self.make()
-        _, before = env.reset(seed=1)
-        _, _, _, _, after = env.step(neutral(env.action_space))
-        if "time_s" in after:
-            return round(1e3 * (after["time_s"] - before.get("time_s", 0.0)), 6)
-        return None
+        return TwoStepEnvironment.STEP_MS
 
     def facts(self):
         names = len(self.two_step.Simulation("nominal").state)
-        facts = {"observations": f"yes: {names} signals with units, `state.roll_rad`; true ones beside them, `truth`"}
-        if self.has_gym:
-            facts["environment"] = self.ENV
-        return facts
+        observations = f"yes: {names} signals, as `state.roll_rad`, and the true ones, `truth`"
+        if self.environment:
+            names = len(self.environment.make().unwrapped.observation_names)
+            observations += f"; of the environment {names}, `observation_names`"
+        return {"observations": observations}
 
     def jam(self):
         simulation = self.two_step.Simulation("nominal", ftc="off")
@@ -221,10 +212,9 @@ class JsbSim:
     name = "JSBSim"
     package = "jsbsim"
     module = "jsbsim"
-    VECTORS = ()
     # The module has no step of its own; the value is that of its scripts and of jsbgym's predecessor.
     STEP_S = 1.0 / 120.0
-    has_gym = False
+    environment = None
 
     def __init__(self):
         import jsbsim
@@ -397,10 +387,11 @@ class JsbGym(GymPeer):
     package = "jsbgym"
     module = "jsbgym"
     ENV = "F16-HeadingControlTask-Shaping.STANDARD-NoFG-v0"
-    has_gym = True
 
     def __init__(self):
         import jsbgym  # noqa: F401
+
+        self.environment = self
 
     def make(self):
         import gymnasium
@@ -434,7 +425,6 @@ class JsbGym(GymPeer):
     def facts(self):
         task = self.make().unwrapped.task
         return {
-            "environment": self.ENV,
             "observations": f"an array of {len(task.state_variables)}; names in `task.state_variables`, any property of JSBSim through `sim`",
         }
 
@@ -459,7 +449,6 @@ class TensorAeroSpace(GymPeer):
     ENV = "NonlinearAngularF16-v0"
     # Each process needs half a GB for PyTorch alone.
     VECTORS = ((8, "sync"), (8, "async"), (64, "sync"))
-    has_gym = True
 
     def __init__(self):
         import tensoraerospace.envs  # noqa: F401
@@ -467,6 +456,7 @@ class TensorAeroSpace(GymPeer):
 
         self.trim = find_trim(150.0, 3_000.0)
         assert self.trim.converged
+        self.environment = self
 
     def options(self, profile=None):
         return {
@@ -522,7 +512,6 @@ class TensorAeroSpace(GymPeer):
         from tensoraerospace.envs.f16.nonlinear_angular import MODEL_STATE_ORDER
 
         return {
-            "environment": self.ENV,
             "observations": f"an array; names of its first {len(MODEL_STATE_ORDER)} values in `MODEL_STATE_ORDER`",
         }
 
@@ -635,8 +624,8 @@ def measure_speed(peer_class):
     peer = peer_class()
     result["steps"] = [{"name": name, "step_ms": step_ms, "us": 1e6 / rate(run)} for name, step_ms, run in peer.steps()]
     result["whole_flight"] = peer.whole_flight()
-    if peer.has_gym:
-        result["env"] = {"step_ms": peer.env_step_ms(), "per_s": rate(peer.env_stepper())}
+    if peer.environment:
+        result["env"] = {"name": peer.environment.ENV, "step_ms": peer.env_step_ms(), "per_s": rate(peer.environment.env_stepper())}
     return result
 
 
@@ -644,9 +633,9 @@ def measure_vectors(peer_class):
     """On all cores."""
     peer = peer_class()
     result = {}
-    if peer.has_gym:
-        for size, mode in peer.VECTORS:
-            result[f"{size} {mode or 'batched'}"] = peer.vector(size, mode)
+    if peer.environment:
+        for size, mode in peer.environment.VECTORS:
+            result[f"{size} {mode or 'batched'}"] = peer.environment.vector(size, mode)
     if hasattr(peer, "batched"):
         result["64 of the linear Boeing 747, batched"] = peer.batched()
     return result
@@ -655,26 +644,31 @@ def measure_vectors(peer_class):
 def measure_facts(peer_class):
     """What does not depend on time."""
     peer = peer_class()
-    first, flight = peer.new(), peer.new()
-    seen = peer.fly(first)
-    facts = {"hash": hashlib.sha256(seen).hexdigest(), "same_new": peer.fly(flight) == seen}
-    # Twice: a first restart may leave what a second one has, too.
-    peer.restart(first)
-    facts["same_restart"] = peer.fly(first) == seen
-    saved = peer.new()
-    peer.fly(saved, FLIGHT_STEPS // 2)
-    try:
-        other = peer.copy(saved)
-    except Exception as error:
-        facts["copy"] = f"no ({type(error).__name__} of `copy.deepcopy`)"
-    else:
-        same = peer.fly(saved, FLIGHT_STEPS // 2) == peer.fly(other, FLIGHT_STEPS // 2)
-        facts["copy"] = f"yes, {'same bits' if same else 'other bits'}"
+    facts = repeated(peer)
+    if peer.environment not in (None, peer):
+        facts["environment"] = repeated(peer.environment)
     distribution = importlib.metadata.distribution(peer.package) if installed(peer.package) else None
     facts["version"] = distribution.version if distribution else "checkout"
     facts["licence"] = licence(distribution)
     facts["with"] = {name: importlib.metadata.version(name) for name in ("jsbsim", "gymnasium", "numpy", "torch") if installed(name)}
     return {**facts, **peer.facts(), "jam": peer.jam()}
+
+
+def repeated(flights):
+    """Whether a flight repeats, and whether its copy goes on as it does."""
+    first = flights.new()
+    seen = flights.fly(first)
+    facts = {"hash": hashlib.sha256(seen).hexdigest(), "same_new": flights.fly(flights.new()) == seen}
+    flights.restart(first)
+    facts["same_restart"] = flights.fly(first) == seen
+    saved = flights.new()
+    flights.fly(saved, FLIGHT_STEPS // 2)
+    try:
+        other = flights.copy(saved)
+    except Exception as error:
+        return {**facts, "copy": f"no ({type(error).__name__} of `copy.deepcopy`)"}
+    same = flights.fly(saved, FLIGHT_STEPS // 2) == flights.fly(other, FLIGHT_STEPS // 2)
+    return {**facts, "copy": f"yes, {'same bits' if same else 'other bits'}"}
 
 
 def installed(package):
@@ -738,6 +732,12 @@ def measured(name, part, python, environ):
         return json.loads(out.read_text())
 
 
+def compare_processes(one, other):
+    one["same_process"] = one["hash"] == other["hash"]
+    if "environment" in one:
+        compare_processes(one["environment"], other["environment"])
+
+
 def figure(values, digits=3):
     """Median, least and largest."""
     middle, least, most = (rounded(value, digits) for value in (statistics.median(values), min(values), max(values)))
@@ -783,18 +783,20 @@ def table(facts, turns, sizes):
         step_ms = first["step_ms"]
         simulated = f"; {rounded(statistics.median(values) * step_ms / 1e3)} ×" if step_ms else ""
         length = f" of {rounded(step_ms)} ms" if step_ms else ""
-        return f"`{facts[name]['environment']}`: {figure(values)} steps/s{length}{simulated}"
+        return f"`{first['name']}`: {figure(values)} steps/s{length}{simulated}"
 
     def vector_cell(name):
         kinds = turns[name]["vectors"][0]
         return "<br>".join(f"{kind}: {figure(over_turns(name, 'vectors', lambda turn, kind=kind: turn[kind]))}" for kind in kinds) or "-"
 
-    def same_cell(name):
+    def of_both(name, words):
+        """Of a simulation and of the environment, where a project has both."""
         fact = facts[name]
-        return (
-            f"new flight: {yes(fact['same_new'])}; new process: {yes(fact['same_process'])}; reset of one that has flown: "
-            f"{yes(fact['same_restart'])}"
-        )
+        return words(fact) + (f"<br>environment: {words(fact['environment'])}" if "environment" in fact else "")
+
+    def same_words(fact):
+        kinds = {"new flight": "same_new", "new process": "same_process", "reset of one that has flown": "same_restart"}
+        return "; ".join(f"{words}: {yes(fact[key])}" for words, key in kinds.items())
 
     row("version", lambda name: facts[name]["version"])
     row("installed with it", lambda name: ", ".join(f"{package} {version}" for package, version in facts[name]["with"].items() if package != name))
@@ -806,8 +808,8 @@ def table(facts, turns, sizes):
     row("flights in one call", whole_cell)
     row("environment of Gymnasium", env_cell)
     row("vector of environments, all cores, environment steps/s", vector_cell)
-    row("same seed, same bits", same_cell)
-    row("copy of a flight that goes on", lambda name: facts[name]["copy"])
+    row("same seed, same bits", lambda name: of_both(name, same_words))
+    row("copy of a flight that goes on", lambda name: of_both(name, lambda fact: fact["copy"]))
     row("observations by name", lambda name: facts[name]["observations"])
     row("jam of one elevator", lambda name: facts[name]["jam"]["one_elevator"])
     row("left and right move apart", lambda name: facts[name]["jam"]["apart"])
@@ -852,7 +854,7 @@ def main():
     facts = {}
     for name in names:
         facts[name], again = (measured(name, "facts", *places[name]) for _ in range(2))
-        facts[name]["same_process"] = facts[name]["hash"] == again["hash"]
+        compare_processes(facts[name], again)
     turns = {name: {"speed": [], "vectors": []} for name in names}
     for turn in range(args.turns):
         for name in names if turn % 2 == 0 else reversed(names):
