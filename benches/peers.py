@@ -11,6 +11,7 @@ order. What one core does is measured on one core; vector environments use all. 
 import argparse
 import copy
 import datetime
+import functools
 import hashlib
 import importlib.metadata
 import json
@@ -38,7 +39,23 @@ FLIGHT_STEPS = 200
 # gives the bytes of what it saw, `steps` has the calls whose speed is measured: name, integration step in ms, function of a count.
 
 
-class GymPeer:
+class Peer:
+    # Its environment of Gymnasium: itself, where a flight is one.
+    environment = None
+
+    def copy(self, flight):
+        return copy.deepcopy(flight)
+
+    def whole_flight(self):
+        """Simulated seconds a second of flights in one call, where there is such a call."""
+        return None
+
+    def batched(self):
+        """Speed and step of vectors that are not of Gymnasium."""
+        return {}
+
+
+class GymPeer(Peer):
     """A flight is an environment of Gymnasium."""
 
     # Environments of a vector, and how Gymnasium runs them.
@@ -66,20 +83,16 @@ class GymPeer:
         assert np.isfinite(numbers(observation)).all(), observation
         return b"".join(seen)
 
-    def copy(self, env):
-        return copy.deepcopy(env)
-
     def env_stepper(self):
         env = self.new()
         action = neutral(env.action_space)
 
-        def run(count):
-            for _ in range(count):
-                _, _, ended, cut, _ = env.step(action)
-                if ended or cut:
-                    env.reset()
+        def step():
+            _, _, ended, cut, _ = env.step(action)
+            if ended or cut:
+                env.reset()
 
-        return run
+        return times(step)
 
     def vector(self, size, mode):
         """Environment steps a second of a vector; ended environments begin anew within it."""
@@ -87,12 +100,7 @@ class GymPeer:
         try:
             vector.reset(seed=1)
             action = neutral(vector.action_space)
-
-            def run(count):
-                for _ in range(count):
-                    vector.step(action)
-
-            return size * rate(run)
+            return size * rate(times(lambda: vector.step(action)), time.perf_counter)
         finally:
             vector.close()
 
@@ -114,7 +122,7 @@ class TwoStepEnvironment(GymPeer):
         return gymnasium.make_vec(self.ENV, num_envs=size, step_ms=self.STEP_MS)
 
 
-class TwoStep:
+class TwoStep(Peer):
     name = "Two-Step"
     package = "two-step"
     module = "two_step"
@@ -153,27 +161,17 @@ class TwoStep:
     def steps(self):
         simulation = self.two_step.Simulation("nominal", set=self.LONG)
 
-        def one_by_one(count):
-            for _ in range(count):
-                simulation.step()
+        def with_state():
+            simulation.step()
+            simulation.truth.values()
 
-        def with_state(count):
-            for _ in range(count):
-                simulation.step()
-                simulation.truth.values()
-
-        yield "`Simulation.step()`", 2.0, one_by_one
-        yield "`step()` and `truth.values()`, all 59", 2.0, with_state
+        yield "`Simulation.step()`", 2.0, times(simulation.step)
+        yield "`step()` and `truth.values()`, all 59", 2.0, times(with_state)
         yield "`step(n)`", 2.0, simulation.step
 
     def whole_flight(self):
-        """Simulated seconds a second of flights in one call."""
-
-        def run(count):
-            for _ in range(count):
-                self.two_step.fly("case1", rows=False)
-
-        return rate(run) * self.two_step.fly("case1", rows=False).end_s
+        fly = functools.partial(self.two_step.fly, "case1", rows=False)
+        return rate(times(fly)) * fly().end_s
 
     def env_step_ms(self):
         return TwoStepEnvironment.STEP_MS
@@ -187,48 +185,56 @@ class TwoStep:
         return {"observations": observations}
 
     def jam(self):
-        simulation = self.two_step.Simulation("nominal", ftc="off")
-        simulation.step(1000)
-        simulation.fail("left elevator", stuck_deg=JAM_DEG)
-        roll_deg, command_deg, left_deg, right_deg = [], [], [], []
-        for _ in range(round(JAM_S / 0.002)):
-            simulation.step()
-            truth = simulation.truth
-            roll_deg.append(abs(math.degrees(truth.roll_rad)))
-            command_deg.append(math.degrees(simulation.commands.left_elevator_rad))
-            left_deg.append(math.degrees(truth.position_left_elevator_rad))
-            right_deg.append(math.degrees(truth.position_right_elevator_rad))
-        left, right = left_deg[-1], right_deg[-1]
-        moved, commanded = span(left_deg), span(command_deg)
+        held = self.jammed(lambda simulation, trim: simulation.act(trim))
+        flown = self.jammed(lambda simulation, trim: None)
+        left, right = flown["left"][-1], flown["right"][-1]
+        moved, commanded = span(flown["left"]), span(flown["command"])
         return {
-            "one_elevator": "yes, any surface at any angle, at once or as the actuator moves; `fail(\"left elevator\", stuck_deg=10)`",
-            "apart": f"{apart(left, right)}: left {left:.1f}, right {right:.1f} deg after {JAM_S:.0f} s",
-            "rolls": f"{yes(max(roll_deg) > 1.0)}: {max(roll_deg):.1f} deg of roll at most, with the autopilot's PID alone",
+            "one_elevator": 'yes, any surface at any angle, at once or at the actuator\'s rate; `fail("left elevator", stuck_deg=10)`',
+            "apart": f"{apart(left, right)}: left {left:.1f}, right {right:.1f} deg after {JAM_S:.0f} s, with the autopilot",
+            "rolls": f"{yes(held['roll'][-1] > 1.0)}: {held['roll'][-1]:.0f} deg in {JAM_S:.0f} s with all commands held; with the "
+            f"autopilot's PID, without compensator, {max(flown['roll']):.1f} deg at most",
             "after_actuator": f"{yes(moved < 1e-9 < commanded)}: command moves by {commanded:.1f} deg, surface by {moved:.1f}",
         }
 
+    def jammed(self, control):
+        """What follows a jam of the left elevator, deg, while `control` may replace the autopilot's commands by those before it."""
+        simulation = self.two_step.Simulation("nominal", ftc="off")
+        simulation.step(1000)
+        trim = simulation.commands.values()
+        simulation.fail("left elevator", stuck_deg=JAM_DEG)
+        rows = {"roll": [], "command": [], "left": [], "right": []}
+        for _ in range(round(JAM_S / 0.002)):
+            control(simulation, trim)
+            rows["command"].append(math.degrees(simulation.commands.left_elevator_rad))
+            simulation.step()
+            truth = simulation.truth
+            rows["roll"].append(abs(math.degrees(truth.roll_rad)))
+            rows["left"].append(math.degrees(truth.position_left_elevator_rad))
+            rows["right"].append(math.degrees(truth.position_right_elevator_rad))
+        return rows
 
-class JsbSim:
+
+class JsbSim(Peer):
     name = "JSBSim"
     package = "jsbsim"
     module = "jsbsim"
     # The module has no step of its own; the value is that of its scripts and of jsbgym's predecessor.
     STEP_S = 1.0 / 120.0
-    environment = None
 
     def __init__(self):
         import jsbsim
 
         self.jsbsim = jsbsim
 
-    def load(self, model, altitude_ft, speed_ft_s, path=None):
+    def load(self, model, altitude_ft, speed_ft_s, path=None, step_s=STEP_S):
         aircraft = self.jsbsim.FGFDMExec(None)
         aircraft.set_debug_level(0)
         if path:
             assert aircraft.load_model_with_paths(model, str(path), aircraft.get_engine_path(), aircraft.get_systems_path())
         else:
             assert aircraft.load_model(model)
-        aircraft.set_dt(self.STEP_S)
+        aircraft.set_dt(step_s)
         aircraft["ic/h-sl-ft"] = altitude_ft
         aircraft["ic/vt-fps"] = speed_ft_s
         assert aircraft.run_ic()
@@ -255,29 +261,20 @@ class JsbSim:
             seen.append([aircraft[name] for name in ("velocities/q-rad_sec", "position/h-sl-ft", "attitude/phi-rad", "velocities/u-fps")])
         return json.dumps(seen).encode()
 
-    def copy(self, aircraft):
-        return copy.deepcopy(aircraft)
-
     def steps(self):
         aircraft = self.trimmed("f16", 15_000.0, 500.0)
         names = ["velocities/q-rad_sec", "position/h-sl-ft", "attitude/phi-rad", "attitude/theta-rad", "velocities/u-fps", "aero/alpha-rad"]
 
-        def run(count):
-            for _ in range(count):
-                aircraft.run()
+        def with_state():
+            aircraft.run()
+            for name in names:
+                aircraft[name]
 
-        def with_state(count):
-            for _ in range(count):
-                aircraft.run()
-                for name in names:
-                    aircraft[name]
-
-        yield "`run()`, F-16", 1e3 * self.STEP_S, run
-        yield "`run()` and 6 properties", 1e3 * self.STEP_S, with_state
+        yield "`run()`, F-16", 1e3 * self.STEP_S, times(aircraft.run)
+        yield "`run()` and 6 properties", 1e3 * self.STEP_S, times(with_state)
         assert abs(aircraft["position/h-sl-ft"] - 15_000.0) < 5_000.0, "it has not flown level"
-
-    def whole_flight(self):
-        return None
+        aircraft = self.trimmed("f16", 15_000.0, 500.0, step_s=0.002)
+        yield "`run()`, F-16", 2.0, times(aircraft.run)
 
     def facts(self):
         return {"observations": f"yes: {len(self.new().get_property_catalog())} properties of the F-16 by name"}
@@ -295,7 +292,8 @@ class JsbSim:
         return before, [aircraft[name] for name in watched]
 
     def jam(self):
-        bundled = bundled_with_jam(self.jsbsim)
+        models = bundled_aircraft(self.jsbsim)
+        bundled = with_elevator_jam(self.jsbsim, models)
         # The F-16's surfaces are no actuators: a position written from outside holds to the next step.
         f16 = self.trimmed("f16", 15_000.0, 500.0)
         for _ in range(10):
@@ -308,6 +306,11 @@ class JsbSim:
         cessna = ("c172x", 5_000.0, 180.0)
         before, after = self.flown(self.trimmed(*cessna), "fcs/elevator-actuator/malfunction/fail_stuck", watched)
         moved, commanded = (math.degrees(abs(b - a)) for a, b in zip(before, after))
+        ends = [
+            self.flown(self.trimmed(*cessna), f"fcs/elevator-actuator/malfunction/{fault}", watched)[1][0]
+            for fault in ("fail_hardover", "fail_zero")
+        ]
+        limit, zero = (math.degrees(end) for end in ends)
         watched = ["fcs/left-aileron-pos-rad", "fcs/right-aileron-pos-rad", "attitude/phi-rad"]
         before, after = self.flown(self.trimmed(*cessna), "fcs/left-aileron-actuator/malfunction/fail_stuck", watched)
         left, right, roll = (math.degrees(b - a) for a, b in zip(before, after))
@@ -323,13 +326,14 @@ class JsbSim:
                 two_roll = max(two_roll, abs(math.degrees(two["attitude/phi-rad"])))
             two_left, two_right = (math.degrees(two[f"fcs/{side}-elevator-pos-rad"]) for side in ("left", "right"))
         return {
-            "one_elevator": "of all elevators, where they stand (`fail_stuck`), at the limit or at zero, for aircraft whose XML has an "
-            f"`<actuator>`: {len(bundled)} bundled ones ({', '.join(bundled)}), not the F-16 (there a written position is "
-            f"{'overwritten in the next step' if overwritten else 'kept'}); one elevator only where the user writes the XML",
+            "one_elevator": "of the one elevator, not of one half, where an aircraft's XML has an `<actuator>`: where it stands (`fail_stuck`), at "
+            f"a limit ({limit:.1f} deg in the Cessna) or near zero ({zero:.1f}). Of {len(models)} bundled models {len(bundled)} have it "
+            f"({', '.join(bundled)}); the F-16 has not, and {'overwrites' if overwritten else 'keeps'} a position that is written",
             "apart": f"elevators of bundled aircraft no, ailerons of the Cessna yes: left moves by {abs(left):.1f}, right by {abs(right):.1f} "
-            f"deg; with two elevators written in 30 lines of XML {apart(two_left, two_right)}: left {two_left:.1f}, right {two_right:.1f} deg",
-            "rolls": f"by one aileron {roll:.1f} deg in {JAM_S:.0f} s; by elevators {yes(two_roll > 1.0)} with that XML ({two_roll:.1f} deg), "
-            "its moment chosen by the user",
+            f"deg. With two elevators that the user writes in XML {apart(two_left, two_right)}: left {two_left:.1f}, right "
+            f"{two_right:.1f} deg",
+            "rolls": f"by one aileron {yes(abs(roll) > 1.0)}: {abs(roll):.0f} deg in {JAM_S:.0f} s. By one elevator {yes(two_roll > 1.0)} with "
+            f"that XML, {two_roll:.0f} deg; its rolling moment is the user's",
             "after_actuator": f"{yes(moved < 1e-6 < commanded)}: command moves by {commanded:.1f} deg, surface by {moved:.1f}",
         }
 
@@ -364,20 +368,23 @@ class JsbSim:
         return self.trimmed("c172x", 5_000.0, 180.0, path=folder)
 
 
-def bundled_with_jam(jsbsim, models=None):
-    """Bundled aircraft whose elevator has a switch that jams it."""
+def bundled_aircraft(jsbsim):
     folder = Path(jsbsim.get_default_root_dir()) / "aircraft"
+    return sorted(path.stem for path in folder.glob("*/*.xml") if path.stem == path.parent.name)
+
+
+def with_elevator_jam(jsbsim, models):
+    """Those whose elevator has a switch that jams it."""
     found = []
-    for model in models or sorted(path.parent.name for path in folder.glob("*/*.xml") if path.stem == path.parent.name):
-        # What a model prints or lacks is its own affair.
+    for model in models:
         aircraft = jsbsim.FGFDMExec(None)
         aircraft.set_debug_level(0)
         try:
-            loaded = aircraft.load_model(model)
-        except Exception:
+            assert aircraft.load_model(model)
+        except Exception as error:
+            print(f"{model} is not counted: {error!r}", file=sys.stderr)
             continue
-        catalog = aircraft.get_property_catalog() if loaded else []
-        if any("elevator" in name.lower() and "fail_stuck" in name for name in catalog):
+        if any("elevator" in name.lower() and "fail_stuck" in name for name in aircraft.get_property_catalog()):
             found.append(model)
     return found
 
@@ -404,17 +411,10 @@ class JsbGym(GymPeer):
         return gymnasium.make_vec(self.ENV, num_envs=size, vectorization_mode=mode)
 
     def steps(self):
+        # An environment that is collected closes its simulation.
         env = self.new()
         simulation = env.unwrapped.sim
-
-        def run(count):
-            for _ in range(count):
-                simulation.run()
-
-        yield "`Simulation.run()`, F-16", 1e3 * simulation.sim_dt, run
-
-    def whole_flight(self):
-        return None
+        yield "`Simulation.run()`, F-16", 1e3 * simulation.sim_dt, times(simulation.run)
 
     def env_step_ms(self):
         env = self.new()
@@ -433,7 +433,7 @@ class JsbGym(GymPeer):
         from jsbgym import utils
 
         models = sorted({values[0].jsbsim_id for values in utils.get_env_id_kwargs_map().values()})
-        found = bundled_with_jam(jsbsim, models)
+        found = with_elevator_jam(jsbsim, models)
         return {
             "one_elevator": f"no: {len(found)} of its {len(models)} aircraft have a switch that jams an elevator",
             "apart": "no",
@@ -481,20 +481,13 @@ class TensorAeroSpace(GymPeer):
         model = self.new().unwrapped.model
         command = [self.trim.stab_rad, self.trim.stab_rad, 0.0, 0.0]
 
-        def run(count):
-            for _ in range(count):
-                model.run_step(command)
-
-        yield "`AngularF16.run_step()`, RK4", 1e3 * model.dt, run
-
-    def whole_flight(self):
-        return None
+        yield "`AngularF16.run_step()`, RK4", 1e3 * model.dt, times(lambda: model.run_step(command))
 
     def env_step_ms(self):
         return 1e3 * self.new().unwrapped.dt
 
     def batched(self, size=64):
-        """Its one environment that is batched inside: a linear longitudinal model of the Boeing 747."""
+        """Speed and step of its one environment that is batched inside: a linear longitudinal model of the Boeing 747."""
         import torch
         from tensoraerospace.envs import ImprovedB747VecEnvTorch
 
@@ -502,11 +495,8 @@ class TensorAeroSpace(GymPeer):
         vector.reset()
         action = torch.zeros((size, 1))
 
-        def run(count):
-            for _ in range(count):
-                vector.step(action)
-
-        return size * rate(run)
+        speed = size * rate(times(lambda: vector.step(action)), time.perf_counter)
+        return {f"{size} of a linear Boeing 747, batched": [speed, 1e3 * vector.dt]}
 
     def facts(self):
         from tensoraerospace.envs.f16.nonlinear_angular import MODEL_STATE_ORDER
@@ -541,9 +531,9 @@ class TensorAeroSpace(GymPeer):
         return {
             "one_elevator": "yes, `split_stab=True` and a `DamageProfile`: any angle at any time, also loss, partial loss and free floating; "
             f"a jam of the left aileron and one of the right are {'the same flight: one channel' if left == right else 'different flights'}",
-            "apart": f"commands yes, positions no: the state has their mean, {end[1]:.1f} deg after {JAM_S:.0f} s with a jam at {JAM_DEG:.0f} "
-            f"and a command of {stab_deg:.1f}",
-            "rolls": f"{yes(abs(end[0]) > 1.0)}: {abs(end[0]):.0f} deg in {JAM_S:.0f} s, without a controller",
+            "apart": f"commands yes; the position is their mean: {end[1]:.1f} deg after {JAM_S:.0f} s with a jam at {JAM_DEG:.0f} and a "
+            f"command of {stab_deg:.1f}",
+            "rolls": f"{yes(abs(end[0]) > 1.0)}: {abs(end[0]):.0f} deg in {JAM_S:.0f} s with all commands held",
             "after_actuator": f"{'no: it replaces the command' if later else 'yes'}. The mean angle goes there through the servo "
             f"({at_once[1] - rows[0][1]:.1f} deg in the first 10 ms); the rolling moment is there at once ({abs(at_once[3]):.0f} deg/s "
             "after 10 ms)",
@@ -557,12 +547,13 @@ REQUIREMENTS = {
     "tensoraerospace": ["tensoraerospace==0.3.18"],
 }
 BETTER = {
-    "two-step": "jams of single surfaces; states that can be kept; autopilot, compensators and estimator; campaigns; the same bits everywhere",
-    "jsbsim": "about 60 aircraft, also rotorcraft, airships and rockets; engines, propellers, fuel, gear and ground; aircraft as XML without "
-    "code; decades of use, FlightGear",
-    "jsbgym": "14 aircraft; two tasks with shaped rewards; pictures of a flight, FlightGear",
-    "tensoraerospace": "more vehicles (airliners, X-15, quadrotor, rockets, satellites); loss of wing sections with mass and inertia; 20 "
-    "agents and adaptive laws included; pretrained ones",
+    "two-step": "each surface fails by itself and after its actuator; autopilot, compensators, estimator and judges around the aircraft; flights "
+    "can be copied and repeated; small and quick to start",
+    "jsbsim": "many aircraft, also rotorcraft, airships and rockets; engines, propellers, fuel, gear and ground; an aircraft is XML, with its "
+    "own systems, and any property is written by name; used for decades, also by FlightGear",
+    "jsbgym": "14 aircraft and two tasks with shaped rewards for each; plots, FlightGear; long steps for an agent",
+    "tensoraerospace": "airliners, X-15, small UAVs, quadrotor, rockets, satellites; loss of parts of the wing with mass and inertia; some 20 "
+    "agents and adaptive laws with it; 3D views of a flight",
 }
 INCLUDES = {
     "two-step": "RK4; each surface with servo and fault, WGS-84, sensors; autopilot, compensator, detector; truth, judge",
@@ -600,13 +591,24 @@ def apart(left_deg, right_deg):
     return yes(abs(left_deg - right_deg) > 1.0)
 
 
-def rate(run, seconds=0.5):
-    """Calls a second; run(count) makes so many, for at least so long."""
+def times(call):
+    """A function that calls so many times."""
+
+    def run(count):
+        for _ in range(count):
+            call()
+
+    return run
+
+
+def rate(run, clock=time.process_time, seconds=0.5):
+    """Calls a second of processor time or, of what runs on several cores, of wall time; run(count) makes so many, for at least so long."""
+    run(1)
     count = 1
     while True:
-        begin = time.perf_counter()
+        begin = clock()
         run(count)
-        taken = time.perf_counter() - begin
+        taken = clock() - begin
         if taken >= seconds:
             return count / taken
         count = max(2 * count, math.ceil(1.1 * count * seconds / max(taken, 1e-6)))
@@ -635,10 +637,8 @@ def measure_vectors(peer_class):
     result = {}
     if peer.environment:
         for size, mode in peer.environment.VECTORS:
-            result[f"{size} {mode or 'batched'}"] = peer.environment.vector(size, mode)
-    if hasattr(peer, "batched"):
-        result["64 of the linear Boeing 747, batched"] = peer.batched()
-    return result
+            result[f"{size} {mode or 'batched'}"] = [peer.environment.vector(size, mode), peer.env_step_ms()]
+    return {**result, **peer.batched()}
 
 
 def measure_facts(peer_class):
@@ -698,7 +698,10 @@ def environment(folder, name, requirements, checkout):
     place = folder / name
     python = place / "bin/python"
     stamp = place / "peers.json"
-    wanted = json.dumps([requirements, sys.version])
+    # A checkout or a wheel can have changed under the same name.
+    local = [Path(requirement.split("[")[0]) for requirement in requirements if requirement.startswith("/")]
+    built = [time.time() if path.is_dir() else path.stat().st_mtime for path in local]
+    wanted = json.dumps([requirements, sys.version, *built])
     if not (stamp.exists() and stamp.read_text() == wanted):
         print(f"{name}: installing {' '.join(requirements)}", file=sys.stderr)
         shutil.rmtree(place, ignore_errors=True)
@@ -706,10 +709,9 @@ def environment(folder, name, requirements, checkout):
         subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
         pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--disable-pip-version-check"]
         subprocess.run([*pip, *requirements], check=True)
-        # Nobody's first import compiles.
-        subprocess.run([python, "-m", "compileall", "-q", place / "lib"], check=False, stdout=subprocess.DEVNULL)
         stamp.write_text(wanted)
-    environ = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
+    # What this machine sets for its own programs is no part of the comparison.
+    environ = {key: value for key, value in os.environ.items() if not key.startswith(("PYTHON", "OPENBLAS_", "OMP_"))}
     if checkout:
         environ["PYTHONPATH"] = str(ROOT / "python")
     return python, environ
@@ -768,12 +770,12 @@ def table(facts, turns, sizes):
         for index, step in enumerate(turns[name]["speed"][0]["steps"]):
             us = over_turns(name, "speed", lambda turn, index=index: turn["steps"][index]["us"])
             speed = [1e3 * step["step_ms"] / value for value in us]
-            cells.append(f"{step['name']}, {rounded(step['step_ms'])} ms: {figure(us)} us; {rounded(statistics.median(speed))} ×")
+            cells.append(f"{step['name']}, {step['step_ms']:.3g} ms: {figure(us)} us; {rounded(statistics.median(speed))} ×")
         return "<br>".join(cells)
 
     def whole_cell(name):
         values = over_turns(name, "speed", lambda turn: turn["whole_flight"])
-        return f"`fly(\"case1\", rows=False)`: {figure(values)} ×" if values else "-"
+        return f'`fly("case1", rows=False)`: {figure(values)} ×' if values else "-"
 
     def env_cell(name):
         first = turns[name]["speed"][0].get("env")
@@ -781,13 +783,15 @@ def table(facts, turns, sizes):
             return "no environment" if name != "two-step" else "`two_step.gym` is not in this version"
         values = over_turns(name, "speed", lambda turn: turn["env"]["per_s"])
         step_ms = first["step_ms"]
-        simulated = f"; {rounded(statistics.median(values) * step_ms / 1e3)} ×" if step_ms else ""
-        length = f" of {rounded(step_ms)} ms" if step_ms else ""
-        return f"`{first['name']}`: {figure(values)} steps/s{length}{simulated}"
+        simulated = rounded(statistics.median(values) * step_ms / 1e3)
+        return f"`{first['name']}`: {figure(values)} steps/s of {step_ms:g} ms; {simulated} ×"
 
     def vector_cell(name):
-        kinds = turns[name]["vectors"][0]
-        return "<br>".join(f"{kind}: {figure(over_turns(name, 'vectors', lambda turn, kind=kind: turn[kind]))}" for kind in kinds) or "-"
+        cells = []
+        for kind, (_, step_ms) in turns[name]["vectors"][0].items():
+            values = over_turns(name, "vectors", lambda turn, kind=kind: turn[kind][0])
+            cells.append(f"{kind}: {figure(values)}; {rounded(statistics.median(values) * step_ms / 1e3)} ×")
+        return "<br>".join(cells) or "-"
 
     def of_both(name, words):
         """Of a simulation and of the environment, where a project has both."""
@@ -799,7 +803,10 @@ def table(facts, turns, sizes):
         return "; ".join(f"{words}: {yes(fact[key])}" for words, key in kinds.items())
 
     row("version", lambda name: facts[name]["version"])
-    row("installed with it", lambda name: ", ".join(f"{package} {version}" for package, version in facts[name]["with"].items() if package != name))
+    row(
+        "installed with it",
+        lambda name: ", ".join(f"{package} {version}" for package, version in facts[name]["with"].items() if package != name),
+    )
     row("licence", lambda name: facts[name]["licence"])
     row("installed packages, MB", lambda name: rounded(sizes[name]))
     row("import, s", lambda name: figure(over_turns(name, "speed", lambda turn: turn["import_s"])))
@@ -821,7 +828,9 @@ def table(facts, turns, sizes):
 
 
 def machine():
-    model = next((line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")), "?")
+    model = next(
+        (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")), "?"
+    )
     return f"{len(os.sched_getaffinity(0))} cores, {model}, Linux {platform.release()}, Python {platform.python_version()}"
 
 
@@ -848,9 +857,7 @@ def main():
     folder = args.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
     names = [name for name in PEERS if not args.only or name in args.only]
-    places = {
-        name: environment(folder, name, REQUIREMENTS.get(name, ours), args.checkout and name == "two-step") for name in names
-    }
+    places = {name: environment(folder, name, REQUIREMENTS.get(name, ours), args.checkout and name == "two-step") for name in names}
     facts = {}
     for name in names:
         facts[name], again = (measured(name, "facts", *places[name]) for _ in range(2))
