@@ -844,7 +844,7 @@ def machine():
     model = next(
         (line.split(":")[1].strip() for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name")), "?"
     )
-    return f"{len(os.sched_getaffinity(0))} cores, {model}, Linux {platform.release()}, Python {platform.python_version()}"
+    return f"{len(os.sched_getaffinity(0))} cores, {model}, Linux {platform.release().split('-')[0]}, Python {platform.python_version()}"
 
 
 def main():
