@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-#: The command line that the package is compared with: of this checkout, or the package's own.
-SITL = os.environ.get("TWO_STEP_SITL", "sitl")
+#: The command line that the package is compared with: a program of the same checkout, or the package's own.
+SITL = os.environ.get("TWO_STEP_PROGRAM", "sitl")
 
 
 @pytest.fixture
