@@ -4,6 +4,8 @@
 `docs/book.py` puts them into the book below docs/notebooks/NAME.md. It needs the package two_step and
 python/notebooks/requirements.txt; a notebook of the repository that has outputs is refused.
 """
+import base64
+import io
 import re
 import sys
 import time
@@ -11,6 +13,7 @@ from pathlib import Path
 
 import nbformat
 from nbclient import NotebookClient
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -37,11 +40,18 @@ def shown(output, heading):
         return f"```text\n{output.text.rstrip()}\n```" if output.name == "stdout" else ""
     data = output.data
     if "image/png" in data:
-        return f"![{heading}](data:image/png;base64,{''.join(data['image/png'].split())})"
+        return f"![{heading}](data:image/png;base64,{small(data['image/png'])})"
     if "text/html" in data:
         table = re.search(r"<table.*?</table>", data["text/html"], re.DOTALL)[0]
         return re.sub(r"\n\s*", "\n", table)
     return f"```text\n{data['text/plain']}\n```"
+
+
+def small(png):
+    """A figure has few colours; mdBook puts each picture into its page twice."""
+    shrunk = io.BytesIO()
+    Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB").quantize(64).save(shrunk, "PNG", optimize=True)
+    return base64.b64encode(shrunk.getvalue()).decode()
 
 
 def main():
