@@ -50,7 +50,7 @@ def shown(output, heading):
 def small(png):
     """A figure has few colours; mdBook puts each picture into its page twice."""
     shrunk = io.BytesIO()
-    Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB").quantize(64).save(shrunk, "PNG", optimize=True)
+    Image.open(io.BytesIO(base64.b64decode(png))).convert("RGB").quantize(128).save(shrunk, "PNG", optimize=True)
     return base64.b64encode(shrunk.getvalue()).decode()
 
 

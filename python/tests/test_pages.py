@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 LARGE = "stable_baselines3"
 
 
-@pytest.mark.parametrize("name", ["docs/python.md", "python/README.md"])
+@pytest.mark.parametrize("name", ["docs/python.md", "python/README.md", "README.md"])
 def test_the_code_of_a_page_runs(name, tmp_path, monkeypatch):
     for module in ("pandas", "polars", "pyarrow", "gymnasium", "pymavlink"):
         pytest.importorskip(module)
