@@ -69,6 +69,8 @@ struct Common {
     /// Control periods of a step, and steps of an episode.
     periods: u32,
     steps_max: u32,
+    /// Which of them jams in an episode.
+    jammed: Vec<Effector>,
     /// The effectors that an action moves one by one; none where it is a compensation.
     moved: Vec<Effector>,
     actions: usize,
@@ -240,16 +242,12 @@ impl Common {
     /// A surface that jams at an angle of its travel.
     fn draw_fault(&self, draws: &mut ChaCha8Rng) -> Option<ScheduledFault> {
         let airframe = &self.setup.plant.airframe;
-        let is_surface = |effector: &Effector| {
-            airframe.effectors.kind(*effector).is_some_and(EffectorKind::is_surface)
-        };
-        let surfaces: Vec<Effector> = airframe.effectors.all().filter(is_surface).collect();
         // All draws are made, so that an episode is the same whatever becomes of the first.
         let [happens, which, where_, when] = [(); 4].map(|()| part(draws));
         if self.task == Task::Track && happens < 0.5 {
             return None;
         }
-        let effector = *surfaces.get((which * surfaces.len() as f64) as usize)?;
+        let effector = *self.jammed.get((which * self.jammed.len() as f64) as usize)?;
         let servo = &airframe.servos[effector];
         let angle_rad = servo.min + where_ * (servo.max - servo.min);
         let onset_s = ONSET_S[0] + when * (ONSET_S[1] - ONSET_S[0]);
@@ -317,12 +315,13 @@ impl Episodes {
 #[pymethods]
 impl Episodes {
     #[new]
-    #[pyo3(signature = (task, scenario, count, *, action, step_ms, episode_s, **options))]
+    #[pyo3(signature = (task, scenario, count, *, action, jams, step_ms, episode_s, **options))]
     fn new(
         task: &str,
         scenario: &Bound<'_, PyAny>,
         count: usize,
         action: &str,
+        jams: Option<Vec<String>>,
         step_ms: f64,
         episode_s: f64,
         options: Option<&Bound<'_, PyDict>>,
@@ -376,6 +375,34 @@ impl Episodes {
                 list.all().filter(|effector| list.is_angle(*effector)).collect()
             }
         };
+        let is_angle = |effector: &Effector| list.is_angle(*effector);
+        let jammed: Vec<Effector> = match jams {
+            None => list
+                .all()
+                .filter(|effector| list.kind(*effector).is_some_and(EffectorKind::is_surface))
+                .collect(),
+            Some(names) => {
+                let known = || {
+                    list.all()
+                        .filter(is_angle)
+                        .map(|effector| list.key(effector))
+                        .collect::<Vec<_>>()
+                        .join(", ")
+                };
+                let named = |name: &String| {
+                    list.by_key(name).filter(is_angle).ok_or_else(|| {
+                        PyValueError::new_err(format!(
+                            "jams: {name:?}; expected some of {}",
+                            known()
+                        ))
+                    })
+                };
+                names.iter().map(named).collect::<PyResult<_>>()?
+            }
+        };
+        if jammed.is_empty() {
+            return Err(PyValueError::new_err("jams: expected at least one effector"));
+        }
         let actions = if moved.is_empty() { 3 } else { moved.len() };
         let steps_max = (1_000.0 * episode_s / step_ms).round() as u32;
         let common = Common {
@@ -384,6 +411,7 @@ impl Episodes {
             acts,
             periods: periods.round() as u32,
             steps_max,
+            jammed,
             moved,
             actions,
         };
@@ -399,6 +427,18 @@ impl Episodes {
             return ["aileron", "nozzle_pitch", "nozzle_yaw"].map(ToOwned::to_owned).into();
         }
         self.common.moved.iter().map(|effector| list.key(*effector).to_owned()).collect()
+    }
+
+    /// What 1 in each part of an action is, rad; thrust, N.
+    #[getter]
+    fn action_travel<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let servos = &self.common.setup.plant.airframe.servos;
+        if self.common.moved.is_empty() {
+            let Compensation { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } =
+                self.common.compensation(&[1.0; 3]);
+            return PyArray1::from_slice(py, &[aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad]);
+        }
+        PyArray1::from_iter(py, self.common.moved.iter().map(|effector| servos[*effector].max))
     }
 
     /// Names of the parts of an observation, and what each was divided by.

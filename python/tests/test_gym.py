@@ -137,7 +137,9 @@ def test_a_policy_flies_in_a_campaign_as_it_was_trained():
         ({"episode_s": 31}, ValueError, "expected one step to 30"),
         ({"foo": 1}, TypeError, "--foo"),
         ({"airframe": "q"}, ValueError, "tvc_jet"),
-        ({"render_mode": "human"}, ValueError, "render_mode"),
+        ({"render_mode": "human"}, TypeError, "render_mode"),
+        ({"jams": ["flap"]}, ValueError, "jams: \"flap\"; expected some of left_aileron"),
+        ({"jams": []}, ValueError, "at least one effector"),
     ],
 )
 def test_wrong_options_are_refused(options, error, words):

@@ -152,9 +152,11 @@ class Episodes:
     """Flights side by side for reinforcement learning; use two_step.gym."""
 
     action_names: list[str]
+    action_travel: NDArray[np.float64]
     observations: list[tuple[str, float]]
     def __init__(
-        self, task: str, scenario: Path, count: int, *, action: str, step_ms: float, episode_s: float, **options: Any
+        self, task: str, scenario: Path, count: int, *, action: str, jams: Sequence[str] | None, step_ms: float, episode_s: float,
+        **options: Any,
     ) -> None: ...
     def reset(self, seeds: Sequence[int | None]) -> NDArray[np.float32]: ...
     def step(

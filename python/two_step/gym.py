@@ -15,7 +15,9 @@ Options of both, also of ``gymnasium.make_vec``: ``scenario="nominal"``, those o
 action: "redundant" is beside the main controller (``law``, by default the paper's PID): aileron, nozzle pitch and nozzle yaw,
     each from -1 to 1 of its travel; of an aircraft without a nozzle an increment of each surface. No action (zeros) is the main
     controller alone. "all" is every effector in the place of the autopilot: 0 is a surface's neutral position, -1 and 1 the
-    ends of its travel, and of an engine its least and largest thrust.
+    ends of its travel, and of an engine its least and largest thrust. ``action_names`` names the parts, ``action_travel`` has
+    what 1 is, rad or N.
+jams: names of the effectors of which one jams; by default all surfaces.
 step_ms: time of a step, whole control periods; 20 ms.
 episode_s: truncation, at most 30 s.
 
@@ -52,11 +54,17 @@ def register():
 
 
 class _Spaces:
-    def _begin(self, count, task, scenario, action, step_ms, episode_s, options):
+    def _begin(
+        self, count, task, scenario, render_mode, *, action="redundant", jams=None, step_ms=20.0, episode_s=30.0, **options
+    ):
+        if render_mode is not None:
+            # The error after which Stable-Baselines3 tries again without it.
+            raise TypeError(f"render_mode = {render_mode!r}; expected None")
         self._episodes = Episodes(
-            task, scenario, count, action=action, step_ms=step_ms, episode_s=episode_s, **options
+            task, scenario, count, action=action, jams=jams, step_ms=step_ms, episode_s=episode_s, **options
         )
         self.action_names = self._episodes.action_names
+        self.action_travel = self._episodes.action_travel
         self.observation_names = [name for name, _ in self._episodes.observations]
         self.observation_scales = np.array([scale for _, scale in self._episodes.observations])
         observed = (len(self.observation_names),)
@@ -70,11 +78,9 @@ class FaultEnv(gymnasium.Env, _Spaces):
     metadata = {"render_modes": []}
 
     def __init__(
-        self, task, scenario="nominal", *, action="redundant", step_ms=20.0, episode_s=30.0, render_mode=None, **options
+        self, task, scenario="nominal", *, render_mode=None, **options
     ):
-        if render_mode is not None:
-            raise ValueError(f"render_mode = {render_mode!r}; expected None")
-        spaces = self._begin(1, task, scenario, action, step_ms, episode_s, options)
+        spaces = self._begin(1, task, scenario, render_mode, **options)
         self.observation_space, self.action_space = spaces
         self._begun = False
 
@@ -105,9 +111,6 @@ class FaultVectorEnv(VectorEnv, _Spaces):
         task="jam",
         scenario="nominal",
         *,
-        action="redundant",
-        step_ms=20.0,
-        episode_s=30.0,
         autoreset_mode=AutoresetMode.NEXT_STEP,
         render_mode=None,
         **options,
@@ -115,11 +118,9 @@ class FaultVectorEnv(VectorEnv, _Spaces):
         autoreset_mode = AutoresetMode(autoreset_mode)
         if autoreset_mode == AutoresetMode.DISABLED:
             raise ValueError(f"autoreset_mode = {autoreset_mode}; expected NEXT_STEP or SAME_STEP")
-        if render_mode is not None:
-            raise ValueError(f"render_mode = {render_mode!r}; expected None")
         self.metadata = {"render_modes": [], "autoreset_mode": autoreset_mode}
         self.num_envs, self.render_mode = num_envs, None
-        spaces = self._begin(num_envs, task, scenario, action, step_ms, episode_s, options)
+        spaces = self._begin(num_envs, task, scenario, render_mode, **options)
         self.single_observation_space, self.single_action_space = spaces
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
