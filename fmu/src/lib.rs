@@ -423,7 +423,7 @@ pub unsafe extern "C" fn fmi3FreeFMUState(
     }
 }
 
-/// Functions of what this FMU does not have, with the types of their further arguments.
+/// Functions of what this FMU does not have: importers look for all of the standard. With the types of their further arguments.
 macro_rules! lacking {
     ($($name:ident($($type:ty),*);)+) => {
         $(#[unsafe(no_mangle)]
@@ -481,4 +481,15 @@ lacking! {
     fmi3EnterEventMode();
     fmi3EnterStepMode();
     fmi3GetOutputDerivatives(References, usize, Source, Place, usize);
+    fmi3ActivateModelPartition(u32, f64);
+    fmi3EnterContinuousTimeMode();
+    fmi3CompletedIntegratorStep(u8, Place, Place);
+    fmi3SetTime(f64);
+    fmi3SetContinuousStates(Source, usize);
+    fmi3GetContinuousStateDerivatives(Place, usize);
+    fmi3GetEventIndicators(Place, usize);
+    fmi3GetContinuousStates(Place, usize);
+    fmi3GetNominalsOfContinuousStates(Place, usize);
+    fmi3GetNumberOfEventIndicators(Place);
+    fmi3GetNumberOfContinuousStates(Place);
 }
