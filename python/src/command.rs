@@ -18,12 +18,13 @@ use crate::work;
 /// Carries out a command: its words, what stands without an option's name, and options by keyword. Gives the exit status and what it
 /// printed.
 #[pyfunction]
-#[pyo3(signature = (command, arguments, *, own=None, name=None, **options))]
+#[pyo3(signature = (command, arguments, *, own_main=None, own_compensator=None, name=None, **options))]
 pub fn command(
     py: Python<'_>,
     command: Vec<OsString>,
     arguments: Vec<OsString>,
-    own: Option<Bound<'_, PyAny>>,
+    own_main: Option<Bound<'_, PyAny>>,
+    own_compensator: Option<Bound<'_, PyAny>>,
     name: Option<String>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(u8, String)> {
@@ -35,7 +36,7 @@ pub fn command(
         words.extend(arguments);
     }
     let mut cli = Cli::read(words).map_err(|error| options::mistake(&error))?;
-    let law = own.map(|law| PythonLaw::new(&law, name, false)).transpose()?;
+    let law = PythonLaw::new(own_main.as_ref(), own_compensator.as_ref(), name, false)?;
     if let Some(law) = &law {
         cli.set_own_law(law.own());
     }

@@ -21,18 +21,20 @@ use crate::work;
 
 /// Flies scenarios to their end. Gives what became of each as JSON, and of one flight its tables by name.
 #[pyfunction]
-#[pyo3(signature = (scenario, *, law=None, faults=None, rows=true, **options))]
+#[pyo3(signature = (scenario, *, law=None, compensator=None, faults=None, rows=true, **options))]
 pub fn fly(
     py: Python<'_>,
     scenario: &Bound<'_, PyAny>,
     law: Option<Bound<'_, PyAny>>,
+    compensator: Option<Bound<'_, PyAny>>,
     faults: Option<Bound<'_, PyAny>>,
     rows: bool,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(String, Tables)> {
     let seed = options.and_then(|options| options.get_item("seed").transpose()).transpose()?;
     let is_alone = seed.is_none_or(|seed| seed.extract::<u64>().is_ok());
-    let Wanted { args, setup, law } = Wanted::of(scenario, law, faults, options, is_alone)?;
+    let Wanted { args, setup, law } =
+        Wanted::of(scenario, [law, compensator], faults, options, is_alone)?;
     work::run(py, law.as_ref(), move || {
         let (stops, judges) = (args.stops_at_loss(), args.judges.as_slice());
         if let Some(Seeds::Range { from, to }) = args.seed {

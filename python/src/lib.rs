@@ -9,10 +9,12 @@
 use pyo3::prelude::*;
 
 mod command;
+mod episodes;
 mod fault;
 mod fly;
 mod law;
 mod options;
+mod pool;
 mod simulation;
 mod table;
 mod work;
@@ -25,9 +27,11 @@ mod _native {
     #[pymodule_export]
     use super::command::{command, main, read_log, read_toml};
     #[pymodule_export]
+    use super::episodes::Episodes;
+    #[pymodule_export]
     use super::fly::fly;
     #[pymodule_export]
-    use super::law::{Command, LawState};
+    use super::law::{Command, Compensation, LawState};
     #[pymodule_export]
     use super::simulation::{Signals, Simulation};
     #[pymodule_export]

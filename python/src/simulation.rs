@@ -1,6 +1,7 @@
 //! A flight that Python moves on, step by step.
 
 use std::collections::HashMap;
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -37,20 +38,15 @@ impl Wanted {
     /// Of a scenario, options of `sitl fly`, faults instead of the scenario's, and a law that is not the program's.
     pub fn of(
         scenario: &Bound<'_, PyAny>,
-        law: Option<Bound<'_, PyAny>>,
+        [law, compensator]: [Option<Bound<'_, PyAny>>; 2],
         faults: Option<Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
         is_alone: bool,
     ) -> PyResult<Self> {
         let mut words = options::words(options)?;
-        let mut own = None;
-        match law {
-            Some(law) if law.is_instance_of::<PyString>() => {
-                words.push(format!("--law={}", law.extract::<String>()?).into());
-            }
-            Some(law) => own = Some(PythonLaw::new(&law, None, is_alone)?),
-            None => {}
-        }
+        let law = unless_named(&mut words, "law", law);
+        let compensator = unless_named(&mut words, "compensator", compensator);
+        let own = PythonLaw::new(law.as_ref(), compensator.as_ref(), None, is_alone)?;
         words.extend(["--".into(), scenario.extract::<PathBuf>()?.into()]);
         let mut args: FlyArgs = options::parse(words)?;
         if let Some(law) = &own {
@@ -63,6 +59,20 @@ impl Wanted {
         }
         Ok(Self { args, setup, law: own })
     }
+}
+
+/// A law of Python; the name of one of the program's is an option.
+fn unless_named<'py>(
+    words: &mut Vec<OsString>,
+    option: &str,
+    law: Option<Bound<'py, PyAny>>,
+) -> Option<Bound<'py, PyAny>> {
+    let law = law?;
+    match law.cast::<PyString>() {
+        Ok(name) => words.push(format!("--{option}={name}").into()),
+        Err(_) => return Some(law),
+    }
+    None
 }
 
 /// Named values of one instant: `signals["altitude_m"]` or `signals.altitude_m`. The last words of a name are its unit; axes and
@@ -256,14 +266,16 @@ impl Running {
 #[pymethods]
 impl Simulation {
     #[new]
-    #[pyo3(signature = (scenario, *, law=None, faults=None, **options))]
+    #[pyo3(signature = (scenario, *, law=None, compensator=None, faults=None, **options))]
     fn new(
         scenario: &Bound<'_, PyAny>,
         law: Option<Bound<'_, PyAny>>,
+        compensator: Option<Bound<'_, PyAny>>,
         faults: Option<Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let Wanted { setup, law, .. } = Wanted::of(scenario, law, faults, options, true)?;
+        let Wanted { setup, law, .. } =
+            Wanted::of(scenario, [law, compensator], faults, options, true)?;
         Self::of(setup, law)
     }
 

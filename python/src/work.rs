@@ -8,10 +8,10 @@ use host_io::problem::Problem;
 use lab_report::runner::{self, Interrupted};
 use pyo3::exceptions::{PyKeyboardInterrupt, PyRuntimeError};
 use pyo3::prelude::*;
-use rayon::ThreadPoolBuilder;
 
 use crate::law::PythonLaw;
 use crate::options::refused;
+use crate::pool::{of_threads, pool};
 
 /// How often Ctrl-C is looked for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
@@ -23,10 +23,12 @@ pub fn run<T: Send>(
     work: impl FnOnce() -> Result<T, Problem> + Send,
 ) -> PyResult<T> {
     let ended = match law {
-        None => on_thread(py, work)?,
+        None => {
+            let pool = pool()?;
+            on_thread(py, move || pool.install(work))?
+        }
         Some(_) => {
-            let alone = ThreadPoolBuilder::new().num_threads(1).build();
-            let alone = alone.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+            let alone = of_threads(1)?;
             on_thread(py, move || alone.install(work))?
         }
     };

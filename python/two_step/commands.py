@@ -37,11 +37,11 @@ def _folder(out):
             yield Path(folder) / "out"
 
 
-def run(words, *arguments, out=None, law=None, name=None, **options):
+def run(words, *arguments, out=None, law=None, compensator=None, name=None, **options):
     """Carry out a command that writes tables into a folder, ``out`` or a temporary one."""
     with _folder(out) as folder:
         given = [str(argument) for argument in arguments]
-        status, text = _native.command(words.split(), given, own=law, name=name, out=folder, **options)
+        status, text = _native.command(words.split(), given, own_main=law, own_compensator=compensator, name=name, out=folder, **options)
         tables = {path.stem: _native.Table.read(path) for path in sorted(folder.glob("*.parquet"))}
     return Result(status, text, tables)
 

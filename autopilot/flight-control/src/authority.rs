@@ -67,7 +67,7 @@ impl AuthorityWatch {
         model: &DesignModel,
         at: &FlightCondition,
     ) -> Authority {
-        if allocation == AllocationMode::Paper {
+        if matches!(allocation, AllocationMode::Paper | AllocationMode::Own) {
             // So another allocation chosen in flight looks at once.
             self.due_us = 0;
             return authority(commands, thrust_n, model);

@@ -15,7 +15,7 @@ use crate::gains::{AllocationMode, Gains, IsolationMode, ObserverMode};
 use crate::healthy_actuators::HealthyActuators;
 use crate::isolation::{Isolation, IsolationInput, IsolationLog};
 use crate::log::{Health, StepLog};
-use crate::main_controller::{Demand, Law, MainController};
+use crate::main_controller::{Demand, Law, LawInput, MainController};
 use crate::mixer::{Mixed, Mixer};
 use crate::navigation::NavigationState;
 use crate::relief::{CompensationHealth, Relief, ReliefInput, ReliefLog, Relieved};
@@ -136,12 +136,13 @@ impl FlightControl {
         self.step_with(state, demand, None)
     }
 
-    /// The same; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies.
+    /// The same; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies, and where [`AllocationMode::Own`] is, the
+    /// compensator.
     pub fn step_with(
         &mut self,
         state: &NavigationState,
         demand: &Demand,
-        own: Option<&mut dyn Law>,
+        mut own: Option<&mut dyn Law>,
     ) -> StepLog {
         if self.model.adapt(state) {
             // The ends of its thrust are those of this flight condition.
@@ -188,10 +189,12 @@ impl FlightControl {
 
         // Of the step before, because this step's is known only behind the mixer.
         let saturation = &self.saturation;
-        let main = self.main_controller.step(state, &at, demand, saturation, &self.model, own);
+        let controller = &mut self.main_controller;
+        let main = controller.step(state, &at, demand, saturation, &self.model, again(&mut own));
         let (fade, airspeed_m_s) = (wake.fade, demand.airspeed_m_s);
+        let own = self.own_compensation(own, state, &main, &z2, &at);
         let Relieved { compensation, mut mixed, log: relief, health: compensation_health } =
-            self.allocate(state, airspeed_m_s, &main, &z2, fade, &at);
+            self.allocate(state, airspeed_m_s, &main, &z2, fade, &at, own);
         // Last, because it needs to know what the flown commands leave of the travel.
         isolation.test_rad = self.test(&mut mixed, state, &at);
         let attained = match wake.fade == 0.0 {
@@ -243,7 +246,25 @@ impl FlightControl {
         }
     }
 
+    /// What the law that the program brings compensates, where that is selected.
+    fn own_compensation(
+        &self,
+        own: Option<&mut dyn Law>,
+        state: &NavigationState,
+        main: &MainCommand,
+        z2: &Vector3<f64>,
+        at: &FlightCondition,
+    ) -> Option<Compensation> {
+        let is_selected = self.gains.selection.allocation == AllocationMode::Own;
+        let law = own.filter(|_| is_selected)?;
+        let references = self.main_controller.references()?;
+        let (saturated, model, h) = (&self.saturation, &self.model, self.main_controller.h());
+        let input = LawInput { state, references: &references, saturated, model, at, h };
+        Some(law.compensate(&input, main, z2))
+    }
+
     /// Step two b: the demanded compensation, and the commands of both steps together.
+    #[expect(clippy::too_many_arguments, reason = "the signals of one step")]
     fn allocate(
         &mut self,
         state: &NavigationState,
@@ -252,10 +273,14 @@ impl FlightControl {
         z2: &Vector3<f64>,
         fade: f64,
         at: &FlightCondition,
+        own: Option<Compensation>,
     ) -> Relieved {
         let (compensation, mixed) = match self.gains.selection.allocation {
-            AllocationMode::Paper => {
-                let compensation = compensate(z2, fade, &self.model, at);
+            AllocationMode::Paper | AllocationMode::Own => {
+                let compensation = match own {
+                    Some(own) => own.faded(fade),
+                    None => compensate(z2, fade, &self.model, at),
+                };
                 (compensation, self.mixer.mix(main, &compensation))
             }
             AllocationMode::Wls => {
@@ -311,6 +336,14 @@ impl FlightControl {
             // Follows along, so that a switch to the literal observer in flight starts from the truth.
             ObserverMode::Informed => self.main_only.copy_positions(&self.applied),
         }
+    }
+}
+
+/// The same law once more, for the next block.
+fn again<'a>(own: &'a mut Option<&mut dyn Law>) -> Option<&'a mut dyn Law> {
+    match own {
+        Some(law) => Some(&mut **law),
+        None => None,
     }
 }
 

@@ -166,12 +166,14 @@ pub enum AllocationMode {
     Wls,
     /// The same about the paper's command, with relief in yaw and protection of what it lives on; see [`crate::relief`].
     Relief,
+    /// The compensation of a law that the program brings: [`crate::Law::compensate`].
+    Own,
 }
 
 impl AllocationMode {
     /// All of them with their names on a command line.
     pub const NAMES: &[(&'static str, Self)] =
-        &[("paper", Self::Paper), ("wls", Self::Wls), ("relief", Self::Relief)];
+        &[("paper", Self::Paper), ("wls", Self::Wls), ("relief", Self::Relief), ("own", Self::Own)];
 }
 
 impl Gains {

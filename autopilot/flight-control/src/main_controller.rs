@@ -4,13 +4,14 @@
 //! that the rest knows of it; a law of one's own implements the same trait (docs/own-law.md).
 
 use icd::ControlPeriod;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::Visitor;
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{Gains, MainLaw, ReferenceGains};
 use crate::navigation::NavigationState;
-use crate::signals::{MainCommand, Saturation};
+use crate::signals::{Compensation, MainCommand, Saturation};
 use lqr::Lqr;
 use ndi::Ndi;
 use pid::{Pid, PidGangedNozzle};
@@ -68,6 +69,17 @@ pub struct LawInput<'a> {
 pub trait Law {
     /// One control period.
     fn step(&mut self, input: &LawInput<'_>) -> MainCommand;
+
+    /// The compensation beside the command of the main controller, before limits, where [`crate::AllocationMode::Own`] is selected; how much
+    /// of it acts is the business of [`crate::activation`]. `z2` is the estimated fault acceleration, rad/s².
+    fn compensate(
+        &mut self,
+        _input: &LawInput<'_>,
+        _main: &MainCommand,
+        _z2: &Vector3<f64>,
+    ) -> Compensation {
+        Compensation::NONE
+    }
 
     /// Another law has flown so far and `command` was its last one: integrators start so that the first step of
     /// this law gives the same command. What remains of the difference fades out over two seconds.
@@ -224,6 +236,11 @@ impl MainController {
     /// The references as tracked in the last step.
     pub fn references(&self) -> Option<References> {
         self.references
+    }
+
+    /// Control period, s.
+    pub(crate) fn h(&self) -> f64 {
+        self.h
     }
 
     /// Whether the law's command in the last step was one that no effector can follow: not finite, or beyond 1e9.

@@ -59,6 +59,21 @@ pub struct Compensation {
 impl Compensation {
     /// No compensation, to the bit.
     pub const NONE: Self = Self { aileron_rad: 0.0, nozzle_pitch_rad: 0.0, nozzle_yaw_rad: 0.0 };
+
+    /// So much of it; nothing to the bit where that is zero, and where a part is not finite or beyond [`COMMAND_MAX`].
+    pub(crate) fn faded(&self, fade: f64) -> Self {
+        let Self { aileron_rad, nozzle_pitch_rad, nozzle_yaw_rad } = *self;
+        let largest = aileron_rad.abs().max(nozzle_pitch_rad.abs()).max(nozzle_yaw_rad.abs());
+        let is_sum_finite = (aileron_rad + nozzle_pitch_rad + nozzle_yaw_rad).is_finite();
+        if fade == 0.0 || !is_sum_finite || largest > COMMAND_MAX {
+            return Self::NONE;
+        }
+        Self {
+            aileron_rad: fade * aileron_rad,
+            nozzle_pitch_rad: fade * nozzle_pitch_rad,
+            nozzle_yaw_rad: fade * nozzle_yaw_rad,
+        }
+    }
 }
 
 /// Side on which a command is beyond its limit.

@@ -27,10 +27,31 @@ impl<L: Law + Clone + Send + 'static> FlightLaw for L {
     }
 }
 
+/// What a law of the program is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OwnRole {
+    /// Main controller, `CTL_LAW` 9.
+    Main,
+    /// Compensator beside any main controller, `FTC_ALLOC` 9.
+    Compensator,
+    Both,
+}
+
+impl OwnRole {
+    pub const fn is_main(self) -> bool {
+        matches!(self, Self::Main | Self::Both)
+    }
+
+    pub const fn compensates(self) -> bool {
+        matches!(self, Self::Compensator | Self::Both)
+    }
+}
+
 /// A law that the program brings: its name, and what makes one for each flight.
 #[derive(Clone)]
 pub struct OwnLaw {
     name: Arc<str>,
+    role: OwnRole,
     /// What makes one for each flight.
     make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
 }
@@ -41,7 +62,23 @@ impl OwnLaw {
         name: &str,
         make: impl Fn() -> L + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), make: Arc::new(move || Box::new(make())) }
+        Self { name: name.into(), role: OwnRole::Main, make: Arc::new(move || Box::new(make())) }
+    }
+
+    /// The same for something else than a main controller.
+    #[must_use]
+    pub fn in_role(self, role: OwnRole) -> Self {
+        Self { role, ..self }
+    }
+
+    pub fn role(&self) -> OwnRole {
+        self.role
+    }
+
+    /// The parameters that select it.
+    pub fn selection(&self) -> impl Iterator<Item = (&'static str, f64)> + use<> {
+        let main = self.role.is_main().then_some(("CTL_LAW", 9.0));
+        main.into_iter().chain(self.role.compensates().then_some(("FTC_ALLOC", 9.0)))
     }
 
     /// Name in tables and outcomes.

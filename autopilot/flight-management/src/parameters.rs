@@ -6,10 +6,11 @@ use core::fmt::{Display, Write as _};
 
 use flight_control::compensator::neso::Lemma1Warning;
 use flight_control::gains::GainError;
-use flight_control::{Gains, MainLaw};
+use flight_control::{AllocationMode, Gains, MainLaw};
 use serde::{Deserialize, Serialize};
 
 use crate::TextError;
+use crate::own_law::OwnRole;
 use crate::vehicle::LinkLossAction;
 pub use crate::vehicle::{NavigationParameters, ReferenceLimits};
 
@@ -42,8 +43,8 @@ pub struct Parameters {
     pub mode_switch: ModeSwitchParameters,
     /// Rates of the streams.
     pub streams: StreamParameters,
-    /// The program provides its own law. Not a parameter; without it `CTL_LAW` 9 is refused.
-    pub brings_law: bool,
+    /// What a law that the program brings is for. Not a parameter; without it `CTL_LAW` 9 and `FTC_ALLOC` 9 are refused.
+    pub brings_law: Option<OwnRole>,
 }
 
 impl Default for Parameters {
@@ -57,7 +58,7 @@ impl Default for Parameters {
             link: LinkParameters::default(),
             mode_switch: ModeSwitchParameters::default(),
             streams: StreamParameters::default(),
-            brings_law: false,
+            brings_law: None,
         };
         for row in table() {
             if let Some(default) = row.default {
@@ -154,9 +155,9 @@ pub enum ParameterError {
     Order { lower: &'static str, low: f64, upper: &'static str, high: f64, unit: &'static str },
     /// The program has no such law.
     #[error(
-        "CTL_LAW = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
+        "{0} = 9 is the law that a program brings, and this one brings none; docs/own-law.md says how"
     )]
-    NoOwnLaw,
+    NoOwnLaw(&'static str),
     /// The set as a whole cannot be flown.
     #[error("{0}")]
     Gains(#[from] GainError),
@@ -236,8 +237,13 @@ impl Parameters {
     /// Checks that the selected law exists. Saved parameters may name a law that only another program provides,
     /// so this is checked before a flight.
     pub fn check_law(&self) -> Result<(), ParameterError> {
-        if self.gains.selection.main == MainLaw::Own && !self.brings_law {
-            return Err(ParameterError::NoOwnLaw);
+        let selection = &self.gains.selection;
+        let role = self.brings_law;
+        if selection.main == MainLaw::Own && !role.is_some_and(OwnRole::is_main) {
+            return Err(ParameterError::NoOwnLaw("CTL_LAW"));
+        }
+        if selection.allocation == AllocationMode::Own && !role.is_some_and(OwnRole::compensates) {
+            return Err(ParameterError::NoOwnLaw("FTC_ALLOC"));
         }
         Ok(())
     }

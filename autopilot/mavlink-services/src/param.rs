@@ -487,7 +487,7 @@ fn refusal(error: ParameterError) -> (MavParamError, String) {
         ParameterError::OutOfRange { .. }
         | ParameterError::NotWhole { .. }
         | ParameterError::NotAChoice { .. }
-        | ParameterError::NoOwnLaw
+        | ParameterError::NoOwnLaw(_)
         | ParameterError::Order { .. }
         | ParameterError::Gains(_) => MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE,
     };

@@ -100,7 +100,12 @@ pub struct LawArgs {
 impl LawArgs {
     /// Takes a law that the program brings; it flies unless `--law` names another one.
     pub fn set_own_law(&mut self, own: &OwnLaw) {
-        self.law.get_or_insert(MainLaw::Own);
+        if own.role().is_main() {
+            self.law.get_or_insert(MainLaw::Own);
+        }
+        if own.role().compensates() {
+            self.allocation.get_or_insert(AllocationMode::Own);
+        }
         self.own = Some(own.clone());
     }
 
@@ -129,7 +134,7 @@ impl LawArgs {
             parameters::set_from_text(parameters, text)
                 .at(format!("--gains {}", path.display()))?;
         }
-        parameters.brings_law = self.own.is_some();
+        parameters.brings_law = self.own.as_ref().map(OwnLaw::role);
         let selection = &mut parameters.gains.selection;
         selection.main = self.law.unwrap_or(selection.main);
         selection.compensator_law = self.compensator.unwrap_or(selection.compensator_law);
@@ -322,7 +327,7 @@ impl AutopilotArgs {
             parameters.limits = setup.limits;
             parameters.navigation = setup.navigation;
             parameters.failure.enabled = setup.fault_injection;
-            parameters.brings_law = setup.own_law.is_some();
+            parameters.brings_law = setup.own_law.as_ref().map(OwnLaw::role);
             parameters.check_law().at("--param")?;
             return Ok((setup, parameters));
         }

@@ -290,16 +290,23 @@ impl SpecFile {
         Ok(self)
     }
 
-    /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW` to 9, and where none does, it is one
-    /// law more. Its name belongs to the text of the specification.
+    /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW`, or `FTC_ALLOC`, to 9, and where none does,
+    /// it is one law more. Its name belongs to the text of the specification.
     pub fn set_own_law(self, own: &OwnLaw) -> Result<Self, Problem> {
         let Self { name, mut text, folder, spec, .. } = self;
-        let is_own = |set: &toml::Table| set.get("CTL_LAW").and_then(number) == Some(9.0);
+        let selects = |set: &toml::Table, (key, value): (&str, f64)| {
+            set.get(key).and_then(number) == Some(value)
+        };
+        let is_own = |set: &toml::Table| own.selection().any(|one| selects(set, one));
         let mut sets = [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));
         let own_name = Toml::String(own.name().to_owned());
         text += &match sets.any(is_own) {
             true => format!("\n# CTL_LAW = 9 is {own_name}\n"),
-            false => format!("\n[[law]]\nname = {own_name}\nset = {{ CTL_LAW = 9 }}\n"),
+            false => {
+                let set: Vec<String> =
+                    own.selection().map(|(key, value)| format!("{key} = {value}")).collect();
+                format!("\n[[law]]\nname = {own_name}\nset = {{ {} }}\n", set.join(", "))
+            }
         };
         Ok(Self { own_law: Some(own.clone()), ..Self::parse(&name, text, folder)? })
     }

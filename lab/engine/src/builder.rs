@@ -11,7 +11,7 @@ use autopilot::config::Model;
 use autopilot::parameters::Parameters;
 use autopilot::run::{Ftc, LawArgs};
 use flight_control::estimator::EstimatorPreset;
-use flight_control::{AircraftModel, MainLaw};
+use flight_control::{AircraftModel, AllocationMode, MainLaw};
 use icd::{ControlPeriod, SimTime};
 use plant_sim::io::{parse_period, whole};
 use plant_sim::setup::default_step_us;
@@ -101,6 +101,7 @@ impl SetupOptions {
         let LawArgs { law, compensator, allocation, .. } = &self.laws;
         // A law that the program brings may be replaced.
         let law = law.filter(|law| *law != MainLaw::Own);
+        let allocation = allocation.filter(|allocation| *allocation != AllocationMode::Own);
         let given = [
             self.ftc.map(|_| ("FTC_MODE", "--ftc")),
             law.map(|_| ("CTL_LAW", "--law")),

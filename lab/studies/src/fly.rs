@@ -200,7 +200,8 @@ impl OneFlight<'_> {
 /// Name of the law of the program that flies, if it does.
 fn own_law(setup: &FlightSetup) -> Option<&str> {
     let own = setup.own_law.as_ref().map(OwnLaw::name);
-    own.filter(|_| setup.parameters.gains.selection.main == MainLaw::Own)
+    let selection = &setup.parameters.gains.selection;
+    own.filter(|_| selection.main == MainLaw::Own || selection.allocation == AllocationMode::Own)
 }
 
 fn written<'a, T>(

@@ -126,7 +126,8 @@ const LAWS: &[Parameter] = choices! { "Laws";
     "FTC_ALLOC", gains.selection.allocation, "Allocation of the compensating demand":
         0 AllocationMode::Paper "ailerons and nozzle, by the inverse of the paper",
         1 AllocationMode::Wls "all surfaces and nozzle angles, bounded weighted least squares",
-        2 AllocationMode::Relief "the same about the command of the paper, with relief in yaw (beyond the paper)";
+        2 AllocationMode::Relief "the same about the command of the paper, with relief in yaw (beyond the paper)",
+        9 AllocationMode::Own "the compensation that the program brings";
     "FTC_ISO", gains.selection.isolation, "What the verdict of the isolation is good for":
         0 IsolationMode::Report "reported, changes no command",
         1 IsolationMode::Test "the same, with test deflections where two effectors look alike",

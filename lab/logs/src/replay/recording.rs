@@ -75,7 +75,7 @@ impl Recording {
         }
         control.settings.model.validate().at("the model in its control_header cannot be flown")?;
         let Settings { gains, limits, navigation, .. } = control.settings;
-        let brings_law = own_law.is_some();
+        let brings_law = own_law.as_ref().map(OwnLaw::role);
         let parameters =
             Parameters { gains, limits, navigation, brings_law, ..Parameters::default() };
         parameters.check().at("the parameters in its control_header cannot be flown")?;
