@@ -31,9 +31,7 @@ pub struct AutopilotSetup {
 impl AutopilotSetup {
     /// Of a flight, which is trimmed for it.
     pub fn of(flight: &FlightSetup) -> Result<Self, Problem> {
-        if flight.own_law.is_some()
-            || flight.parameters.gains.selection.main == flight_control::MainLaw::Own
-        {
+        if flight.own_law.is_some() {
             return Err(problem!("a law that the program brings cannot be stored in an FMU"));
         }
         flight.plant.check_model(flight.model.aircraft())?;
