@@ -69,7 +69,7 @@ impl AutopilotSide {
     pub fn new(setup: AutopilotSetup) -> Result<(Self, VariableList), Problem> {
         setup.settings.model.validate().at("the model of the aircraft")?;
         let effectors = &setup.effectors;
-        let mut list = VariableList::new();
+        let mut list = VariableList::of_time();
         let trim = || setup.positions.iter().map(|(_, position)| FmuValue::Number(*position));
         let names = effectors.all().map(|e| effector_field("start", effectors, e).to_string());
         let about = "position of a healthy effector at the start: that of the plant";

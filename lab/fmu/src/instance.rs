@@ -150,7 +150,8 @@ impl FmuInstance {
     pub fn step(&mut self, point_s: f64, size_s: f64) -> Result<bool, Problem> {
         self.expect(&[InstanceMode::Stepping], "step")?;
         let now_s = self.now_s();
-        if !((point_s - now_s).abs() <= TIME_ERROR_MAX_S) {
+        let is_here = (point_s - now_s).abs() <= TIME_ERROR_MAX_S;
+        if !is_here {
             return Err(problem!("the communication point is {point_s} s; the time is {now_s} s"));
         }
         for _ in 0..self.periods(size_s)? {

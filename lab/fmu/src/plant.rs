@@ -44,7 +44,7 @@ impl PlantSide {
         let effectors = setup.airframe.effectors;
         let trim = Plant::new(&setup)?.trim().positions();
         let wind: [f64; 3] = wind::steady(&setup.wind).0.into();
-        let mut list = VariableList::new();
+        let mut list = VariableList::of_time();
         let numbers = |names: Vec<String>, values: &[f64]| {
             names.into_iter().zip(values.iter().copied().map(FmuValue::Number)).collect::<Vec<_>>()
         };
@@ -138,7 +138,7 @@ impl PlantSide {
         let Some(mut plant) = self.plant.take() else {
             return Err(problem!("no flight has begun"));
         };
-        let answer = self.obey(&mut plant, &values[self.places.fault]);
+        let answer = self.obey(&mut plant, &values[self.places.fault]).at("fault");
         if answer.is_ok() {
             self.blow(&mut plant, three(&values[self.places.wind.clone()]));
             let commands = FmuValue::numbers(&values[self.places.commands.clone()]);
@@ -165,7 +165,7 @@ impl PlantSide {
         for request in self.requests(text, plant.time())? {
             if let FaultReply::Refused(refusal) = plant.request(&request) {
                 let class = request.target().map_or(TargetClass::Angle, |of| of.class(effectors));
-                return Err(problem!("fault {text:?}: {}", refusal.described(class)));
+                return Err(problem!("{text:?}: {}", refusal.described(class)));
             }
         }
         Ok(())
@@ -192,7 +192,7 @@ impl PlantSide {
             Ok(request)
         };
         let texts = text.split([';', '\n']).map(str::trim).filter(|text| !text.is_empty());
-        texts.map(|text| one(text).at(format_args!("fault {text:?}"))).collect()
+        texts.map(|text| one(text).at(format_args!("{text:?}"))).collect()
     }
 
     fn blow(&mut self, plant: &mut Plant, wind: [f64; 3]) {

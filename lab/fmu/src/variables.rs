@@ -50,7 +50,8 @@ pub struct FmuVariable {
 pub struct VariableList(Vec<FmuVariable>);
 
 impl VariableList {
-    pub fn new() -> Self {
+    /// With the time alone.
+    pub fn of_time() -> Self {
         Self(vec![FmuVariable {
             name: "time".to_owned(),
             causality: Causality::Independent,
