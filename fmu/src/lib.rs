@@ -92,7 +92,7 @@ unsafe fn slice<'a, T>(first: *const T, count: usize) -> &'a [T] {
 
 /// # Safety
 ///
-/// As [`slice`], and nobody else uses the elements.
+/// As for `slice`, and nobody else uses the elements.
 unsafe fn slice_mut<'a, T>(first: *mut T, count: usize) -> &'a mut [T] {
     // SAFETY: by the contract; a slice must not begin at null.
     if first.is_null() { &mut [] } else { unsafe { std::slice::from_raw_parts_mut(first, count) } }
