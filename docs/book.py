@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""For mdBook (book.toml): links to files of the repository that are no pages of the book become their paths.
+"""For mdBook (book.toml): links to files of the repository that are no pages of the book become their paths, and the results of
+notebooks that `docs/notebooks.py` has executed follow on their pages.
 
 `python3 docs/book.py check target/book` finds links of the built book that lead nowhere.
 """
@@ -10,17 +11,20 @@ import sys
 import urllib.parse
 from pathlib import Path
 
-def without_outside_links(item):
+def rewrite(item):
     """Rewrites a chapter and all below it."""
     chapter = item.get("Chapter") if isinstance(item, dict) else None
     if not chapter:
         return
+    executed = Path("target", chapter["path"])
+    if chapter["path"].startswith("notebooks/") and executed.exists():
+        chapter["content"] += "\n" + executed.read_text()
     # As many steps up as the page has folders, its own included, lead out of the book.
     up = "../" * len(Path(chapter["path"]).parts)
     outside = rf"\[([^\]\[]*)\]\({re.escape(up)}([^)#\s]+)(?:#[^)\s]*)?\)"
     chapter["content"] = re.sub(outside, as_path, chapter["content"])
     for below in chapter["sub_items"]:
-        without_outside_links(below)
+        rewrite(below)
 
 
 def as_path(link):
@@ -52,5 +56,5 @@ if sys.argv[1:2] == ["check"]:
     sys.exit(bool(found))
 _, book = json.load(sys.stdin)
 for item in book.get("items") or book["sections"]:
-    without_outside_links(item)
+    rewrite(item)
 json.dump(book, sys.stdout)

@@ -1,5 +1,6 @@
 //! Every command of `sitl`, as a function and as the program itself.
 
+use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -15,17 +16,25 @@ use crate::options::{self, refused};
 use crate::table::{Table, Tables};
 use crate::work;
 
+/// A law in Python: main controller, compensator or both, its name in tables, and parameters that it flies with in a campaign.
+#[derive(FromPyObject, Default)]
+#[pyo3(from_item_all)]
+pub struct Own<'py> {
+    main: Option<Bound<'py, PyAny>>,
+    compensator: Option<Bound<'py, PyAny>>,
+    name: Option<String>,
+    set: Option<BTreeMap<String, f64>>,
+}
+
 /// Carries out a command: its words, what stands without an option's name, and options by keyword. Gives the exit status and what it
 /// printed.
 #[pyfunction]
-#[pyo3(signature = (command, arguments, *, own_main=None, own_compensator=None, name=None, **options))]
+#[pyo3(signature = (command, arguments, *, own=None, **options))]
 pub fn command(
     py: Python<'_>,
     command: Vec<OsString>,
     arguments: Vec<OsString>,
-    own_main: Option<Bound<'_, PyAny>>,
-    own_compensator: Option<Bound<'_, PyAny>>,
-    name: Option<String>,
+    own: Option<Own<'_>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(u8, String)> {
     let mut words = vec![OsString::from("sitl")];
@@ -36,7 +45,10 @@ pub fn command(
         words.extend(arguments);
     }
     let mut cli = Cli::read(words).map_err(|error| options::mistake(&error))?;
-    let law = PythonLaw::new(own_main.as_ref(), own_compensator.as_ref(), name, false)?;
+    let own = own.unwrap_or_default();
+    let settings: Vec<(String, f64)> = own.set.unwrap_or_default().into_iter().collect();
+    let law =
+        PythonLaw::new(own.main.as_ref(), own.compensator.as_ref(), own.name, &settings, false)?;
     if let Some(law) = &law {
         cli.set_own_law(law.own());
     }

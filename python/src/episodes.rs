@@ -206,7 +206,7 @@ impl Lane {
     /// Changes of references that are due.
     fn wishes(&mut self, common: &Common) -> Vec<Recorded> {
         let every = (REFERENCES_EVERY_S / common.step_s()).round() as u32;
-        if common.task == Task::Jam || self.steps % every.max(1) != 0 {
+        if common.task == Task::Jam || !self.steps.is_multiple_of(every.max(1)) {
             return Vec::new();
         }
         let roll = ROLL_MAX_RAD * signed(&mut self.references);

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use autopilot::own_law::{Failure, FlightLaw, OwnLaw, OwnRole};
 use flight_control::{Law, LawInput, MainCommand};
+use lab_report::runner;
 use nalgebra::Vector3;
 use numpy::PyArray1;
 use pyo3::exceptions::{PyTypeError, PyValueError};
@@ -326,6 +327,7 @@ impl PythonLaw {
         main: Option<&Bound<'_, PyAny>>,
         compensator: Option<&Bound<'_, PyAny>>,
         name: Option<String>,
+        settings: &[(String, f64)],
         is_alone: bool,
     ) -> PyResult<Option<Self>> {
         let role = match (main, compensator) {
@@ -356,7 +358,7 @@ impl PythonLaw {
             };
             FlyingLaw { laws, failure, raised: slot.clone(), last: MainCommand::default() }
         };
-        Ok(Some(Self { own: OwnLaw::new(&name, of_flight).in_role(role), raised }))
+        Ok(Some(Self { own: OwnLaw::new(&name, of_flight).in_role(role).with(settings), raised }))
     }
 
     pub fn own(&self) -> &OwnLaw {
@@ -412,8 +414,9 @@ fn deep_copy<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     law.py().import("copy")?.call_method1("deepcopy", (law,))
 }
 
-/// Keeps the first exception, and says what it was.
+/// Keeps the first exception, and says what it was; the other flights of the call end too.
 fn keep(raised: &Raised, error: PyErr) -> Failure {
+    runner::interrupt();
     let text = error.to_string();
     raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     Failure::from(Box::<dyn Error + Send + Sync>::from(text))

@@ -46,7 +46,7 @@ impl Wanted {
         let mut words = options::words(options)?;
         let law = unless_named(&mut words, "law", law);
         let compensator = unless_named(&mut words, "compensator", compensator);
-        let own = PythonLaw::new(law.as_ref(), compensator.as_ref(), None, is_alone)?;
+        let own = PythonLaw::new(law.as_ref(), compensator.as_ref(), None, &[], is_alone)?;
         words.extend(["--".into(), scenario.extract::<PathBuf>()?.into()]);
         let mut args: FlyArgs = options::parse(words)?;
         if let Some(law) = &own {

@@ -25,16 +25,16 @@ pub fn run<T: Send>(
     let ended = match law {
         None => {
             let pool = pool()?;
-            on_thread(py, move || pool.install(work))?
+            on_thread(py, move || pool.install(work))
         }
         Some(_) => {
             let alone = of_threads(1)?;
-            on_thread(py, move || alone.install(work))?
+            on_thread(py, move || alone.install(work))
         }
     };
     match law.and_then(PythonLaw::raised) {
         Some(raised) => Err(raised),
-        None => ended.map_err(refused),
+        None => ended?.map_err(refused),
     }
 }
 

@@ -4,46 +4,52 @@ A specification is the name of one that comes with the program ("jams", "smoke",
 interrupted goes on in its folder.
 """
 
-from two_step import commands
+from two_step import _native, commands
 
 
-def run(spec, *, out=None, laws=None, **options):
+def run(spec, *, out=None, laws=None, compensators=None, own_set=None, **options):
     """Fly every run that is not there yet.
 
-    laws: {"name": law}, a law in Python that flies beside those of the specification. A class makes a law for each flight;
-        an instance needs ``__deepcopy__``; a function has no state.
+    laws, compensators: {"name": law}, a law in Python that flies beside those of the specification. A class makes a law for
+        each flight; an instance needs ``__deepcopy__``; a function has no state. The same name in both is one law that is both.
+    own_set: parameters that the law in Python flies with, such as {"FTC_MODE": 2} for a compensator that always acts.
     options: those of ``sitl campaign run``: ``samples=``, ``seed=``, ``airframe=``, ``set=``, ``only=``, ``shard="1/4"``.
 
     Returns a :class:`two_step.commands.Result`: ``result["runs"]`` has a row for each run, ``result["summary"]`` one for each
     group with its intervals.
     """
-    return _with_law("campaign run", spec, out, laws, options)
+    own = _own(laws, compensators, own_set)
+    return commands.run("campaign run", spec, out=out, own=own, **options)
 
 
-def worst(spec, *, out=None, laws=None, **options):
+def worst(spec, *, out=None, laws=None, compensators=None, own_set=None, **options):
     """The smallest fault, the earliest time or the weakest gust that each law does not survive."""
-    return _with_law("campaign worst", spec, out, laws, options)
+    own = _own(laws, compensators, own_set)
+    return commands.run("campaign worst", spec, out=out, own=own, **options)
 
 
-def tune(spec, *, out=None, laws=None, **options):
+def tune(spec, *, out=None, **options):
     """Search the gains of each law by one procedure, on flights of their own."""
-    return _with_law("campaign tune", spec, out, laws, options)
+    return commands.run("campaign tune", spec, out=out, **options)
 
 
-def suite(*, out=None, **options):
+def suite(*, out=None, laws=None, compensators=None, own_set=None, **options):
     """Fly FTC-1 to FTC-12 with every law."""
-    return commands.run("campaign suite", out=out, **options)
+    own = _own(laws, compensators, own_set)
+    return commands.run("campaign suite", out=out, own=own, **options)
 
 
 def compare(one, other):
     """Compare the results of two folders of one specification, run by run; returns the text."""
-    from two_step import _native
-
     return _native.command(["campaign", "compare"], [str(one), str(other)])[1]
 
 
-def _with_law(words, spec, out, laws, options):
-    if laws is not None and len(laws) != 1:
-        raise ValueError(f"laws has {len(laws)} entries; expected one: a campaign flies one law in Python beside its own")
-    ((name, law),) = (laws or {None: None}).items()
-    return commands.run(words, spec, out=out, law=law, name=name, **options)
+def _own(laws, compensators, own_set):
+    laws, compensators = laws or {}, compensators or {}
+    names = list(dict.fromkeys([*laws, *compensators]))
+    if not names:
+        return None
+    if len(names) > 1:
+        raise ValueError(f"laws, compensators: {', '.join(names)}; expected one: a campaign flies one law in Python beside its own")
+    (name,) = names
+    return commands.own_law(laws.get(name), compensators.get(name), name, own_set)

@@ -37,22 +37,31 @@ def _folder(out):
             yield Path(folder) / "out"
 
 
-def run(words, *arguments, out=None, law=None, compensator=None, name=None, **options):
-    """Carry out a command that writes tables into a folder, ``out`` or a temporary one."""
+def run(words, *arguments, out=None, own=None, **options):
+    """Carry out a command that writes tables into a folder, ``out`` or a temporary one; ``own`` is what a law in Python needs."""
     with _folder(out) as folder:
         given = [str(argument) for argument in arguments]
-        status, text = _native.command(words.split(), given, own_main=law, own_compensator=compensator, name=name, out=folder, **options)
+        status, text = _native.command(words.split(), given, own=own, out=folder, **options)
         tables = {path.stem: _native.Table.read(path) for path in sorted(folder.glob("*.parquet"))}
     return Result(status, text, tables)
 
 
-def study(name, *arguments, out=None, law=None, **options):
+def own_law(main=None, compensator=None, name=None, set=None):
+    """A law in Python: main controller, compensator or both, its name, and parameters that it flies with in a campaign."""
+    return {"main": main, "compensator": compensator, "name": name, "set": set}
+
+
+def own_or_named(options, law=None, compensator=None):
+    """Laws in Python; the names of those of the program go to the options."""
+    given = {"law": law, "compensator": compensator}
+    options.update({option: name for option, name in given.items() if isinstance(name, str)})
+    return own_law(*(None if isinstance(law, str) else law for law in given.values()))
+
+
+def study(name, *arguments, out=None, law=None, compensator=None, **options):
     """A study, ``sitl study NAME``: "paper", "turbulence", "estimator", ... Returns a :class:`Result`."""
-    if callable(law):
-        return run(f"study {name}", *arguments, out=out, law=law, **options)
-    if law is not None:
-        options["law"] = law
-    return run(f"study {name}", *arguments, out=out, **options)
+    own = own_or_named(options, law, compensator)
+    return run(f"study {name}", *arguments, out=out, own=own, **options)
 
 
 def trimmable(*, out=None, **options):
@@ -60,14 +69,12 @@ def trimmable(*, out=None, **options):
     return run("aircraft trimmable", out=out, **options)
 
 
-def margins(*, law=None, **options):
+def margins(*, law=None, compensator=None, **options):
     """Eigenvalues and margins of gain, phase and delay of each law's loop, as the text of ``sitl aircraft margins``.
 
-    law: a name, or a law in Python (a class, or a function without state).
+    law, compensator: a name, or a law in Python (a class, or a function without state).
     """
-    own = law if law is not None and not isinstance(law, str) else None
-    if own is None and law is not None:
-        options["law"] = law
+    own = own_or_named(options, law, compensator)
     return _native.command(["aircraft", "margins"], [], own=own, **options)[1]
 
 
@@ -88,9 +95,10 @@ def design_lqr(**options):
     return _toml_of(["aircraft", "design", "lqr"], **options)
 
 
-def replay(log, *, law=None):
-    """Fly the flight of a log again. Returns whether it is the same to the bit; ValueError where it cannot be flown."""
-    status, text = _native.command(["log", "replay"], [str(log)], own=law)
+def replay(log, *, law=None, compensator=None):
+    """Fly the flight of a log again, with the law in Python that it has flown with, if it has. Returns whether it is the same to
+    the bit; ValueError where it cannot be flown."""
+    status, text = _native.command(["log", "replay"], [str(log)], own=own_law(law, compensator))
     if status > 1:
         raise ValueError(text.strip())
     return status == 0

@@ -57,23 +57,27 @@ class Flight:
         )
 
 
-def fly(scenario, *, law=None, faults=None, rows=True, **options):
+def fly(scenario, *, law=None, compensator=None, faults=None, rows=True, **options):
     """Fly a scenario to its end.
 
     scenario: "nominal", "case1", ... or the path of a file.
     law: name of a main controller ("pid", "ndi", "lqr", ...), or a law in Python: a callable, or a class whose instances are,
         from a :class:`LawState` to a :class:`Command`. Its exception ends the flight and is raised here.
+    compensator: name of the compensator's estimator ("neso", ...), or a compensator in Python beside any main controller: as
+        ``law``, to a :class:`Compensation`. It acts when the detector wakes it, or always with ``ftc="always"``.
     faults: instead of those of the scenario, a list of lines such as ``"at 3 s: left elevator stuck at 30 deg"``, or of dicts
         with the keys of a scenario's ``[[plant.fault]]``; ``[]`` is a healthy aircraft.
     rows: False keeps no signals, for speed.
-    options: those of ``sitl fly`` with underscores: ``airframe="f16"``, ``model=``, ``compensator=``, ``allocation=``,
+    options: those of ``sitl fly`` with underscores: ``airframe="f16"``, ``model=``, ``allocation=``,
         ``gains=``, ``ftc="off"``, ``seed=7``, ``set={"plant.wind.turbulence_m_s": 3.0, "FTC_MODE": 0}``, ``period_ms=``,
         ``step_us=``, ``script=``, ``judge=["altitude"]``, ``no_stop_at_loss=True``, ...
 
     Returns a :class:`Flight`; for ``seed=range(1, 101)`` a list of them without signals, flown on all cores.
     Raises ValueError or TypeError with the name, the value and what is allowed.
     """
-    outcomes, tables = _native.fly(scenario, law=law, faults=faults, rows=rows, **options)
+    outcomes, tables = _native.fly(
+        scenario, law=law, compensator=compensator, faults=faults, rows=rows, **options
+    )
     outcomes = json.loads(outcomes)
     if isinstance(options.get("seed"), range):
         return [Flight._of(outcome) for outcome in outcomes]

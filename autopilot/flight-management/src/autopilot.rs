@@ -338,7 +338,7 @@ impl Autopilot {
     /// Creates the law again.
     fn reset_own_law(&mut self) {
         if let Some(brought) = &mut self.own_law {
-            *brought = Brought::new(brought.own.clone());
+            brought.renew();
         }
     }
 

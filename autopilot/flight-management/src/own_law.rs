@@ -52,6 +52,8 @@ impl OwnRole {
 pub struct OwnLaw {
     name: Arc<str>,
     role: OwnRole,
+    /// Parameters that it flies with in a campaign.
+    settings: Arc<[(String, f64)]>,
     /// What makes one for each flight.
     make: Arc<dyn Fn() -> Box<dyn FlightLaw> + Send + Sync>,
 }
@@ -62,13 +64,28 @@ impl OwnLaw {
         name: &str,
         make: impl Fn() -> L + Send + Sync + 'static,
     ) -> Self {
-        Self { name: name.into(), role: OwnRole::Main, make: Arc::new(move || Box::new(make())) }
+        Self {
+            name: name.into(),
+            role: OwnRole::Main,
+            settings: Arc::default(),
+            make: Arc::new(move || Box::new(make())),
+        }
     }
 
     /// The same for something else than a main controller.
     #[must_use]
     pub fn in_role(self, role: OwnRole) -> Self {
         Self { role, ..self }
+    }
+
+    /// The same with parameters that it flies with in a campaign, beside other laws.
+    #[must_use]
+    pub fn with(self, settings: &[(String, f64)]) -> Self {
+        Self { settings: settings.into(), ..self }
+    }
+
+    pub fn settings(&self) -> &[(String, f64)] {
+        &self.settings
     }
 
     pub fn role(&self) -> OwnRole {
@@ -106,13 +123,21 @@ impl Eq for OwnLaw {}
 pub struct Brought {
     pub(crate) own: OwnLaw,
     law: Box<dyn FlightLaw>,
+    has_flown: bool,
 }
 
 impl Brought {
     /// With a law that has not flown yet.
     pub fn new(own: OwnLaw) -> Self {
         let law = (own.make)();
-        Self { own, law }
+        Self { own, law, has_flown: false }
+    }
+
+    /// A law that has not flown yet.
+    pub fn renew(&mut self) {
+        if self.has_flown {
+            *self = Self::new(self.own.clone());
+        }
     }
 
     /// The law of this flight.
@@ -122,6 +147,7 @@ impl Brought {
 
     /// The same, to be flown.
     pub fn law_mut(&mut self) -> &mut dyn Law {
+        self.has_flown = true;
         &mut *self.law
     }
 }
@@ -131,7 +157,7 @@ impl Clone for Brought {
     fn clone(&self) -> Self {
         let own = self.own.clone();
         let law = self.law.copy().unwrap_or_else(|| (own.make)());
-        Self { own, law }
+        Self { own, law, has_flown: self.has_flown }
     }
 }
 

@@ -9,7 +9,7 @@ use host_io::console;
 use host_io::problem::Problem;
 use lab_engine::builder::preset_note;
 use lab_judges::closed_loop::FlightSetup;
-use lab_report::runner::Progress;
+use lab_report::runner::{Progress, check_interrupt};
 use rayon::prelude::*;
 
 use crate::plan::Plan;
@@ -84,6 +84,7 @@ pub fn fly(plan: &Plan, store: &RunStore, shard: Option<Shard>) -> Result<u64, P
         let place = next.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
         let Some(part) = missing.get(place) else { return Ok(()) };
         let fly = |number| {
+            check_interrupt();
             let row = run(plan, number);
             progress.one_done();
             row

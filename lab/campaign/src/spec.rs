@@ -303,8 +303,10 @@ impl SpecFile {
         text += &match sets.any(is_own) {
             true => format!("\n# CTL_LAW = 9 is {own_name}\n"),
             false => {
-                let set: Vec<String> =
-                    own.selection().map(|(key, value)| format!("{key} = {value}")).collect();
+                let line = |key: &str, value: f64| format!("{key} = {value}");
+                let selected = own.selection().map(|(key, value)| line(key, value));
+                let more = own.settings().iter().map(|(key, value)| line(key, *value));
+                let set: Vec<String> = selected.chain(more).collect();
                 format!("\n[[law]]\nname = {own_name}\nset = {{ {} }}\n", set.join(", "))
             }
         };

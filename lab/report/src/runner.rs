@@ -39,6 +39,8 @@ fn map_with<T: Sync, R: Send>(
     run: impl Fn(&T) -> R + Sync,
 ) -> Vec<R> {
     let one = |item: &T| {
+        // Also before: each part of the items would begin one more.
+        check_interrupt();
         let result = run(item);
         progress.one_done();
         result
