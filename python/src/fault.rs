@@ -30,8 +30,7 @@ pub fn of_flight(faults: &Bound<'_, PyAny>, list: &EffectorList) -> PyResult<Vec
 
 /// A line of a script; `fail` may be left out.
 pub fn of_line(text: &str, list: &EffectorList) -> PyResult<ScheduledFault> {
-    let (trigger, request) =
-        fault_words::line(text, list).map_err(refused)?;
+    let (trigger, request) = fault_words::line(text, list).map_err(refused)?;
     let FaultRequest::Inject { target, kind, mut timing } = request else {
         return Err(PyValueError::new_err(format!("faults: {text:?} is not one fault")));
     };
