@@ -1,9 +1,10 @@
 //! Faults from Python: a line of a script, or the keys of a scenario's `[[plant.fault]]`.
 
-use autopilot::script::{Action, Script, Trigger};
+use autopilot::script::Trigger;
 use icd::fault::Onset;
 use icd::sensors::SensorKind;
 use icd::{EffectorList, FaultRequest, SimTime};
+use lab_engine::fault_words;
 use plant_sim::{Scenario, ScheduledFault};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -29,31 +30,16 @@ pub fn of_flight(faults: &Bound<'_, PyAny>, list: &EffectorList) -> PyResult<Vec
 
 /// A line of a script; `fail` may be left out.
 pub fn of_line(text: &str, list: &EffectorList) -> PyResult<ScheduledFault> {
-    let (trigger, action) =
-        text.rsplit_once(':').map_or(("", text), |(trigger, action)| (trigger, action));
-    let (colon, action) = (if trigger.is_empty() { "" } else { ": " }, action.trim());
-    let fail = if action.to_lowercase().starts_with("fail ") { "" } else { "fail " };
-    let script = Script::parse("fault", &format!("{trigger}{colon}{fail}{action}"), list)
-        .map_err(refused)?;
-    let mut lines = script.lines();
-    match (lines.next(), lines.next()) {
-        (Some(line), None)
-            if let Action::Fault(FaultRequest::Inject { target, kind, mut timing }) =
-                line.action =>
-        {
-            timing.onset = match line.trigger {
-                Trigger::AtOnce => Onset::At(SimTime::ZERO),
-                Trigger::At(us) | Trigger::After(us) => Onset::At(SimTime::from_micros(us)),
-                Trigger::When(_) => {
-                    let message =
-                        format!("faults: {text:?} waits for a quantity; a script can do that");
-                    return Err(PyValueError::new_err(message));
-                }
-            };
-            Ok(ScheduledFault { target, kind, timing })
-        }
-        _ => Err(PyValueError::new_err(format!("faults: {text:?} is not one fault"))),
-    }
+    let (trigger, request) = fault_words::line(text, list).map_err(refused)?;
+    let FaultRequest::Inject { target, kind, mut timing } = request else {
+        return Err(PyValueError::new_err(format!("faults: {text:?} is not one fault")));
+    };
+    timing.onset = match trigger {
+        Trigger::At(us) | Trigger::After(us) => Onset::At(SimTime::from_micros(us)),
+        // Of the flight, which begins at zero.
+        Trigger::AtOnce | Trigger::When(_) => Onset::At(SimTime::ZERO),
+    };
+    Ok(ScheduledFault { target, kind, timing })
 }
 
 /// The keys of a `[[plant.fault]]`.

@@ -18,6 +18,7 @@ use crate::echo::{self, EchoArgs};
 use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
 use lab_campaign::RunArgs;
+use lab_fmu::FmuArgs;
 use lab_logs::plot::{self, PlotArgs};
 use lab_logs::replay::{self, ReplayArgs};
 use lab_paper::Link;
@@ -215,6 +216,8 @@ enum AircraftCommand {
     Draw(Box<DrawArgs>),
     /// Write buttons for QGroundControl that break something
     Actions(Box<ActionsArgs>),
+    /// Write the plant or the autopilot as an FMU of FMI 3.0, for other simulators
+    Fmu(Box<FmuArgs>),
     /// Print every parameter of the autopilot, as docs/parameters.md has them
     Parameters,
 }
@@ -311,7 +314,7 @@ pub fn run(cli: &Cli, program: &Path, own: Option<&OwnLaw>) -> Result<u8, Box<dy
         Some(SitlCommand::Fly(args)) => return Ok(fly::run(args)),
         Some(SitlCommand::Study(study)) => return run_study(study, program, own),
         Some(SitlCommand::Campaign(command)) => lab_campaign::run(command, own)?,
-        Some(SitlCommand::Aircraft(command)) => run_aircraft(command)?,
+        Some(SitlCommand::Aircraft(command)) => run_aircraft(command, program)?,
         Some(SitlCommand::Log(LogCommand::Plot(args))) => plot::run(args)?,
         Some(SitlCommand::Log(LogCommand::Replay(args))) => return Ok(replay::run(args)),
         Some(SitlCommand::Autopilot(args)) => autopilot::run::run(args)?,
@@ -359,7 +362,7 @@ fn specified(words: &[OsString]) -> Result<lab_campaign::Command, clap::Error> {
     RunArgs::from_arg_matches(&matches).map(lab_campaign::Command::Run)
 }
 
-fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
+fn run_aircraft(command: &AircraftCommand, program: &Path) -> Result<(), Box<dyn Error>> {
     match command {
         AircraftCommand::Linearize(args) => linearize::run(args)?,
         AircraftCommand::Design(DesignCommand::Lqr(args)) => design::run(args)?,
@@ -367,6 +370,7 @@ fn run_aircraft(command: &AircraftCommand) -> Result<(), Box<dyn Error>> {
         AircraftCommand::Trimmable(args) => trimmable::run(args)?,
         AircraftCommand::Draw(args) => geometry::run(args)?,
         AircraftCommand::Actions(args) => actions::run(args)?,
+        AircraftCommand::Fmu(args) => lab_fmu::run(args, program)?,
         AircraftCommand::Parameters => {
             print_text!("{}", autopilot::parameters::document(&Airframe::paper().effectors));
         }
@@ -449,6 +453,7 @@ mod tests {
             "replay a.ulg",
             "live --speed 2",
             "aircraft linearize",
+            "aircraft fmu --airframe f16 --out f16.fmu",
             "study jams --out x",
             "help jams",
             "help study jams",

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::env;
 use std::process::Command;
 
-use crate::sources::root;
+use crate::sources::{Source, files, root};
 
 /// Runs `cargo tree` without network and gives its lines.
 fn tree(arguments: &[&str]) -> Vec<String> {
@@ -54,7 +54,8 @@ const IMPURE: [&str; 9] =
     ["tokio", "mio", "socket2", "nix", "mavlink", "tracing", "rand", "rand_chacha", "getrandom"];
 
 /// The lab but for its engine and its judges: what writes, draws and asks questions.
-const LAB: [&str; 5] = ["lab-report", "lab-logs", "lab-paper", "lab-studies", "lab-campaign"];
+const LAB: [&str; 6] =
+    ["lab-report", "lab-logs", "lab-paper", "lab-studies", "lab-campaign", "lab-fmu"];
 
 #[test]
 fn icd_needs_nothing_but_numbers_and_bytes() {
@@ -171,6 +172,20 @@ fn the_lab_knows_neither_the_launcher_nor_the_system() {
         let forbidden = ["tokio", "mio", "socket2", "nix", "rustix"];
         assert_without(package, &direct(package), &forbidden);
     }
+}
+
+#[test]
+fn the_interface_of_c_is_outside_what_flies() {
+    // It is the one crate with unsafe code that is no test, so nothing that flies may depend on it.
+    assert_only("two-step-fmu", &["host-io", "lab-fmu"]);
+    for package in LAB.into_iter().chain(["sitl", "autopilot", "plant-sim", "lab-engine"]) {
+        assert_without(package, &closure(package), &["two-step-fmu"]);
+    }
+    let manifests =
+        files("", &["toml"]).into_iter().filter(|file| file.path.ends_with("Cargo.toml"));
+    let own_lints = |file: &Source| file.text.contains("unsafe_code = \"deny\"");
+    let exceptions: Vec<String> = manifests.filter(own_lints).map(|file| file.path).collect();
+    assert_eq!(exceptions, ["fmu/Cargo.toml", "python/Cargo.toml", "tests/Cargo.toml"]);
 }
 
 #[test]

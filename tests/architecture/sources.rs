@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::{env, fs};
 
 /// Folders of the crates that ship, from the root of the workspace.
-pub const CRATES: [(&str, &str); 22] = [
+pub const CRATES: [(&str, &str); 23] = [
     ("icd", "icd/src"),
     ("host_io", "host-io/src"),
     ("ulog", "ulog/src"),
@@ -19,6 +19,7 @@ pub const CRATES: [(&str, &str); 22] = [
     ("scenarios", "scenarios"),
     ("studies", "studies"),
     ("lab_engine", "lab/engine/src"),
+    ("lab_fmu", "lab/fmu/src"),
     ("lab_judges", "lab/judges/src"),
     ("lab_report", "lab/report/src"),
     ("lab_tables", "lab/tables/src"),

@@ -143,6 +143,22 @@ fn a_flight_with_commands_at_random_moments_is_flown_again_to_the_same_hash() {
 }
 
 #[test]
+fn fmpy_validates_the_fmus_and_flies_them_to_the_same_bits() {
+    let Some(python) = python() else { return };
+    let test = std::env::current_exe().expect("a test has a path");
+    // Built beside the tests, which depend on it.
+    let name =
+        format!("{}two_step_fmu{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/fmu.py");
+    let output = Command::new(python)
+        .args([script.as_ref(), "--sitl".as_ref(), program("sitl").as_os_str()])
+        .args(["--library".as_ref(), test.with_file_name(name).as_os_str()])
+        .output()
+        .expect("TWO_STEP_PYTHON runs");
+    holds(Some(ended(&output)));
+}
+
+#[test]
 fn mavproxy_connects_commands_and_loads_a_mission() {
     holds(run("clients/mavproxy_session.py", "udpin:", &[], &[]));
 }

@@ -24,6 +24,7 @@
 pub mod builder;
 pub mod configuration;
 pub mod fault_known;
+pub mod fault_words;
 pub mod flight;
 pub mod law;
 pub mod settings;

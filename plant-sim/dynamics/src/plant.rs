@@ -295,6 +295,12 @@ impl Plant {
         self.dynamics.jet().roll_n_m(thrust_n, &air)
     }
 
+    /// Changes the steady wind from now on: velocity of the air over the ground, m/s, where it blows to.
+    pub fn set_steady_wind(&mut self, wind: Ned) {
+        self.inputs.wind = wind;
+        self.observe();
+    }
+
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
         self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, &self.faults)
