@@ -25,6 +25,7 @@ pub mod builder;
 pub mod configuration;
 pub mod fault_known;
 pub mod flight;
+pub mod geometry;
 pub mod law;
 pub mod settings;
 pub mod watch;
