@@ -107,20 +107,18 @@ messages! {
     }
 }
 
-/// `foxglove.Log.Level`.
+/// `foxglove.Log.Level`, of which events have some.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Level {
     #[default]
-    Unknown,
-    Debug,
-    Info,
-    Warning,
-    Error,
-    Fatal,
+    Unknown = 0,
+    Info = 2,
+    Warning = 3,
+    Error = 4,
 }
 
 impl Level {
-    /// In the order of their numbers.
+    /// All, in the order of their numbers.
     const NAMES: [&str; 6] = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
 
     fn descriptor() -> EnumDescriptorProto {

@@ -4,7 +4,7 @@
 //! gravity, as viewers expect. A part that turns has a frame of its own at its hinge, `body/left elevator`, parallel to the
 //! body as long as the deflection is zero. Geometry and truth have x forward, y right, z down, and north, east, down.
 
-use lab_engine::geometry::{AircraftGeometry, BodyPlace, GeometryPart};
+use lab_engine::geometry::{BodyPlace, GeometryPart};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::foxglove::{Color, Point, Pose, SceneEntity, Timestamp, TriangleListPrimitive};
@@ -60,11 +60,6 @@ pub fn frame_of(part: &GeometryPart) -> String {
         Some(_) => format!("{BODY}/{}", part.name),
         None => BODY.to_owned(),
     }
-}
-
-/// The parts of a geometry that turn.
-pub fn turning(geometry: &AircraftGeometry) -> impl Iterator<Item = &GeometryPart> {
-    geometry.parts.iter().filter(|part| !part.hinges.is_empty())
 }
 
 /// A part in its frame.
@@ -141,6 +136,7 @@ fn panel(corners: &[BodyPlace]) -> Vec<Triangle> {
 #[cfg(test)]
 mod tests {
     use aircraft::{AIRFRAMES, GEOMETRIES};
+    use lab_engine::geometry::AircraftGeometry;
     use nalgebra::Point3;
     use plant_sim::{Airframe, ReadAirframe as _};
 
@@ -175,7 +171,7 @@ mod tests {
     #[test]
     fn a_part_stands_in_its_frame_where_its_deflections_turn_it() {
         for geometry in shipped() {
-            for part in turning(&geometry) {
+            for part in geometry.parts.iter().filter(|part| !part.hinges.is_empty()) {
                 // Also two hinges at once.
                 let angle = |name: &str| 0.01 * name.len() as f64;
                 let frame = part_in_body(part, angle).unwrap();

@@ -1,8 +1,8 @@
 use std::collections::BTreeMap;
 
 use icd::{SimTime, tvc_jet};
+use lab_engine::builder::SetupOptions;
 use lab_judges::closed_loop::FlightSetup;
-use lab_paper::cases::{Case, Conditions};
 use mcap::MessageStream;
 
 use super::*;
@@ -13,13 +13,14 @@ fn geometry() -> AircraftGeometry {
     AircraftGeometry::from_toml("tvc_jet", GEOMETRIES[0].1, &tvc_jet::effectors()).unwrap()
 }
 
-/// The paper's first case, with a few rows a second.
+/// The paper's first case: the left elevator jams at 30 deg after 3 s.
 fn case_1(seconds: u64) -> FlightSetup {
-    let mut setup = Case::new(1, &Conditions::default()).unwrap().setup;
+    let mut setup = SetupOptions::default().setup("case1").unwrap();
     setup.duration = SimTime::from_micros(seconds * 1_000_000);
     setup
 }
 
+/// With ten rows a second.
 fn log_of(setup: &FlightSetup) -> Vec<u8> {
     testing::log(setup, &[], Without { rows: 50, ..Without::default() })
 }
@@ -145,7 +146,7 @@ fn the_left_elevator_turns_by_its_true_deflection() {
         let expected = -2.0 * libm::atan(libm::tan(0.5 * rad) * along.y);
         assert!((turn - expected).abs() < 1.0e-12, "{us} us: {turn} {expected}");
     }
-    let before = times.iter().position(|us| *us > 2_900_000).unwrap();
+    let before = times.iter().rposition(|us| *us < 3_000_000).unwrap();
     assert!(truth[before].to_degrees().abs() < 10.0, "{} deg", truth[before].to_degrees());
     assert!((turns.last().unwrap().1.to_degrees() + 30.0).abs() < 0.01, "{:?}", turns.last());
 }
@@ -169,7 +170,7 @@ fn a_log_without_truth_or_of_an_unknown_aircraft_is_refused() {
     };
     let mut other = setup(1);
     assert_eq!(named(&other, Without::default()).unwrap(), "tvc_jet");
-    other.plant.airframe.name = icd::Name::from("glider").unwrap();
+    other.plant.airframe.name = "glider".try_into().unwrap();
     let refused = named(&other, Without::default()).unwrap_err().to_string();
     assert!(
         refused.contains("its aircraft is \"glider\"") && refused.contains("--geometry"),
