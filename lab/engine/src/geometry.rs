@@ -108,7 +108,7 @@ impl AircraftGeometry {
             Some(file) => Named::read(file)?,
             None if is_shipped => Named::shipped_or_read(name, GEOMETRIES)?,
             None => Named::read(&name.with_file_name("geometry.toml"))
-                .at("--geometry FILE, by default beside the airframe file")?,
+                .at("geometry of the aircraft, by default beside the airframe file")?,
         };
         Self::from_toml(&file.name, &file.text, effectors)
     }
