@@ -50,6 +50,8 @@ def main():
     frames = {entity.frame_id for entity in first["/scene"].entities}
     children = {transform.child_frame_id for transform in first["/tf"].transforms}
     assert frames == children | {"world"}, (frames, children)
+    clouds = {topic.split("/")[-1] for topic in channels if topic.startswith("/points/")}
+    assert clouds | {"track"} == {entity.id for entity in first["/scene"].entities}, clouds
 
     truth = {message.log_time: decoded for _, channel, message, decoded in messages if channel.topic == "/truth"}
     for _, channel, message, decoded in messages:

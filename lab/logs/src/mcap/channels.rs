@@ -10,10 +10,10 @@ use ulog::format::{Field, FieldType};
 use ulog::reader::Topic;
 
 use super::foxglove::{
-    Color, FrameTransform, FrameTransforms, Level, LinePrimitive, LocationFix, LogMessage, Point,
-    Pose, PoseInFrame, SceneEntity, SceneUpdate, Timestamp,
+    self, Color, FrameTransform, FrameTransforms, Level, LinePrimitive, LocationFix, LogMessage,
+    Point, Pose, PoseInFrame, SceneEntity, SceneUpdate, Timestamp,
 };
-use super::protobuf::{self, FieldDescriptorProto, FieldValue as _, Message};
+use super::protobuf::{self, FieldValue as _, Message};
 use super::scene::{self, BODY, WORLD};
 use crate::plot::flight::{Flight, Kind, LogEvent};
 
@@ -51,6 +51,7 @@ pub fn channels<'a>(
     if poses.is_empty() {
         return Err(problem!("its truth has no row with a position and an attitude"));
     }
+    let first = poses[0].0;
     let mut channels = vec![
         scene(flight, geometry, &poses),
         transforms(flight, geometry, &truth, poses),
@@ -58,6 +59,7 @@ pub fn channels<'a>(
         estimate(flight),
         events(flight),
     ];
+    channels.extend(geometry.parts.iter().map(|part| points(part, first)));
     channels.extend(flight.log.topics().filter_map(|topic| signals(flight, topic)));
     channels.retain(|channel| !channel.rows.is_empty());
     Ok(channels)
@@ -72,11 +74,11 @@ impl<'a> Channel<'a> {
     ) -> Self {
         Self {
             topic: topic.to_owned(),
-            schema_name: M::NAME.to_owned(),
-            schema: protobuf::schema::<M>(),
+            schema_name: M::TYPE_NAME.to_owned(),
+            schema: foxglove::schema(),
             rows: timed.iter().enumerate().map(|(row, (us, _))| (*us, row)).collect(),
             message: Box::new(move |us, row| {
-                protobuf::encoded(&message(Timestamp::from_us(us), &timed[row].1))
+                message(Timestamp::from_us(us), &timed[row].1).encoded()
             }),
         }
     }
@@ -204,6 +206,12 @@ fn track_entity(points: &[Point], timestamp: Timestamp) -> SceneEntity {
     }
 }
 
+/// `/points/...`: a part as a cloud of points, for viewers that know no `foxglove.SceneUpdate`, as Rerun.
+fn points(part: &GeometryPart, first: u64) -> Channel<'_> {
+    let topic = format!("/points/{}", part.name);
+    Channel::of(&topic, vec![(first, ())], |timestamp, ()| scene::cloud(part, timestamp))
+}
+
 /// `/location`: where the aircraft truly is, for maps.
 fn location<'a>(flight: &Flight) -> Channel<'a> {
     let rows = flight.rows("truth", ["latitude_rad", "longitude_rad", "altitude_m"]);
@@ -248,10 +256,10 @@ fn events(flight: &Flight) -> Channel<'_> {
     Channel::of("/events", timed, |timestamp, LogEvent { kind, text, .. }| LogMessage {
         timestamp,
         level: match kind {
-            Kind::Loss => Level::Error,
-            Kind::Fault | Kind::Refusal | Kind::Saturation => Level::Warning,
+            Kind::Loss => Level::ERROR,
+            Kind::Fault | Kind::Refusal | Kind::Saturation => Level::WARNING,
             Kind::Input | Kind::Script | Kind::Compensator | Kind::Mode | Kind::Flight => {
-                Level::Info
+                Level::INFO
             }
         },
         message: text.clone(),
@@ -268,12 +276,12 @@ fn signals<'a>(flight: &Flight, topic: Topic<'a>) -> Option<Channel<'a>> {
     if topic.multi_id() != 0 || fields.iter().any(|field| field.array.is_some()) {
         return None;
     }
-    let described = fields.iter().zip(1..).map(|(field, number)| described(field, number));
-    let schema = protobuf::schema_of("two_step", topic.name(), described.collect());
+    let described: Vec<_> = fields.iter().zip(1..).map(|(field, n)| described(field, n)).collect();
+    let message = protobuf::message(topic.name(), &described);
     Some(Channel {
         topic: format!("/{}", topic.name()),
         schema_name: format!("two_step.{}", topic.name()),
-        schema,
+        schema: protobuf::file("two_step", &[], &[message]),
         rows: flight.numbered(&topic),
         message: Box::new(move |_, row| {
             let mut bytes = Vec::new();
@@ -290,12 +298,12 @@ fn signals<'a>(flight: &Flight, topic: Topic<'a>) -> Option<Channel<'a>> {
 }
 
 /// A column in a descriptor; whole numbers stay whole.
-fn described(field: &Field, number: u64) -> FieldDescriptorProto {
+fn described(field: &Field, number: u64) -> Vec<u8> {
     use FieldType::{Bool, U8, U16, U32, U64};
     let describe = match field.kind {
         Bool => protobuf::field::<bool>,
         U8 | U16 | U32 | U64 => protobuf::field::<u64>,
         _ => protobuf::field::<f64>,
     };
-    describe(&field.name, number, &mut Vec::new())
+    describe(&field.name, number)
 }

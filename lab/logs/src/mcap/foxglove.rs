@@ -3,47 +3,50 @@
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::protobuf::{EnumDescriptorProto, EnumValueDescriptorProto, FieldValue, TYPE_ENUM};
-use super::protobuf::{FileDescriptorProto, messages};
+use super::protobuf::{
+    FieldValue, Message, enumeration, field, file, message, messages, put_bytes,
+};
 
-messages! {
-    Timestamp = "google.protobuf.Timestamp" {
+messages! { times of "google.protobuf":
+    Timestamp = "Timestamp" {
         seconds: i64 = 1,
         nanos: i32 = 2,
     }
+}
 
-    Vector = "foxglove.Vector3" {
+messages! { all of "foxglove":
+    Vector = "Vector3" {
         x: f64 = 1,
         y: f64 = 2,
         z: f64 = 3,
     }
 
-    Point = "foxglove.Point3" {
+    Point = "Point3" {
         x: f64 = 1,
         y: f64 = 2,
         z: f64 = 3,
     }
 
-    Quaternion = "foxglove.Quaternion" {
+    Quaternion = "Quaternion" {
         x: f64 = 1,
         y: f64 = 2,
         z: f64 = 3,
         w: f64 = 4,
     }
 
-    Color = "foxglove.Color" {
+    Color = "Color" {
         r: f64 = 1,
         g: f64 = 2,
         b: f64 = 3,
         a: f64 = 4,
     }
 
-    Pose = "foxglove.Pose" {
+    Pose = "Pose" {
         position: Vector = 1,
         orientation: Quaternion = 2,
     }
 
-    FrameTransform = "foxglove.FrameTransform" {
+    FrameTransform = "FrameTransform" {
         timestamp: Timestamp = 1,
         parent_frame_id: String = 2,
         child_frame_id: String = 3,
@@ -51,18 +54,18 @@ messages! {
         rotation: Quaternion = 5,
     }
 
-    FrameTransforms = "foxglove.FrameTransforms" {
+    FrameTransforms = "FrameTransforms" {
         transforms: Vec<FrameTransform> = 1,
     }
 
-    PoseInFrame = "foxglove.PoseInFrame" {
+    PoseInFrame = "PoseInFrame" {
         timestamp: Timestamp = 1,
         frame_id: String = 2,
         pose: Pose = 3,
     }
 
     /// Latitude and longitude in degrees, altitude above the ellipsoid in metres.
-    LocationFix = "foxglove.LocationFix" {
+    LocationFix = "LocationFix" {
         latitude: f64 = 1,
         longitude: f64 = 2,
         altitude: f64 = 3,
@@ -70,7 +73,7 @@ messages! {
         frame_id: String = 7,
     }
 
-    LogMessage = "foxglove.Log" {
+    LogMessage = "Log" {
         timestamp: Timestamp = 1,
         level: Level = 2,
         message: String = 3,
@@ -78,7 +81,7 @@ messages! {
     } + Level
 
     /// A strip of lines through the points.
-    LinePrimitive = "foxglove.LinePrimitive" {
+    LinePrimitive = "LinePrimitive" {
         pose: Pose = 2,
         thickness: f64 = 3,
         scale_invariant: bool = 4,
@@ -87,13 +90,13 @@ messages! {
     }
 
     /// Three points a triangle.
-    TriangleListPrimitive = "foxglove.TriangleListPrimitive" {
+    TriangleListPrimitive = "TriangleListPrimitive" {
         pose: Pose = 1,
         points: Vec<Point> = 2,
         color: Color = 3,
     }
 
-    SceneEntity = "foxglove.SceneEntity" {
+    SceneEntity = "SceneEntity" {
         timestamp: Timestamp = 1,
         frame_id: String = 2,
         id: String = 3,
@@ -102,45 +105,67 @@ messages! {
         triangles: Vec<TriangleListPrimitive> = 12,
     }
 
-    SceneUpdate = "foxglove.SceneUpdate" {
+    SceneUpdate = "SceneUpdate" {
         entities: Vec<SceneEntity> = 2,
     }
-}
 
-/// `foxglove.Log.Level`, of which events have some.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum Level {
-    #[default]
-    Unknown = 0,
-    Info = 2,
-    Warning = 3,
-    Error = 4,
-}
+    PackedElementField = "PackedElementField" {
+        name: String = 1,
+        offset: u32 = 2,
+        r#type: NumericType = 3,
+    } + NumericType
 
-impl Level {
-    /// All, in the order of their numbers.
-    const NAMES: [&str; 6] = ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
-
-    fn descriptor() -> EnumDescriptorProto {
-        let value = |(name, number): (&&str, u64)| EnumValueDescriptorProto {
-            name: (*name).to_owned(),
-            number,
-        };
-        let value = Self::NAMES.iter().zip(0..).map(value).collect();
-        EnumDescriptorProto { name: "Level".to_owned(), value }
+    PointCloud = "PointCloud" {
+        timestamp: Timestamp = 1,
+        frame_id: String = 2,
+        pose: Pose = 3,
+        point_stride: u32 = 4,
+        fields: Vec<PackedElementField> = 5,
+        data: Vec<u8> = 6,
     }
 }
 
-impl FieldValue for Level {
-    const TYPE: u64 = TYPE_ENUM;
+/// The data of the schemas of all these messages.
+pub fn schema() -> Vec<u8> {
+    let time = "google.protobuf";
+    [file(time, &[], &times()), file("foxglove", &[time], &all())].concat()
+}
 
-    fn put(&self, number: u64, bytes: &mut Vec<u8>) {
-        (*self as u64).put(number, bytes);
-    }
+/// An enumeration: a number with a name.
+macro_rules! enumeration {
+    ($(#[$doc:meta])* $name:ident in $message:literal: $values:expr; $($constant:ident = $number:literal)+) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+        pub struct $name(u64);
 
-    fn describe(_: &mut Vec<FileDescriptorProto>) -> String {
-        ".foxglove.Log.Level".to_owned()
-    }
+        impl $name {
+            $(pub const $constant: Self = Self($number);)+
+
+            fn descriptor() -> Vec<u8> {
+                enumeration(stringify!($name), &$values)
+            }
+        }
+
+        impl FieldValue for $name {
+            const TYPE: u64 = 14;
+            const TYPE_NAME: &'static str = concat!($message, ".", stringify!($name));
+
+            fn put(&self, number: u64, bytes: &mut Vec<u8>) {
+                self.0.put(number, bytes);
+            }
+        }
+    };
+}
+
+enumeration! {
+    Level in "foxglove.Log": ["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"];
+    INFO = 2 WARNING = 3 ERROR = 4
+}
+
+enumeration! {
+    NumericType in "foxglove.PackedElementField":
+        ["UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64"];
+    FLOAT32 = 7
 }
 
 impl Timestamp {

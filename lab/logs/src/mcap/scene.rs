@@ -7,10 +7,15 @@
 use lab_engine::geometry::{BodyPlace, GeometryPart};
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
-use super::foxglove::{Color, Point, Pose, SceneEntity, Timestamp, TriangleListPrimitive};
+use super::foxglove::{
+    Color, NumericType, PackedElementField, Point, PointCloud, Pose, SceneEntity, Timestamp,
+    TriangleListPrimitive,
+};
 
 pub const WORLD: &str = "world";
 pub const BODY: &str = "body";
+/// Distances between points of a cloud along an edge of a triangle.
+const EDGE_STEPS: u32 = 3;
 
 /// East, north, up from north, east, down.
 pub fn enu(ned: &Vector3<f64>) -> Vector3<f64> {
@@ -64,11 +69,9 @@ pub fn frame_of(part: &GeometryPart) -> String {
 
 /// A part in its frame.
 pub fn entity(part: &GeometryPart, color: Color, timestamp: Timestamp) -> SceneEntity {
-    let zero = origin(part).unwrap_or_default();
-    let point = |place: BodyPlace| Point::from(&flu(&(place - zero)));
     let triangles = TriangleListPrimitive {
         pose: Pose::from(&Isometry3::identity()),
-        points: surface(part).into_iter().flatten().map(point).collect(),
+        points: surface(part).iter().flatten().map(Point::from).collect(),
         color,
     };
     SceneEntity {
@@ -81,10 +84,42 @@ pub fn entity(part: &GeometryPart, color: Color, timestamp: Timestamp) -> SceneE
     }
 }
 
+/// The same part as points all over its surface.
+pub fn cloud(part: &GeometryPart, timestamp: Timestamp) -> PointCloud {
+    let mut data = Vec::new();
+    for [a, b, c] in surface(part) {
+        for (i, j) in (0..=EDGE_STEPS).flat_map(|i| (0..=EDGE_STEPS - i).map(move |j| (i, j))) {
+            let [i, j] = [i, j].map(|step| f64::from(step) / f64::from(EDGE_STEPS));
+            let place = a + (b - a) * i + (c - a) * j;
+            place.iter().for_each(|m| data.extend((*m as f32).to_le_bytes()));
+        }
+    }
+    let field = |(name, offset): (&str, u32)| PackedElementField {
+        name: name.to_owned(),
+        offset,
+        r#type: NumericType::FLOAT32,
+    };
+    PointCloud {
+        timestamp,
+        frame_id: frame_of(part),
+        pose: Pose::from(&Isometry3::identity()),
+        point_stride: 12,
+        fields: [("x", 0), ("y", 4), ("z", 8)].map(field).into(),
+        data,
+    }
+}
+
 type Triangle = [BodyPlace; 3];
 
-/// The surface of a part: its panel, or the skin of a body with both ends.
+/// The surface of a part in its frame: its panel, or the skin of a body with both ends.
 fn surface(part: &GeometryPart) -> Vec<Triangle> {
+    let zero = origin(part).unwrap_or_default();
+    let in_frame = |triangle: Triangle| triangle.map(|place| flu(&(place - zero)));
+    skin(part).into_iter().map(in_frame).collect()
+}
+
+/// The same in body axes.
+fn skin(part: &GeometryPart) -> Vec<Triangle> {
     if !part.corners_m.is_empty() {
         return panel(&part.corners_m);
     }

@@ -87,12 +87,16 @@ fn every_channel_has_its_schema_and_a_message_for_each_row_of_its_topic() {
             (schema.encoding.as_str(), &*message.channel.message_encoding),
             ("protobuf", "protobuf")
         );
-        let files = fields(&schema.data);
-        let (_, described) = files.last().unwrap();
-        let text = |number| String::from_utf8(field(described, number).unwrap()).unwrap();
-        let name = field(&field(described, 4).unwrap(), 1).unwrap();
-        let name = format!("{}.{}", text(2), String::from_utf8(name).unwrap());
-        assert_eq!((name, text(12).as_str()), (schema.name.clone(), "proto3"));
+        let described = |file: &[u8]| -> Vec<String> {
+            let text = |bytes| String::from_utf8(bytes).unwrap();
+            let package = text(field(file, 2).unwrap());
+            let messages = fields(file).into_iter().filter(|(number, _)| *number == 4);
+            messages
+                .map(|(_, one)| format!("{package}.{}", text(field(&one, 1).unwrap())))
+                .collect()
+        };
+        let names = fields(&schema.data).into_iter().flat_map(|(_, file)| described(&file));
+        assert_eq!(names.filter(|name| *name == schema.name).count(), 1, "{}", schema.name);
         assert!(message.log_time >= last, "in the order of time");
         last = message.log_time;
         *counts.entry(message.channel.topic.clone()).or_default() += 1;
@@ -105,6 +109,7 @@ fn every_channel_has_its_schema_and_a_message_for_each_row_of_its_topic() {
     }
     // All parts at first, and the elevator as soon as it fails.
     assert_eq!(counts["/scene"], 2);
+    assert_eq!(counts["/points/left elevator"], 1);
     assert!(counts["/events"] >= 2, "{counts:?}");
     assert!(!counts.contains_key("/hash") && !counts.contains_key("/recorded"), "{counts:?}");
     assert_eq!(last, 4_000_000_000);
