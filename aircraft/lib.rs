@@ -1,6 +1,6 @@
 //! The aircraft that come with the project, a folder each: `airframe.toml` is the truth, for the plant alone; `model.toml` is what
 //! the controller knows; `geometry.toml` is what it looks like. Here they are texts; who reads them is `plant_sim::Airframe`,
-//! `flight_management::configuration` and `lab_studies::geometry`.
+//! `flight_management::configuration` and `lab_engine::geometry`.
 //!
 //! The controller is blind to the truth: nothing under `autopilot/` names an airframe (`tests/architecture/source_rules.rs`).
 #![no_std]

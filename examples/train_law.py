@@ -37,7 +37,7 @@ def train(steps, seed):
         n_steps=256,
         batch_size=512,
         gamma=0.99,
-        learning_rate=1e-3,
+        learning_rate=3e-3,
         # Small actions at first: noise of the whole travel would lose every flight.
         policy_kwargs={"net_arch": {"pi": [], "vf": [32]}, "log_std_init": -2.5},
         seed=seed,

@@ -19,6 +19,7 @@ use crate::launch::{self, LaunchArgs};
 use crate::udp_flight;
 use lab_campaign::RunArgs;
 use lab_fmu::FmuArgs;
+use lab_logs::mcap::{self, McapArgs};
 use lab_logs::plot::{self, PlotArgs};
 use lab_logs::replay::{self, ReplayArgs};
 use lab_paper::Link;
@@ -158,7 +159,7 @@ enum SitlCommand {
     /// Models, gains, margins and parameters of an aircraft
     #[command(subcommand)]
     Aircraft(AircraftCommand),
-    /// Draw flight logs, and fly them again
+    /// Draw flight logs, fly them again, convert them for viewers
     #[command(subcommand)]
     Log(LogCommand),
     /// The flight software alone, as the program `autopilot`
@@ -229,6 +230,8 @@ enum LogCommand {
     Plot(PlotArgs),
     /// Fly the flight of a log again and compare it bit for bit
     Replay(ReplayArgs),
+    /// Write the flight of a log for Foxglove, Rerun and other viewers of MCAP files
+    Mcap(McapArgs),
 }
 
 /// The groups whose commands stood at the top once: their old names still work there, and in no help.
@@ -317,6 +320,7 @@ pub fn run(cli: &Cli, program: &Path, own: Option<&OwnLaw>) -> Result<u8, Box<dy
         Some(SitlCommand::Aircraft(command)) => run_aircraft(command, program)?,
         Some(SitlCommand::Log(LogCommand::Plot(args))) => plot::run(args)?,
         Some(SitlCommand::Log(LogCommand::Replay(args))) => return Ok(replay::run(args)),
+        Some(SitlCommand::Log(LogCommand::Mcap(args))) => mcap::run(args)?,
         Some(SitlCommand::Autopilot(args)) => autopilot::run::run(args)?,
         Some(SitlCommand::PlantSim(args)) => drop(plant_sim::io::run(args)?),
         Some(SitlCommand::Echo(args)) => echo::run(args)?,

@@ -1,4 +1,4 @@
-//! Flight logs: read, plotted, replayed.
+//! Flight logs: read, plotted, replayed, converted.
 
 use autopilot::command::ScriptCommand;
 use autopilot::command::VehicleCommand;
@@ -10,6 +10,7 @@ use autopilot::recorder::Moment;
 use autopilot::script::Script;
 use autopilot::vehicle::{Mode, Reference};
 use icd::{ControlPeriod, SimTime};
+use lab_engine::geometry::AircraftGeometry;
 use lab_judges::closed_loop::FlightSetup;
 use lab_paper::cases::{Case, Conditions};
 use plant_sim::EarthModel;
@@ -95,6 +96,20 @@ fn replay() {
         let bytes = damaged(&seed, input);
         if let Ok(verdict) = lab_logs::replay::of_bytes(bytes, STEPS_MAX) {
             assert!(verdict.steps <= STEPS_MAX, "{} steps", verdict.steps);
+        }
+    });
+}
+
+#[test]
+fn mcap() {
+    let seed = seed();
+    let list = tvc_jet::effectors();
+    let geometry =
+        AircraftGeometry::from_toml("geometry.toml", aircraft::GEOMETRIES[0].1, &list).unwrap();
+    bolero::check!().for_each(|input: &[u8]| {
+        let Ok(log) = Log::from_bytes(damaged(&seed, input)) else { return };
+        if let Ok(file) = lab_logs::mcap::file(log, &geometry) {
+            assert!(file.starts_with(lab_logs::mcap::MARK));
         }
     });
 }

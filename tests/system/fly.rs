@@ -238,6 +238,30 @@ fn the_flight_log_is_flown_again_to_the_same_hash() {
 }
 
 #[test]
+fn the_file_for_viewers_is_the_same_from_the_flight_and_from_its_log() {
+    let folder = folder();
+    let path = |name: &str| folder.path().join(name);
+    let words = ["case1", "--set", "plant.duration_s=4", "--out", text(folder.path())];
+    assert!(fly(&[&words[..], &["--ulog", "--mcap"]].concat()).status.success());
+    let (log, other) = (path("flight.ulg"), path("other.mcap"));
+    let converted = sitl(&["log", "mcap", text(&log), "--out", text(&other)]);
+    assert!(converted.status.success(), "{}", err(&converted));
+    let [flown, converted] =
+        [path("flight.mcap"), other].map(|file| fs::read(file).expect("written"));
+    assert!(flown == converted, "{} and {} bytes", flown.len(), converted.len());
+    // Needs a Python with tests/clients/requirements.txt.
+    let Some(python) = std::env::var_os("TWO_STEP_PYTHON") else {
+        return eprintln!(
+            "skipped: TWO_STEP_PYTHON does not name a Python with the client libraries"
+        );
+    };
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/clients/read_mcap.py");
+    let file = path("flight.mcap");
+    let read = Command::new(python).args([script, text(&file)]).output().expect("Python starts");
+    assert!(read.status.success(), "{}", err(&read));
+}
+
+#[test]
 fn the_shipped_flights_have_the_hashes_in_the_documentation() {
     let page = include_str!("../../docs/logs.md");
     let rows = page.lines().filter_map(|line| {
@@ -352,6 +376,7 @@ fn a_flight_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
         (&["case1", "--seed", "9..2"], "9 is above 2"),
         (&["case1", "--seed", "1..2", "--ulog", "--out", "x"], "--ulog is for one flight"),
         (&["case1", "--ulog"], "--out"),
+        (&["case1", "--seed", "1..2", "--mcap", "--out", "x"], "--mcap is for one flight"),
         (&["case1", "--step-us", "300"], "300 us does not divide"),
         (&["case1", "--turbulence-m-s", "NaN"], "turbulence_m_s = NaN"),
         (&[], "SCENARIO"),

@@ -326,6 +326,7 @@ fn replay(args: &CampaignReplayArgs, plan: &Plan) -> Result<(), Problem> {
         folder: args.out.as_deref(),
         ulog: args.out.is_some(),
         figures: args.out.is_some(),
+        mcap: None,
         judges: &plan.file.spec.judges,
     };
     let law = plan.laws()[run.law];

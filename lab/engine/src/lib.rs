@@ -26,6 +26,7 @@ pub mod configuration;
 pub mod fault_known;
 pub mod fault_words;
 pub mod flight;
+pub mod geometry;
 pub mod law;
 pub mod settings;
 pub mod watch;

@@ -159,6 +159,7 @@ pub const TABLE: &str = "flight.csv";
 pub const OUTCOME: &str = "outcome.json";
 pub const LOG: &str = "flight.ulg";
 pub const FIGURES: &str = "flight.html";
+pub const MCAP: &str = "flight.mcap";
 
 /// Writes a value as JSON.
 pub fn write_json(folder: &OutFolder, name: &str, value: &impl Serialize) -> Result<(), Problem> {

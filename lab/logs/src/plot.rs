@@ -10,8 +10,8 @@ use host_io::file;
 use ulog::reader::Log;
 
 mod errors;
-mod events;
-mod flight;
+pub(crate) mod events;
+pub(crate) mod flight;
 mod page;
 mod panels;
 

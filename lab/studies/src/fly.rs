@@ -3,7 +3,7 @@
 //! ```text
 //! scenario, airframe, model, --set ─> FlightSetup ─> Flight ─ every tick ─> Judge ─> Outcome
 //!                                                                             │        └─> line, exit status, outcome.json
-//!                                                                             └─> flight.csv, flight.ulg, flight.html
+//!                                                                             └─> flight.csv, .ulg, .html, .mcap
 //! ```
 
 use std::io::Write as _;
@@ -27,15 +27,18 @@ use ulog::reader::Log;
 use host_io::problem::{At as _, Problem, problem};
 use lab_engine::builder::{SetupOptions, preset_note};
 use lab_engine::configuration::AircraftArgs;
+use lab_engine::geometry::AircraftGeometry;
 use lab_judges::closed_loop::FlightSetup;
-use lab_logs::plot;
+use lab_logs::{mcap, plot};
 use lab_report::page::GENERATOR;
 use lab_report::runner::Progress;
 
 pub mod seeds;
 
 use lab_judges::flown::{self, FlightLog, Keep};
-use lab_judges::outcome::{FIGURES, LOG, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json};
+use lab_judges::outcome::{
+    FIGURES, LOG, MCAP, OUTCOME, Outcome, PROGRAM, TABLE, WholeSetup, write_json,
+};
 use seeds::Seeds;
 
 /// Exit status: every aircraft was kept.
@@ -71,6 +74,9 @@ pub struct FlyArgs {
     /// A page of figures too (flight.html)
     #[arg(long, requires = "out")]
     figures: bool,
+    /// The flight for Foxglove and other viewers too (flight.mcap)
+    #[arg(long, requires = "out")]
+    mcap: bool,
     #[arg(
         long = "judge", value_name = "NAME", value_parser = JudgeKind::parse,
         help = format!("A judge whose numbers stand beside the measures: {}; may be repeated", JudgeKind::names())
@@ -143,6 +149,8 @@ pub struct OneFlight<'a> {
     pub ulog: bool,
     /// A page of figures too.
     pub figures: bool,
+    /// A file for viewers too, with this geometry of the aircraft.
+    pub mcap: Option<&'a AircraftGeometry>,
     /// Judges whose numbers stand beside the measures.
     pub judges: &'a [JudgeKind],
 }
@@ -156,7 +164,7 @@ impl OneFlight<'_> {
             folder.begin(TABLE, file::beginning(trajectory::header().as_bytes()))
         };
         let mut rows = folder.as_ref().map(begin).transpose()?;
-        let wants_log = self.ulog || self.figures;
+        let wants_log = self.ulog || self.figures || self.mcap.is_some();
         let seconds = self.setup.duration.as_seconds();
         // Checked seconds of a flight.
         let progress = Progress::new("fly", "s", seconds as usize + 1).quiet_at_first();
@@ -187,6 +195,10 @@ impl OneFlight<'_> {
     fn write_log(&self, folder: &OutFolder, bytes: Vec<u8>) -> Result<(), Problem> {
         if self.ulog {
             folder.write_marked(LOG, &ulog::format::MAGIC, &bytes)?;
+        }
+        if let Some(geometry) = self.mcap {
+            let log = Log::from_bytes(bytes.clone()).at("mcap")?;
+            folder.write_marked(MCAP, mcap::MARK, &mcap::file(log, geometry).at("mcap")?)?;
         }
         if self.figures {
             let log = Log::from_bytes(bytes).at("figures")?;
@@ -242,6 +254,11 @@ impl FlyArgs {
         if let Some(Seeds::Range { from, to }) = self.seed {
             return self.fly_seeds(&setup, from, to);
         }
+        let effectors = &setup.plant.airframe.effectors;
+        let geometry =
+            || AircraftGeometry::of_aircraft(&self.options.aircraft, None, effectors).at("--mcap");
+        // Before the flight, as the folder.
+        let geometry = self.mcap.then(geometry).transpose()?;
         let one = OneFlight {
             scenario: &self.scenario,
             aircraft: &self.options.aircraft,
@@ -250,6 +267,7 @@ impl FlyArgs {
             folder: self.out.as_deref(),
             ulog: self.ulog,
             figures: self.figures,
+            mcap: geometry.as_ref(),
             judges: &self.judges,
         };
         let outcome = one.fly()?;
@@ -258,7 +276,8 @@ impl FlyArgs {
     }
 
     fn fly_seeds(&self, setup: &FlightSetup, from: u64, to: u64) -> Result<bool, Problem> {
-        for (is_given, option) in [(self.ulog, "--ulog"), (self.figures, "--figures")] {
+        let options = [(self.ulog, "--ulog"), (self.figures, "--figures"), (self.mcap, "--mcap")];
+        for (is_given, option) in options {
             if is_given {
                 return Err(problem!("{option} is for one flight, not for a range of seeds"));
             }

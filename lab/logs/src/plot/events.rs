@@ -28,15 +28,12 @@ const PERIOD_MAX_S: f64 = ControlPeriod::MAX_MICROS as f64 * 1.01e-6;
 /// A report comes with one of the next packets, s.
 const REPORT_LATE_S: f64 = 0.1;
 
-/// An event this long before the first row or after the last one is of the flight, s.
-const STRAY_S: f64 = 60.0;
-
 /// Finds faults and events, and takes out events at a time that the flight does not have.
 pub fn find(flight: &mut Flight) {
     flight.faults = faults(flight);
     flight.events = timeline(flight);
     let all = flight.events.len();
-    let near = (flight.span.0 - STRAY_S, flight.span.1 + STRAY_S);
+    let near = flight.near();
     flight.events.retain(|what| (near.0..=near.1).contains(&what.t_s));
     flight.strays = all - flight.events.len();
 }

@@ -20,6 +20,9 @@ use lab_report::chart::curve::{Point, thin};
 /// Topics that have a row in each control step.
 const TICKING: [&str; 5] = ["sensors", "control", "commands", "truth", "estimator_status"];
 
+/// An event this long before the first row or after the last one is of the flight, s.
+const STRAY_S: f64 = 60.0;
+
 /// The flight of a log.
 #[derive(Debug)]
 pub struct Flight {
@@ -150,8 +153,21 @@ impl Flight {
         Some(times.zip(values.into_iter().map(|value| value * scale)).collect())
     }
 
+    /// Times, us, and numbers of a topic's rows that can be drawn and are of the flight.
+    pub fn numbered(&self, topic: &Topic<'_>) -> Vec<(u64, usize)> {
+        let numbers = self.times.keep(topic.name(), (0..topic.len()).collect());
+        let (from, to) = self.near();
+        let is_near = |(us, _): &(u64, usize)| (from..=to).contains(&(*us as f64 * 1.0e-6));
+        self.times_us(topic).into_iter().zip(numbers).filter(is_near).collect()
+    }
+
+    /// Between these times, s, an event is of the flight.
+    pub fn near(&self) -> (f64, f64) {
+        (self.span.0 - STRAY_S, self.span.1 + STRAY_S)
+    }
+
     /// A column of the rows that can be drawn.
-    fn column(&self, topic: &Topic<'_>, column: &str) -> Option<Vec<f64>> {
+    pub fn column(&self, topic: &Topic<'_>, column: &str) -> Option<Vec<f64>> {
         Some(self.times.keep(topic.name(), topic.column(column)?))
     }
 
