@@ -96,8 +96,9 @@ def test_a_refusal_has_the_reason(paused):
         paused.clear("flap")
     with pytest.raises(VehicleError, match="for triggers there are scripts"):
         paused.fail("at 3 s: rudder stuck")
+    paused.fail("rudder", stuck_deg=3)
     with pytest.raises(VehicleError, match="nothing changed, the same fault is there"):
-        paused.fail("rudder", stuck_deg=3) and paused.fail("rudder", stuck_deg=3)
+        paused.fail("rudder", stuck_deg=3)
     paused.clear("rudder")
     with pytest.raises(VehicleError, match="there is no command \"dance\""):
         paused.shell("dance")

@@ -85,8 +85,8 @@ class Vehicle:
         self._errors = collections.defaultdict(lambda: collections.deque(maxlen=50))
         self._thread = self._socket = self._connection = self._listening = self._log = self._system = None
         self._state, self._texts, self._shell_text = {}, [], ""
-        # Simulation time, us: that of each message, in the unit of its field, of the status line, and of the plant's last line.
-        self._times, self._status_us, self._time_us = {}, None, 0
+        # Simulation time, us, of each part of `state`, and of the latest ODOMETRY.
+        self._times, self._time_us = dict.fromkeys([*TELEMETRY, "status"], -1), 0
         self._period_us = round(float(period_ms) * 1000)
         self._paused, self._pace_us, self._pace_lines = True, 0, 0
         try:
@@ -161,7 +161,7 @@ class Vehicle:
         elif kind == "flight_log":
             self._log = Path(status["path"])
         elif kind == "flight":
-            self._status_us = round(status.pop("t_s") * 1e6)
+            self._times["status"] = round(status.pop("t_s") * 1e6)
             # MAVLink has these more often.
             del status["altitude_m"], status["roll_deg"]
             self._state |= status
@@ -174,11 +174,11 @@ class Vehicle:
         for message in self._mav.parse_buffer(data) or ():
             kind = message.get_type()
             if kind == "ATTITUDE":
-                self._times[kind] = message.time_boot_ms
+                self._times[kind] = message.time_boot_ms * 1000
                 self._state |= {"roll_deg": math.degrees(message.roll), "pitch_deg": math.degrees(message.pitch),
                                 "heading_deg": math.degrees(message.yaw) % 360.0}
             elif kind == "GLOBAL_POSITION_INT":
-                self._times[kind] = message.time_boot_ms
+                self._times[kind] = message.time_boot_ms * 1000
                 self._state |= {"altitude_m": message.alt / 1e3, "climb_m_s": -message.vz / 1e2,
                                 "latitude_deg": message.lat / 1e7, "longitude_deg": message.lon / 1e7}
             elif kind == "ODOMETRY":
@@ -216,7 +216,7 @@ class Vehicle:
         for name, status in list(self._ended.items()):
             lines = [line.strip() for line in self._errors[name] if line.strip()]
             reasons = [line for line in lines if line.lower().startswith("error")]
-            if self._status_us is None and reasons:
+            if self._times["status"] < 0 and reasons:
                 return ValueError(re.sub(r"^(ERROR|error:) ", "", reasons[0]))
             if name == "plant-sim" and status == 0:
                 return VehicleError(f"the flight is over: {self._summary()}")
@@ -302,12 +302,8 @@ class Vehicle:
 
     def _is_at(self, time_us):
         """Whether all of `state` is of this time."""
-        times = {kind: time_us if kind == "ODOMETRY" else time_us // 1000 for kind in TELEMETRY}
-        return self._times == times and self._status_us == time_us
-
-    def _oldest_us(self):
-        """Time of the oldest part of `state`: at a high speed they are seconds apart."""
-        return min(self._status_us, *(us if kind == "ODOMETRY" else us * 1000 for kind, us in self._times.items()))
+        # Two messages have it in whole ms; control periods are no shorter.
+        return {us // 1000 for us in self._times.values()} == {time_us // 1000}
 
     def shell(self, line):
         """Runs a line of the autopilot's shell, such as "mode return", and returns what it prints.
@@ -356,7 +352,8 @@ class Vehicle:
         moved = time.monotonic()
         while True:
             # Before the condition, which then sees the last state.
-            ended, now_us, oldest_us = self._why_ended(), self._time_us, self._oldest_us()
+            # At a high speed the parts of the state are seconds apart.
+            ended, now_us, oldest_us = self._why_ended(), self._time_us, min(self._times.values())
             if value := condition(self):
                 return value
             if ended:
