@@ -198,7 +198,7 @@ impl StatusSource {
         });
         // Full means that earlier lines are not printed yet: this one would add nothing.
         let _ = self.lines.try_send(line);
-        // Behind the line: a request in between would be answered by a second one, and both would wait.
+        // After the line: a request before it would get a second line, and both would wait.
         self.wanted.store(false, Ordering::Relaxed);
     }
 
