@@ -18,7 +18,8 @@ pub fn read(path: &Path) -> Result<String, Problem> {
 
 /// The model that comes with the program under this name, or else the model in this file.
 pub fn named_model(name: &Path) -> Result<Model, Problem> {
-    let (file, text) = file::shipped_or_read(name, aircraft::MODELS).at(name.display())?;
+    let read = file::shipped_or_read(name, aircraft::MODELS);
+    let (file, text) = read.at(format_args!("--model {}", name.display()))?;
     Ok(model(&file, &text)?)
 }
 
@@ -28,6 +29,6 @@ pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, Prob
     match file::read_text(path, TEXT_MAX as u64) {
         Ok(text) => Ok(Script::parse(&name, &text, effectors)?),
         Err(FileProblem::TooLong { bytes, .. }) => Err(Script::too_long(&name, bytes).into()),
-        Err(problem) => Err(problem).at(name),
+        Err(problem) => Err(problem).at(format_args!("--script {name}")),
     }
 }

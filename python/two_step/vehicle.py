@@ -12,7 +12,6 @@ import json
 import math
 import os
 import re
-import select
 import selectors
 import shutil
 import socket
@@ -85,11 +84,11 @@ class Vehicle:
         self._selector = selectors.DefaultSelector()
         self._errors = collections.defaultdict(lambda: collections.deque(maxlen=50))
         self._thread = self._socket = self._connection = self._listening = self._log = self._system = None
-        self._state, self._texts, self._shell_text, self._targets = {}, [], "", None
-        # Simulation time, us: that of each message, in the unit of its field, and of the status line.
-        self._times, self._status_us, self._time_us = {}, None, 0
+        self._state, self._texts, self._shell_text = {}, [], ""
+        # Simulation time, us, of each part of `state`, and of the latest ODOMETRY.
+        self._times, self._time_us = dict.fromkeys([*TELEMETRY, "status"], -1), 0
         self._period_us = round(float(period_ms) * 1000)
-        self._paused, self._pace_lines, self._fresh, self._logs = True, 0, 0, 0
+        self._paused, self._pace_us, self._pace_lines = True, 0, 0
         try:
             self._start(autopilot, plant)
             if not paused:
@@ -160,30 +159,26 @@ class Vehicle:
         if kind == "listening":
             self._listening = status
         elif kind == "flight_log":
-            self._log, self._logs = Path(status["path"]), self._logs + 1
+            self._log = Path(status["path"])
         elif kind == "flight":
-            self._status_us, self._fresh = round(status.pop("t_s") * 1e6), self._fresh + 1
+            self._times["status"] = round(status.pop("t_s") * 1e6)
             # MAVLink has these more often.
             del status["altitude_m"], status["roll_deg"]
             self._state |= status
 
     def _take_pace(self, line):
         pace = json.loads(line)
-        # What the autopilot has written so far may be older than this line.
-        output = self._processes["autopilot"].stdout
-        while select.select([output], [], [], 0)[0] and (data := os.read(output.fileno(), 65536)):
-            self._selector.get_key(output).data[1](data)
-        self._paused, self._pace_lines, self._fresh = pace["paused"], self._pace_lines + 1, 0
+        self._paused, self._pace_us, self._pace_lines = pace["paused"], round(pace["t_s"] * 1e6), self._pace_lines + 1
 
     def _take_mavlink(self, data):
         for message in self._mav.parse_buffer(data) or ():
             kind = message.get_type()
             if kind == "ATTITUDE":
-                self._times[kind] = message.time_boot_ms
+                self._times[kind] = message.time_boot_ms * 1000
                 self._state |= {"roll_deg": math.degrees(message.roll), "pitch_deg": math.degrees(message.pitch),
                                 "heading_deg": math.degrees(message.yaw) % 360.0}
             elif kind == "GLOBAL_POSITION_INT":
-                self._times[kind] = message.time_boot_ms
+                self._times[kind] = message.time_boot_ms * 1000
                 self._state |= {"altitude_m": message.alt / 1e3, "climb_m_s": -message.vz / 1e2,
                                 "latitude_deg": message.lat / 1e7, "longitude_deg": message.lon / 1e7}
             elif kind == "ODOMETRY":
@@ -221,7 +216,7 @@ class Vehicle:
         for name, status in list(self._ended.items()):
             lines = [line.strip() for line in self._errors[name] if line.strip()]
             reasons = [line for line in lines if line.lower().startswith("error")]
-            if self._status_us is None and reasons:
+            if self._times["status"] < 0 and reasons:
                 return ValueError(re.sub(r"^(ERROR|error:) ", "", reasons[0]))
             if name == "plant-sim" and status == 0:
                 return VehicleError(f"the flight is over: {self._summary()}")
@@ -273,7 +268,7 @@ class Vehicle:
     def pause(self):
         """Lets simulation time stand still."""
         self._order("pause", True)
-        self._until(lambda: self._is_fresh() and self._is_at(self._status_us), "the time of the pause")
+        self._until(lambda: self._is_at(self._pace_us), "the time of the pause")
 
     def step(self, periods=1):
         """Flies this number of control periods, 1 to 100000, and stands still again. Time that runs is paused first."""
@@ -283,9 +278,9 @@ class Vehicle:
             self.pause()
         target_us = self._time_us + int(periods) * self._period_us
         self._order(f"step {int(periods)}", True)
-        self._until(lambda: self._is_at(target_us) or self._is_fresh() and self._status_us != target_us, "the step")
-        if not self._is_at(target_us):
+        if self._pace_us != target_us:
             raise VehicleError(f"the flight ended before {target_us / 1e6:g} s: {self._summary()}")
+        self._until(lambda: self._is_at(target_us), "the step")
 
     def run(self, speed=None):
         """Lets simulation time run; speed: 0.01 to 1000 times wall time, "max", or as before."""
@@ -305,19 +300,10 @@ class Vehicle:
             raise self._why_ended() or VehicleError("the vehicle is closed") from None
         self._until(lambda: self._pace_lines > before and paused in (None, self._paused), f"the plant to {line}")
 
-    def _is_fresh(self):
-        """Whether the status was requested after the plant's last line about its pace."""
-        # The first status line after it may be older, and each line about a log delays the status by one line.
-        return self._fresh >= 2 + self._logs
-
     def _is_at(self, time_us):
         """Whether all of `state` is of this time."""
-        times = {kind: time_us if kind == "ODOMETRY" else time_us // 1000 for kind in TELEMETRY}
-        return self._times == times and self._status_us == time_us
-
-    def _oldest_us(self):
-        """Time of the oldest part of `state`: at a high speed they are seconds apart."""
-        return min(self._status_us, *(us if kind == "ODOMETRY" else us * 1000 for kind, us in self._times.items()))
+        # Two messages have it in whole ms; control periods are no shorter.
+        return {us // 1000 for us in self._times.values()} == {time_us // 1000}
 
     def shell(self, line):
         """Runs a line of the autopilot's shell, such as "mode return", and returns what it prints.
@@ -339,43 +325,23 @@ class Vehicle:
             raise VehicleError(answer.removeprefix("ERROR: "))
         return answer
 
-    def fail(self, fault, **how):
+    def fail(self, fault, stuck_deg=None):
         """Breaks an effector, a sensor or a part, and returns the simulation time of the onset, s.
 
-        fault: in the words of scripts, "left elevator stuck at 30 deg, for 10 s", or only what fails, "left elevator".
-        how: then a type of the shell with the unit of its size, ``stuck_deg=30``, ``loss_percent=40``, ``drift_deg_s=1``,
-            ``float=True``; further at_s, ramp_s, duration_s, every_s, times, period_s (intermittent), frequency_hz (oscillate).
+        fault: in the words of scripts, "left elevator stuck at 30 deg, for 10 s"; with `stuck_deg` only what sticks.
 
-        Raises ValueError or TypeError where there is no such target or keyword, VehicleError with the reason of a refusal.
+        Raises VehicleError with the reason of a refusal, and with what is expected where a word does not fit.
         """
-        unit, instance, words = self._target(fault)
-        if words and how:
-            raise TypeError(f"{fault!r} has words and keywords; it takes one or the other")
-        answer = self.shell(f"failure {unit} {_of_words(words) if words else _of_keywords(how)} {instance}")
-        onset = re.search(r": acts (?:since|at) ([\d.]+) s", answer)
+        stuck = "" if stuck_deg is None else f" stuck at {float(stuck_deg):f} deg"
+        answer = self.shell(f"fail {fault}{stuck}")
+        onset = re.search(r": acts since ([\d.]+) s", answer)
         if onset is None:
             raise VehicleError(answer)
         return float(onset[1])
 
     def clear(self, target="all"):
         """Repairs a target, "left elevator", or everything, and cancels what is scheduled there. A healthy one stays so."""
-        if target == "all":
-            return self.shell("failure clear")
-        unit, instance, words = self._target(target)
-        if words:
-            raise ValueError(f"{target!r} is more than a target; leave out {words!r}")
-        return self.shell(f"failure {unit} ok {instance}")
-
-    def _target(self, text):
-        """Component and instance in the words of the shell, and the words that follow the target."""
-        if self._targets is None:
-            self._targets = _targets(self.shell("help failure"))
-        words = " ".join(text.lower().replace("_", " ").split())
-        known = [name for name in self._targets if f"{words} ".startswith(f"{name} ")]
-        if not known:
-            raise ValueError(f"{text!r} names nothing that fails; there are {', '.join(self._targets)}")
-        name = max(known, key=len)
-        return *self._targets[name], words[len(name):].strip()
+        return self.shell(f"clear {target}")
 
     def wait(self, condition, timeout_s=60.0, what="the condition"):
         """Waits until `condition(vehicle)` is true, for at most `timeout_s` of simulation time, and returns its value.
@@ -386,7 +352,8 @@ class Vehicle:
         moved = time.monotonic()
         while True:
             # Before the condition, which then sees the last state.
-            ended, now_us, oldest_us = self._why_ended(), self._time_us, self._oldest_us()
+            # At a high speed the parts of the state are seconds apart.
+            ended, now_us, oldest_us = self._why_ended(), self._time_us, min(self._times.values())
             if value := condition(self):
                 return value
             if ended:
@@ -486,63 +453,3 @@ def _by_line(take):
             take(line.decode(errors="replace"))
 
     return receive
-
-
-#: Sensors whose name in the shell, PX4's, is not that of scripts.
-SENSORS = {"accelerometer": "accel", "gnss": "gps", "barometer": "baro", "pitot": "airspeed", "engine monitor": "engine_mon",
-           "magnetometer": "mag"}
-#: Words of scripts that are not the type of the shell.
-KINDS = {"hard over positive": "hardover -v +", "hard over negative": "hardover -v -", "floating": "float", "biased": "bias",
-         "oscillating": "oscillate", "drifting": "drift", "limited": "limit", "flame-out": "flameout", "flame out": "flameout",
-         "noisy": "noise", "torn off": "torn", "stuck": "stuck"}
-UNITS = {"percent": "%", "kn": "kN", "n": "N", "pa": "Pa", "nt": "nT"}
-TIMES = {"at_s": "-t {}s", "ramp_s": "-r {}s", "duration_s": "-d {}s", "every_s": "-e {}s", "times": "-n {}",
-         "period_s": "-p {}s", "frequency_hz": "-f {}Hz"}
-
-
-def _targets(text):
-    """What can fail: component and instance in the shell by name, from `help failure`."""
-    targets = {}
-    for unit, names in re.findall(r"(servo|motor) \((.*?)\)", text):
-        for number, name in re.findall(r"(\d+) ([^,]+)", names):
-            targets[name] = targets[f"{unit} {number}"] = (unit, f"-i {number}")
-    for names in re.findall(r"(?:sensors|parts of the airframe) \((.*?)\)", text):
-        targets |= {name.replace("_", " "): (name, "") for name in names.split(", ")}
-    return targets | {name: (word, "") for name, word in SENSORS.items()}
-
-
-def _of_keywords(how):
-    """Type and options of the shell of keywords such as stuck_deg=30, ramp_s=2."""
-    sizes = [name for name in how if name not in TIMES]
-    if len(sizes) != 1:
-        raise TypeError(f"one kind of fault is needed, such as stuck_deg=30; there are {', '.join(sizes) or 'none'}")
-    kind, _, unit = sizes[0].partition("_")
-    value = how[sizes[0]]
-    size = [] if value is True else [f"-v {value}{_unit(unit.replace('_', '/'))}"]
-    return " ".join([kind, *size, *(TIMES[name].format(how[name]) for name in TIMES if name in how)])
-
-
-def _unit(text):
-    return "/".join(UNITS.get(part, part) for part in text.split("/"))
-
-
-def _of_words(text):
-    """Type and options of the shell of words of scripts such as "stuck at 30 deg, ramp 2 s"."""
-    number, (words, *times) = r"([-+]?[\d.]+)", text.split(",")
-    words = re.sub(rf"^{number} ?% left$", r"loss by \1 %", words)
-    kind, size, unit, link, second = re.fullmatch(
-        rf"(.*?)(?: (?:at |by |to )?{number} ?([a-z%/0-9]+))?(?: (of|at) {number} ?(?:s|hz))?", words).groups()
-    line = KINDS.get(kind, kind)
-    if size:
-        line += f" -v {size}{_unit(unit)}"
-    elif kind == "stuck":
-        line += " -v here"
-    if link:
-        line += f" -p {second}s" if link == "of" else f" -f {second}Hz"
-    for part in times:
-        found = re.fullmatch(rf" ?(?:(ramp|for|every) {number} ?(s|ms|min)|(\d+) times)", part)
-        if found is None:
-            raise ValueError(f"{part.strip()!r} is none of \"ramp 2 s\", \"for 5 s\", \"every 20 s\", \"3 times\"")
-        option = {"ramp": "-r", "for": "-d", "every": "-e", None: "-n"}[found[1]]
-        line += f" {option} {found[4] or found[2] + found[3]}"
-    return line

@@ -387,7 +387,7 @@ fn status(process: &'static str, line: String) -> ChildReport {
         }
         Ok(status) => ChildReport::Status(status),
         Err(_) => match serde_json::from_str(&line) {
-            Ok(PlantLine::Pace { paused, speed }) => {
+            Ok(PlantLine::Pace { paused, speed, .. }) => {
                 ChildReport::PaceState(PaceState { paused, speed })
             }
             Err(_) => ChildReport::Line { process, line },

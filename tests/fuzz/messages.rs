@@ -116,9 +116,13 @@ fn mavlink_ftp() {
 /// Lines for the shell by SERIAL_CONTROL.
 #[test]
 fn mavlink_shell() {
-    const WORDS: [&str; 32] = [
+    const WORDS: [&str; 36] = [
         "help",
         "status",
+        "fail",
+        "clear",
+        "rudder",
+        "all",
         "failure",
         "servo",
         "motor",

@@ -3,8 +3,9 @@
 //! ```text
 //!  INJECT_FAILURE (420), USER_1 (31010) ─> parse ─┐
 //!  shell ─────────────────────────────────────────┼─> FaultCommand ─> requests ─> plant
-//!  parameters FLT_SERVO1.., FLT_MOTOR1 ───────────┘                      ^
-//!                                                    FLT_*, model ───────┘
+//!  parameters FLT_SERVO1.., FLT_MOTOR1 ───────────┘                      ^          ^
+//!                                                    FLT_*, model ───────┘          │
+//!  shell, words of scripts ─> FaultRequest ─> checked ──────────────────────────────┘
 //! ```
 //!
 //! | | INJECT_FAILURE (420) | USER_1 (31010) |
@@ -233,10 +234,7 @@ pub fn requests(
     parameters: &Parameters,
     model: &AircraftModel,
 ) -> Result<Requests, CommandError> {
-    let parameters = &parameters.failure;
-    if !parameters.enabled {
-        return Err(denied("fault injection is off (SYS_FAILURE_EN 0)"));
-    }
+    let parameters = enabled(parameters)?;
     let list = &model.effectors.list;
     let targets = chosen(command, list)?;
     if command.failure == Failure::OK {
@@ -264,6 +262,32 @@ pub fn requests(
         }
     }
     if reasons.is_empty() { Ok(requests) } else { Err(denied(reasons.text(list))) }
+}
+
+/// A request that is complete, as in the words of scripts, if the plant can be expected to accept it.
+pub fn checked(
+    request: FaultRequest,
+    parameters: &Parameters,
+    model: &AircraftModel,
+) -> Result<FaultRequest, CommandError> {
+    enabled(parameters)?;
+    if let FaultRequest::Inject { target, kind, timing } = &request
+        && let Err(refusal) = check(*target, kind, timing, model)
+    {
+        let list = &model.effectors.list;
+        let reason = refused(&refusal, Some(*target), list);
+        return Err(denied(format!("{}: {reason}", target.name(list))));
+    }
+    Ok(request)
+}
+
+/// The parameters of faults, if there may be any.
+fn enabled(parameters: &Parameters) -> Result<&FailureParameters, CommandError> {
+    if parameters.failure.enabled {
+        Ok(&parameters.failure)
+    } else {
+        Err(denied("fault injection is off (SYS_FAILURE_EN 0)"))
+    }
 }
 
 fn denied(reason: impl ToString) -> CommandError {

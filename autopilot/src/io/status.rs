@@ -193,12 +193,13 @@ impl StatusSource {
 
     /// Reports the flight with the faults on the plant's list. Never waits.
     pub fn show(&self, plant: PlantState, autopilot: &Autopilot, faults: &FaultList) {
-        self.wanted.store(false, Ordering::Relaxed);
         let line = autopilot.snapshot().map_or(StatusLine::NoPlant, |snapshot| {
             StatusLine::Flight(Box::new(FlightStatus::new(plant, snapshot, autopilot, faults)))
         });
         // Full means that earlier lines are not printed yet: this one would add nothing.
         let _ = self.lines.try_send(line);
+        // After the line: a request before it would get a second line, and both would wait.
+        self.wanted.store(false, Ordering::Relaxed);
     }
 
     /// Prints the path of a flight log. Never waits.
@@ -226,7 +227,11 @@ pub fn channel() -> (StatusSource, StatusPrinter) {
 pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::Result<()> {
     let StatusPrinter { wanted, lines } = printer;
     let print_all = move || {
-        let printed = print(&first).and_then(|()| print_all(&wanted, &lines));
+        let mut printed = print(&first).map(|()| true);
+        while matches!(printed, Ok(true)) {
+            host_io::clock::sleep(INTERVAL);
+            printed = print_next(&wanted, &lines, print);
+        }
         if printed.is_err() {
             stop.request();
         }
@@ -234,15 +239,19 @@ pub fn start(printer: StatusPrinter, first: StatusLine, stop: Stop) -> std::io::
     thread::Builder::new().name("status".to_owned()).spawn(print_all).map(|_| ())
 }
 
-fn print_all(wanted: &AtomicBool, lines: &Receiver<StatusLine>) -> std::io::Result<()> {
-    loop {
-        host_io::clock::sleep(INTERVAL);
-        wanted.store(true, Ordering::Relaxed);
-        match lines.recv_timeout(INTERVAL) {
-            Ok(line) => print(&line)?,
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
-        }
+/// Prints the lines that wait, requests the next one and prints it. Returns whether there is a source of more.
+fn print_next(
+    wanted: &AtomicBool,
+    lines: &Receiver<StatusLine>,
+    mut print: impl FnMut(&StatusLine) -> std::io::Result<()>,
+) -> std::io::Result<bool> {
+    // Paths of logs come unasked, and lines of the flight may be late. One left here would delay all that follow.
+    lines.try_iter().try_for_each(|line| print(&line))?;
+    wanted.store(true, Ordering::Relaxed);
+    match lines.recv_timeout(INTERVAL) {
+        Ok(line) => print(&line).map(|()| true),
+        Err(RecvTimeoutError::Timeout) => Ok(true),
+        Err(RecvTimeoutError::Disconnected) => Ok(false),
     }
 }
 
@@ -259,6 +268,33 @@ mod tests {
     use icd::SimTime;
     use icd::fault::{FaultKind, Timing, Travel};
     use icd::tvc_jet;
+
+    #[test]
+    fn a_line_about_a_log_delays_no_later_line() {
+        let (source, StatusPrinter { wanted, lines }) = channel();
+        source.log(Path::new("flight.ulg"));
+        source.lines.try_send(StatusLine::NoPlant).unwrap();
+        let mut printed = Vec::new();
+        let mut print = |line: &StatusLine| {
+            assert!(!source.is_wanted(), "requested before this line was printed: {line:?}");
+            printed.push(line.clone());
+            Ok(())
+        };
+        assert!(print_next(&wanted, &lines, &mut print).unwrap());
+        let log = StatusLine::FlightLog { path: "flight.ulg".into() };
+        assert_eq!(printed, [log, StatusLine::NoPlant]);
+        assert!(source.is_wanted());
+    }
+
+    #[test]
+    fn the_printer_ends_with_its_source_and_with_its_reader() {
+        let (source, StatusPrinter { wanted, lines }) = channel();
+        source.log(Path::new("flight.ulg"));
+        let closed = |_: &StatusLine| Err(std::io::ErrorKind::BrokenPipe.into());
+        assert!(print_next(&wanted, &lines, closed).is_err());
+        drop(source);
+        assert!(!print_next(&wanted, &lines, |_| Ok(())).unwrap());
+    }
 
     #[test]
     fn faults_are_named_by_effector_and_kind_and_those_beyond_the_limit_are_counted() {

@@ -597,7 +597,7 @@ mod tests {
     #[test]
     fn a_missing_file_is_named() {
         let message = error(&["--model", "no.toml"]);
-        assert!(message.starts_with("no.toml: "), "{message}");
+        assert!(message.starts_with("--model no.toml: "), "{message}");
         let message = error(&["--scenario", "case9"]);
         let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
         assert_eq!(message, words);
@@ -622,13 +622,13 @@ mod tests {
             args.read(None, &icd::tvc_jet::effectors()).unwrap_err().to_string()
         };
         let endless = error("/dev/zero");
-        assert_eq!(endless, "/dev/zero: this is a device, and an ordinary file is needed");
+        assert_eq!(endless, "--script /dev/zero: this is a device, and an ordinary file is needed");
         let folder = tempfile::tempdir().unwrap();
         let long = folder.path().join("long");
         std::fs::write(&long, [b'#'; 16_385]).unwrap();
         let long = error(long.to_str().unwrap());
         assert!(long.contains("16385 bytes"), "{long}");
-        assert!(error("/nowhere/x.txt").contains("/nowhere/x.txt"));
+        assert!(error("/nowhere/x.txt").starts_with("--script /nowhere/x.txt: "));
     }
 }
 

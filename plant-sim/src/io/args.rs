@@ -132,7 +132,8 @@ impl PlantArgs {
 
     fn read_airframe(&self) -> Result<Airframe, Problem> {
         let path = &self.airframe;
-        let (name, text) = file::shipped_or_read(path, AIRFRAMES).at(path.display())?;
+        let read = file::shipped_or_read(path, AIRFRAMES);
+        let (name, text) = read.at(format_args!("--airframe {}", path.display()))?;
         Airframe::from_toml(&name, &text)
     }
 
@@ -323,7 +324,7 @@ mod tests {
         let words = "--scenario no.toml: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
         assert_eq!(error.to_string(), words);
         let error = parse(&["--airframe", "no.toml"]).unwrap().plant_setup().unwrap_err();
-        assert!(error.to_string().starts_with("no.toml: "), "{error}");
+        assert!(error.to_string().starts_with("--airframe no.toml: "), "{error}");
     }
 
     #[test]

@@ -257,7 +257,7 @@ impl Parent {
             && self.reads
         {
             // A parent that no longer reads is about to close the input as well.
-            let _ = PlantLine::pace(paused, speed).print();
+            let _ = PlantLine::pace(paused, speed, time).print();
         }
     }
 }
@@ -303,16 +303,18 @@ pub enum PlantLine {
         paused: bool,
         /// Speed while it runs, as a multiple of wall time; `None`: as fast as possible.
         speed: Option<f64>,
+        /// Simulation time at which it stands or runs on, s.
+        t_s: f64,
     },
 }
 
 impl PlantLine {
-    pub(super) fn pace(paused: bool, speed: Speed) -> Self {
+    pub(super) fn pace(paused: bool, speed: Speed, time: SimTime) -> Self {
         let speed = match speed {
             Speed::Max => None,
             Speed::Times(factor) => Some(factor),
         };
-        Self::Pace { paused, speed }
+        Self::Pace { paused, speed, t_s: time.as_seconds() }
     }
 
     /// Writes it to the standard output.
@@ -365,14 +367,14 @@ mod parent_tests {
     #[test]
     fn a_line_has_its_kind_and_reads_back() {
         for (speed, text) in [
-            (Speed::Max, r#"{"kind":"pace","paused":true,"speed":null}"#),
-            (Speed::Times(0.5), r#"{"kind":"pace","paused":true,"speed":0.5}"#),
+            (Speed::Max, r#"{"kind":"pace","paused":true,"speed":null,"t_s":0.5}"#),
+            (Speed::Times(0.5), r#"{"kind":"pace","paused":true,"speed":0.5,"t_s":0.5}"#),
         ] {
-            let line = PlantLine::pace(true, speed);
+            let line = PlantLine::pace(true, speed, SimTime::from_micros(500_000));
             assert_eq!(serde_json::to_string(&line).unwrap(), text);
             assert_eq!(serde_json::from_str::<PlantLine>(text).unwrap(), line);
         }
-        let other = r#"{"kind":"flight","paused":true,"speed":0.5}"#;
+        let other = r#"{"kind":"flight","paused":true,"speed":0.5,"t_s":0.5}"#;
         assert!(serde_json::from_str::<PlantLine>(other).is_err());
     }
 }

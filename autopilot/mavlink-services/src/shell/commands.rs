@@ -21,7 +21,7 @@ use flight_management::command::{Command, ScriptCommand, VehicleCommand};
 use flight_management::event::{Axis, Snapshot};
 use flight_management::event_text::verdict_text;
 use flight_management::parameters::{FAULT_CHOICES, Kind, is_fault, table};
-use flight_management::script::Script;
+use flight_management::script::{Action, Script};
 use flight_management::vehicle::{Mode, Reference};
 
 /// Output of a command, or why it does nothing.
@@ -70,15 +70,27 @@ const fn command(
 }
 
 /// The commands, in the order of their list.
-static TABLE: [ShellCommand; 12] = [
+static TABLE: [ShellCommand; 14] = [
     command("help", &["", "COMMAND"], "this list, or how a command is used", help),
     command("status", &[""], "the flight, and what the controller thinks", status),
     command("list", &[""], "the faults that act, rest or are scheduled", |_, _, shared| {
         Ok(Output::text(faults(shared)))
     }),
     ShellCommand {
+        details: |_| FAIL_DETAILS.to_owned(),
+        ..command(
+            "fail",
+            FAIL_FORMS,
+            "break an effector, a sensor or a part",
+            |words, _, shared| fault_in_words("fail", words, shared),
+        )
+    },
+    command("clear", &["TARGET", "all"], "mend a target, or everything", |words, _, shared| {
+        fault_in_words("clear", words, shared)
+    }),
+    ShellCommand {
         details: failure_details,
-        ..command("failure", FAILURE_FORMS, "break and mend effectors", failure)
+        ..command("failure", FAILURE_FORMS, "the same in the words of PX4", failure)
     },
     ShellCommand {
         details: |_| SCRIPT_DETAILS.to_owned(),
@@ -108,6 +120,14 @@ static TABLE: [ShellCommand; 12] = [
     command("speed", &["FACTOR"], "run so many times as fast as wall time", speed),
 ];
 
+const FAIL_FORMS: &[&str] =
+    &["TARGET KIND [, ramp TIME] [, for TIME] [, every TIME [, NUMBER times]]"];
+const FAIL_DETAILS: &str = "\
+The words are those of scripts; a wrong one is answered with those that fit.
+  fail left elevator stuck at 30 deg, ramp 2 s
+  fail rudder 50 % left, for 3 s, every 8 s, 10 times
+  fail gnss off
+";
 const SCRIPT_FORMS: &[&str] = &["list", "run NAME|NUMBER", "stop", "status"];
 const PARAM_FORMS: &[&str] = &["show [PATTERN]", "get NAME", "set NAME VALUE"];
 const PARAM_DETAILS: &str = "A * in PATTERN stands for any letters. What is set is saved and told to every ground station.\n";
@@ -306,6 +326,28 @@ fn script_status(scripts: &Scripts) -> String {
     text
 }
 
+/// Injects a fault or clears one, in the words of scripts.
+fn fault_in_words(verb: &str, words: &[&str], shared: &Shared) -> Answer {
+    if words.iter().any(|word| word.contains(':')) {
+        return Err(format!(
+            "{verb} acts at once; for triggers there are scripts, for an onset there is failure -t TIME"
+        ));
+    }
+    let line = format!("{verb} {}", words.join(" "));
+    let script = Script::parse("shell", &line, shared.effectors()).map_err(|e| e.to_string())?;
+    let Some(Action::Fault(request)) = script.lines().next().map(|line| line.action) else {
+        return Err(usage(verb));
+    };
+    fault_request(request, shared)
+}
+
+/// Sends one request as it is, without the parameters `FLT_*`.
+fn fault_request(request: FaultRequest, shared: &Shared) -> Answer {
+    let request = crate::failure::checked(request, &shared.parameters, &shared.model)
+        .map_err(|refused| refused.reason.unwrap_or_default())?;
+    Ok(Output::command(PlantAction::Fault(request), ""))
+}
+
 const FAILURE_FORMS: &[&str] = &["COMPONENT TYPE [OPTION VALUE]...", "list", "clear"];
 /// The rest of the help, for an aircraft with these effectors.
 fn failure_details(effectors: &EffectorList) -> String {
@@ -374,7 +416,7 @@ fn options() -> impl Iterator<Item = (&'static str, &'static KindInfo, &'static 
 fn failure(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
     match arguments {
         ["list"] => Ok(Output::text(faults(shared))),
-        ["clear"] => clear_faults(shared),
+        ["clear"] => fault_request(FaultRequest::ClearAll, shared),
         [component, failure, options @ ..] => {
             let command = parse_fault(component, failure, options, shared.effectors())?;
             let requests = crate::failure::requests(&command, &shared.parameters, &shared.model)
@@ -383,14 +425,6 @@ fn failure(arguments: &[&str], _: WallTime, shared: &mut Shared) -> Answer {
             Ok(Output { text: String::new(), commands: commands.collect() })
         }
         _ => Err(usage("failure")),
-    }
-}
-
-fn clear_faults(shared: &Shared) -> Answer {
-    if shared.parameters.failure.enabled {
-        Ok(Output::command(PlantAction::Fault(FaultRequest::ClearAll), ""))
-    } else {
-        Err("Fault refused: fault injection is off (SYS_FAILURE_EN 0)".into())
     }
 }
 

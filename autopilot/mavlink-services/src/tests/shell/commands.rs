@@ -23,7 +23,18 @@ fn help_lists_every_command_and_explains_each() {
     let mut world = World::flying();
     let list = output(&mut world, "help");
     let names: Vec<&str> = list.lines().map(|line| line.split(' ').next().unwrap()).collect();
-    for name in ["status", "list", "failure", "script", "param", "reference", "mode", "pause"] {
+    for name in [
+        "status",
+        "list",
+        "fail",
+        "clear",
+        "failure",
+        "script",
+        "param",
+        "reference",
+        "mode",
+        "pause",
+    ] {
         assert!(names.contains(&name), "{name}");
     }
     for name in names {
@@ -206,6 +217,75 @@ fn a_failure_is_printed_when_the_plant_has_answered() {
     );
     assert!(output(&mut world, "failure servo ok -i 5").starts_with("rudder: healthy since"));
     assert!(output(&mut world, "failure clear").starts_with("healthy since"));
+}
+
+#[test]
+fn faults_are_injected_and_cleared_in_the_words_of_scripts() {
+    let mut world = World::flying();
+    // Words are complete: no parameter adds to them.
+    for (parameter, value) in [("FLT_RAMP_S", "5"), ("FLT_DUR_S", "9")] {
+        output(&mut world, &format!("param set {parameter} {value}"));
+    }
+    let line = "fail Left elevator  stuck at -12.5 deg, ramp 2 s, for 10 s, every 20 s, 3 times";
+    let (commands, text) = commands(&mut world, line);
+    let [Command::Plant(PlantAction::Fault(FaultRequest::Inject { target, kind, timing }))] =
+        commands[..]
+    else {
+        panic!("{commands:?} {text}")
+    };
+    assert_eq!(target, tvc_jet::LEFT_ELEVATOR.into());
+    assert_eq!(timing.onset, Onset::AtOnce);
+    assert_eq!((timing.ramp_s, timing.duration_s), (2.0, Some(10.0)));
+    assert_eq!(timing.repeat, Some(Repeat { every_s: 20.0, times: Some(3) }));
+    let FaultKind::StuckAt { angle_rad, .. } = kind else { panic!("{kind:?}") };
+    assert!((angle_rad.to_degrees() + 12.5).abs() < 1.0e-9, "{angle_rad} rad");
+    assert!(text.starts_with("left elevator: acts since"), "{text}");
+    let text = output(&mut world, "clear left elevator");
+    assert!(text.starts_with("left elevator: healthy since") && text.lines().count() == 1);
+    for line in ["clear left elevator", "clear all"] {
+        assert_eq!(output(&mut world, line), "no active fault\n", "{line}");
+    }
+    for line in ["fail servo 5 50 % left", "fail gnss off, for 10 s", "fail fin torn off by 20 %"] {
+        assert!(output(&mut world, line).contains(": acts since"), "{line}");
+    }
+    assert!(output(&mut world, "clear all").starts_with("healthy since"));
+}
+
+#[test]
+fn words_that_are_no_fault_for_now_are_refused_with_what_is_expected() {
+    let mut world = World::flying();
+    for (line, reason) in [
+        ("fail", "end of the line found, expected an effector: left aileron, "),
+        ("fail flap stuck", "shell, line 1, column 6: `flap` found, expected an effector: "),
+        ("fail rudder wobbles", "`wobbles` found, expected a kind of fault: stuck"),
+        ("fail rudder flame-out", "only for the engine"),
+        ("fail rudder stuck at 3 kN", "`kN` found, expected the unit deg"),
+        ("fail rudder stuck, for ever", "`ever` found, expected a number (duration)"),
+        ("fail left elevator stuck at 70 deg", "left elevator: angle 70 deg is outside -30 to 30"),
+        ("fail at 3 s: rudder stuck", "fail acts at once; for triggers there are scripts, for an"),
+        ("clear", "expected `all` or an effector: "),
+        ("clear flap", "`flap` found, expected `all` or an effector: "),
+        ("clear rudder stuck", "`stuck` found, expected the end of the line"),
+        ("clear after 3 s: rudder", "clear acts at once; for triggers there are scripts"),
+    ] {
+        let (commands, text) = commands(&mut world, line);
+        assert!(text.starts_with("ERROR: ") && text.contains(reason), "{line}: {text}");
+        assert_eq!(commands, [], "{line}");
+    }
+    world.plant = PlantManner::Answers(FaultReply::Refused(Refusal::FlightOver));
+    let text = output(&mut world, "fail rudder stuck");
+    assert!(text.starts_with("ERROR: rudder: "), "{text}");
+}
+
+#[test]
+fn no_words_inject_or_clear_a_fault_while_fault_injection_is_off() {
+    let mut world = World::flying();
+    output(&mut world, "param set SYS_FAILURE_EN 0");
+    for line in ["fail rudder stuck", "clear rudder", "clear all", "failure clear"] {
+        let (commands, text) = commands(&mut world, line);
+        assert_eq!(text, "ERROR: Fault refused: fault injection is off (SYS_FAILURE_EN 0)\n");
+        assert_eq!(commands, [], "{line}");
+    }
 }
 
 #[test]
