@@ -314,6 +314,7 @@ impl Episodes {
 
 #[pymethods]
 impl Episodes {
+    #[expect(clippy::too_many_arguments, reason = "keywords of Python")]
     #[new]
     #[pyo3(signature = (task, scenario, count, *, action, jams, step_ms, episode_s, **options))]
     fn new(
