@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -114,18 +115,14 @@ def test_ctrl_c_ends_flights_and_leaves_the_interpreter_well():
         "except KeyboardInterrupt:\n"
         "    print('interrupted', two_step.fly('nominal', set={'plant.duration_s': 1.0}).kept)\n"
     )
-    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline() == "begins\n"
-    # Until it flies: its threads run then.
-    deadline = time.monotonic() + 60
-    while len(list_threads(child.pid)) < 3 and time.monotonic() < deadline:
-        time.sleep(0.01)
-    child.send_signal(signal.SIGINT)
-    assert child.communicate(timeout=120)[0] == "interrupted True\n"
-    assert child.returncode == 0
-
-
-def list_threads(pid):
-    from pathlib import Path
-
-    return list(Path(f"/proc/{pid}/task").iterdir())
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as child:
+        try:
+            assert child.stdout.readline() == "begins\n"
+            # Until it flies: its threads run then.
+            while len(list(Path(f"/proc/{child.pid}/task").iterdir())) < 3:
+                time.sleep(0.01)
+            child.send_signal(signal.SIGINT)
+            assert child.communicate(timeout=120)[0] == "interrupted True\n"
+            assert child.returncode == 0
+        finally:
+            child.kill()
