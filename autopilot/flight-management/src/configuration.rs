@@ -216,7 +216,7 @@ mod tests {
             ("ALT_SLOW = 3", "there is no parameter ALT_SLOW; the nearest is ALT_SLEW"),
             ("OBS_W0 = -1", "OBS_W0 = -1 is outside 1 to 500 rad/s"),
             ("OBS_W0 = nan", "OBS_W0 = NaN is outside 1 to 500 rad/s"),
-            ("FTC_ALLOC = 3", "FTC_ALLOC = 3 is outside 0 to 2"),
+            ("FTC_ALLOC = 3", "FTC_ALLOC = 3 is none of 0, 1, 2, 9"),
             ("OBS_W0 = \"40\"", "OBS_W0 = \"40\" is not a number"),
             ("REF_ALT_MIN = 15000", "REF_ALT_MIN = 15000 m is above REF_ALT_MAX = 12000 m"),
         ] {

@@ -39,6 +39,51 @@ fn an_unexplained_roll_wakes_the_compensator_with_positive_aileron() {
     assert!(log.compensation.aileron_rad > 0.0);
 }
 
+/// Compensates the estimated roll acceleration by its own rule, or by one that no effector can follow.
+struct OwnCompensator(f64);
+
+impl Law for OwnCompensator {
+    fn step(&mut self, _input: &LawInput<'_>) -> MainCommand {
+        MainCommand { aileron_rad: f64::NAN, ..MainCommand::default() }
+    }
+
+    fn compensate(
+        &mut self,
+        input: &LawInput<'_>,
+        _main: &MainCommand,
+        z2: &Vector3<f64>,
+    ) -> Compensation {
+        assert_eq!(input.h, 0.002);
+        Compensation { aileron_rad: self.0 * z2.x, nozzle_yaw_rad: 0.01, ..Compensation::NONE }
+    }
+}
+
+#[test]
+fn a_compensator_of_the_program_acts_when_the_detector_wakes_it_and_its_nonsense_does_not() {
+    for gain in [0.05, f64::NAN, f64::INFINITY, 1.0e300] {
+        let mut flight = flight(|gains| gains.selection.allocation = AllocationMode::Own);
+        let mut own = OwnCompensator(gain);
+        for tick in 0..100 {
+            let log = flight.step_with(&rolled(tick), &testing::level_demand(), Some(&mut own));
+            let expected = match gain == 0.05 && log.fade > 0.0 {
+                true => log.fade * 0.05 * log.z2.x,
+                false => 0.0,
+            };
+            assert_eq!(log.compensation.aileron_rad, expected, "tick {tick}, gain {gain}");
+            assert!(!log.health.implausible_command, "the PID flies");
+            assert!(log.fade == 1.0 || tick < 60);
+        }
+    }
+    // Without a law Eq. (25) stands in.
+    let mut flights = [AllocationMode::Own, AllocationMode::Paper]
+        .map(|a| flight(|g| g.selection.allocation = a));
+    for tick in 0..100 {
+        let [own, paper] =
+            flights.each_mut().map(|f| f.step(&rolled(tick), &testing::level_demand()));
+        assert_eq!(own, paper);
+    }
+}
+
 #[test]
 fn switched_off_it_sees_the_same_and_does_nothing() {
     let mut flight = flight(|gains| gains.selection.compensator = CompensatorMode::Off);
