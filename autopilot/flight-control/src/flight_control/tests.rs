@@ -66,7 +66,7 @@ fn a_compensator_of_the_program_acts_when_the_detector_wakes_it_and_its_nonsense
         for tick in 0..100 {
             let log = flight.step_with(&rolled(tick), &testing::level_demand(), Some(&mut own));
             let expected = match gain == 0.05 && log.fade > 0.0 {
-                true => log.fade * 0.05 * log.z2.x,
+                true => log.fade * (0.05 * log.z2.x),
                 false => 0.0,
             };
             assert_eq!(log.compensation.aileron_rad, expected, "tick {tick}, gain {gain}");
