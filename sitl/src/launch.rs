@@ -7,7 +7,7 @@
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{self, ChildStdin, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread;
@@ -94,7 +94,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     let mut flight = LiveFlight { autopilot, plant: None, screen, stop: &stop, keys };
     let result = flight.watch(&reports, start_plant);
     // Without `?` before it: children and screen are ended in order after an error too.
-    flight.end();
+    flight.end(program);
     result
 }
 
@@ -217,16 +217,18 @@ impl LiveFlight<'_> {
         }
     }
 
-    fn end(mut self) {
+    fn end(mut self, program: &Path) {
         let deadline: Instant = clock::now() + END_MAX;
         for child in self.plant.iter_mut().chain([&mut self.autopilot]) {
             child.end(deadline);
         }
         // The terminal is in lines again before lines are written.
         drop(self.keys.take());
-        let program = std::env::args_os().next().unwrap_or_else(|| "sitl".into());
+        // As the operator has typed it, unless an interpreter started the program.
+        let typed = std::env::args_os().next().map(PathBuf::from);
+        let typed = typed.filter(|typed| typed.file_name() == program.file_name());
         // Where the operator cannot read any more, nobody misses it.
-        let _ = self.screen.end(Path::new(&program));
+        let _ = self.screen.end(typed.as_deref().unwrap_or(program));
     }
 }
 
