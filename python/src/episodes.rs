@@ -7,7 +7,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use autopilot::command::{Command as Wish, Intent, VehicleCommand};
+use autopilot::command::{Command, Intent, VehicleCommand};
 use autopilot::own_law::{OwnLaw, OwnRole};
 use autopilot::recorder::Recorded;
 use autopilot::vehicle::Reference;
@@ -54,7 +54,7 @@ enum Task {
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Acts {
+enum ActionKind {
     /// Commands of all effectors, in the place of the autopilot.
     All,
     /// Aileron and nozzle beside the main controller; without a nozzle increments of all surfaces.
@@ -65,7 +65,7 @@ enum Acts {
 struct Common {
     setup: FlightSetup,
     task: Task,
-    acts: Acts,
+    acts: ActionKind,
     /// Control periods of a step, and steps of an episode.
     periods: u32,
     steps_max: u32,
@@ -78,17 +78,17 @@ struct Common {
 
 /// What the flight and its environment share: the action that is held, and what the compensator saw last.
 #[derive(Debug, Default)]
-struct Held {
+struct HeldAction {
     compensation: Compensation,
     seen: LawState,
 }
 
 /// The compensator that gives the held action.
 #[derive(Debug, Clone)]
-struct HeldLaw(Arc<Mutex<Held>>);
+struct HeldLaw(Arc<Mutex<HeldAction>>);
 
 impl HeldLaw {
-    fn held(&self) -> MutexGuard<'_, Held> {
+    fn held(&self) -> MutexGuard<'_, HeldAction> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -119,7 +119,7 @@ struct Lane {
     steps: u32,
     references: ChaCha8Rng,
     start_m: f64,
-    wishes: u32,
+    intents: u32,
     is_over: bool,
     fault: String,
 }
@@ -142,7 +142,7 @@ impl Lane {
             steps: 0,
             references: draw::stream(0, "references", 0),
             start_m: 0.0,
-            wishes: 0,
+            intents: 0,
             is_over: false,
             fault: String::new(),
         }
@@ -163,7 +163,7 @@ impl Lane {
         let law = self.held.clone();
         setup.own_law =
             Some(OwnLaw::new("action", move || law.clone()).in_role(OwnRole::Compensator));
-        *self.held.held() = Held::default();
+        *self.held.held() = HeldAction::default();
         let mut flight = Flight::new(&setup).map_err(|error| error.to_string())?;
         let _ = flight.step([]);
         flight.skip_unread_verdict();
@@ -175,12 +175,12 @@ impl Lane {
     /// Holds an action for a step.
     fn step(&mut self, common: &Common, action: &[f64]) -> Gave {
         let mut gave = Gave::default();
-        let wishes = self.wishes(common);
+        let references = self.due_references(common);
         let Some(flight) = &mut self.flight else { return gave };
         if common.moved.is_empty() {
             self.held.held().compensation = common.compensation(action);
         }
-        let mut inputs = wishes;
+        let mut inputs = references;
         for _ in 0..common.periods {
             if !common.moved.is_empty()
                 && let Some(commands) = flight.commands()
@@ -206,7 +206,7 @@ impl Lane {
     }
 
     /// Changes of references that are due.
-    fn wishes(&mut self, common: &Common) -> Vec<Recorded> {
+    fn due_references(&mut self, common: &Common) -> Vec<Recorded> {
         let every = (REFERENCES_EVERY_S / common.step_s()).round() as u32;
         if common.task == Task::Jam || !self.steps.is_multiple_of(every.max(1)) {
             return Vec::new();
@@ -214,12 +214,12 @@ impl Lane {
         let roll = ROLL_MAX_RAD * signed(&mut self.references);
         let altitude_m = self.start_m + CLIMB_MAX_M * signed(&mut self.references);
         let all = [Reference::Roll(roll), Reference::Altitude(altitude_m)];
-        let wish = |reference| {
-            self.wishes += 1;
-            let command = Wish::Vehicle(VehicleCommand::Refer(reference));
-            Recorded::Intent(Intent { number: self.wishes, command })
+        let intent = |reference| {
+            self.intents += 1;
+            let command = Command::Vehicle(VehicleCommand::Refer(reference));
+            Recorded::Intent(Intent { number: self.intents, command })
         };
-        all.map(wish).into()
+        all.map(intent).into()
     }
 }
 
@@ -291,7 +291,7 @@ impl Common {
                 (false, _) => servo.min + 0.5 * (value + 1.0) * (servo.max - servo.min),
             };
             all[*effector] =
-                if self.acts == Acts::Redundant { all[*effector] + moved } else { moved };
+                if self.acts == ActionKind::Redundant { all[*effector] + moved } else { moved };
         }
         all
     }
@@ -337,8 +337,8 @@ impl Episodes {
             }
         };
         let acts = match action {
-            "all" => Acts::All,
-            "redundant" => Acts::Redundant,
+            "all" => ActionKind::All,
+            "redundant" => ActionKind::Redundant,
             _ => {
                 let message = format!("action = {action:?}; expected \"all\" or \"redundant\"");
                 return Err(PyValueError::new_err(message));
@@ -370,9 +370,9 @@ impl Episodes {
         let list = &setup.plant.airframe.effectors;
         let has_nozzle = list.only(EffectorKind::NozzlePitch).is_some();
         let moved: Vec<Effector> = match (acts, has_nozzle) {
-            (Acts::All, _) => list.all().collect(),
-            (Acts::Redundant, true) => Vec::new(),
-            (Acts::Redundant, false) => {
+            (ActionKind::All, _) => list.all().collect(),
+            (ActionKind::Redundant, true) => Vec::new(),
+            (ActionKind::Redundant, false) => {
                 list.all().filter(|effector| list.is_angle(*effector)).collect()
             }
         };
@@ -536,7 +536,7 @@ impl Episodes {
         ))
     }
 
-    /// What is drawn for the present episode of a flight: its fault, or nothing. No law is told.
+    /// What is drawn for the present episode of a flight: its fault, or nothing. No law knows it.
     fn fault(&self, place: usize) -> PyResult<String> {
         let lanes = self.lock()?;
         let lane = lanes

@@ -42,7 +42,7 @@ pub fn fly(
             let all = seeds::fly(&setup, from, to, stops, keep)?;
             return Ok((serde_json::to_string(&all)?, Vec::new()));
         }
-        let mut recorder = rows.then(|| Recorder::new(&setup));
+        let mut recorder = rows.then(|| SignalRecorder::new(&setup));
         let mut look = |tick: &Tick<'_>| {
             if let Some(recorder) = &mut recorder {
                 recorder.look(tick);
@@ -55,13 +55,13 @@ pub fn fly(
             ..Keep::default()
         };
         let outcome: Outcome = flown::fly(&setup, stops, keep)?.0;
-        let tables = recorder.map(Recorder::tables).unwrap_or_default();
+        let tables = recorder.map(SignalRecorder::tables).unwrap_or_default();
         Ok((serde_json::to_string(&[outcome])?, tables))
     })
 }
 
 /// The signals of a flight, at most a hundred times a second.
-struct Recorder {
+struct SignalRecorder {
     every: u64,
     model: DesignModel,
     columns: Columns,
@@ -73,7 +73,7 @@ struct Recorder {
 /// Names of its tables: that of `flight.csv`, and topics of the flight log.
 const TABLES: [&str; 4] = ["flight", "truth", "control", "sensors"];
 
-impl Recorder {
+impl SignalRecorder {
     fn new(setup: &FlightSetup) -> Self {
         let list = &setup.plant.airframe.effectors;
         let columns = Columns::of(list);

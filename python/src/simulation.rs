@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use autopilot::command::{Command as Wish, Intent, Outcome, VehicleCommand};
+use autopilot::command::{Command, Intent, Outcome, VehicleCommand};
 use autopilot::event::EventKind;
 use autopilot::recorder::{Recorded, command_names, control_names, control_values};
 use autopilot::vehicle::Reference;
@@ -79,18 +79,18 @@ fn unless_named<'py>(
 /// signs are those of the flight log.
 #[pyclass(frozen, mapping, module = "two_step")]
 pub struct Signals {
-    names: Arc<Names>,
+    names: Arc<SignalList>,
     values: Vec<f64>,
 }
 
-/// Names of signals and their places.
+/// SignalList of signals and their places.
 #[derive(Debug)]
-struct Names {
+struct SignalList {
     names: Vec<String>,
     places: HashMap<String, usize>,
 }
 
-impl Names {
+impl SignalList {
     fn of<N: AsRef<str>>(names: impl IntoIterator<Item = N>) -> Arc<Self> {
         let names: Vec<String> = names.into_iter().map(|name| name.as_ref().to_owned()).collect();
         let places = names.iter().cloned().zip(0..).collect();
@@ -161,19 +161,19 @@ pub struct Simulation {
     law: Option<PythonLaw>,
 }
 
-/// Names of the signals of an aircraft.
+/// SignalList of the signals of an aircraft.
 #[derive(Clone)]
 struct SignalNames {
-    state: Arc<Names>,
-    truth: Arc<Names>,
-    commands: Arc<Names>,
+    state: Arc<SignalList>,
+    truth: Arc<SignalList>,
+    commands: Arc<SignalList>,
 }
 
 struct Running {
     setup: FlightSetup,
     flight: Flight,
-    /// Number of the last wish.
-    wishes: u32,
+    /// Number of the last intent.
+    intents: u32,
     is_over: bool,
 }
 
@@ -181,9 +181,9 @@ impl Simulation {
     pub fn of(setup: FlightSetup, law: Option<PythonLaw>) -> PyResult<Self> {
         let list = &setup.plant.airframe.effectors;
         let names = SignalNames {
-            state: Names::of(control_names(list)),
-            truth: Names::of(truth_fields(list)),
-            commands: Names::of(command_names(list)),
+            state: SignalList::of(control_names(list)),
+            truth: SignalList::of(truth_fields(list)),
+            commands: SignalList::of(command_names(list)),
         };
         let running = Running::begin(setup, law.as_ref())?;
         Ok(Self { running: Mutex::new(running), names, law })
@@ -203,7 +203,7 @@ impl Running {
     /// At the first tick.
     fn begin(setup: FlightSetup, law: Option<&PythonLaw>) -> PyResult<Self> {
         let flight = Flight::new(&setup).map_err(refused)?;
-        let mut running = Self { setup, flight, wishes: 0, is_over: false };
+        let mut running = Self { setup, flight, intents: 0, is_over: false };
         running.step(law)?;
         Ok(running)
     }
@@ -225,14 +225,14 @@ impl Running {
         &self.setup.plant.airframe.effectors
     }
 
-    /// Asks autopilot or plant for something while time stands still; refuses with their reason.
-    fn wish(&mut self, command: Wish) -> PyResult<()> {
+    /// Has autopilot or plant execute a command while time stands still; refuses with their reason.
+    fn execute(&mut self, command: Command) -> PyResult<()> {
         if self.is_over {
             return Err(PyRuntimeError::new_err("the flight is over; reset() begins another one"));
         }
-        self.wishes += 1;
+        self.intents += 1;
         let (number, mut inputs) =
-            (self.wishes, vec![Recorded::Intent(Intent { number: self.wishes, command })]);
+            (self.intents, vec![Recorded::Intent(Intent { number: self.intents, command })]);
         // The plant answers in the exchange after that in which it was asked.
         for _ in 0..3 {
             let _ = self.flight.hold(inputs.drain(..));
@@ -385,7 +385,11 @@ impl Simulation {
             refused(format!("{}: {}", fault.described(&list), refusal.described(class)))
         })?;
         let plant_sim::ScheduledFault { target, kind, timing } = fault;
-        running.wish(Wish::Plant(PlantAction::Fault(FaultRequest::Inject { target, kind, timing })))
+        running.execute(Command::Plant(PlantAction::Fault(FaultRequest::Inject {
+            target,
+            kind,
+            timing,
+        })))
     }
 
     /// Mends an effector, a sensor or a part, or everything, and cancels what is scheduled.
@@ -404,7 +408,7 @@ impl Simulation {
                 }
             }
         };
-        running.wish(Wish::Plant(PlantAction::Fault(request)))
+        running.execute(Command::Plant(PlantAction::Fault(request)))
     }
 
     /// Changes references: altitude, m; true airspeed, m/s; roll angle or course over the ground, deg. Each has the limits of a
@@ -425,7 +429,7 @@ impl Simulation {
             course_deg.map(|deg| Reference::Course(deg.to_radians())),
         ];
         for reference in all.into_iter().flatten() {
-            running.wish(Wish::Vehicle(VehicleCommand::Refer(reference)))?;
+            running.execute(Command::Vehicle(VehicleCommand::Refer(reference)))?;
         }
         Ok(())
     }
@@ -436,7 +440,7 @@ impl Simulation {
         let copied = Running {
             setup: running.setup.clone(),
             flight: copy_of(&running.flight)?,
-            wishes: running.wishes,
+            intents: running.intents,
             is_over: running.is_over,
         };
         Ok(Self { running: Mutex::new(copied), names: self.names.clone(), law: self.law.clone() })
@@ -491,7 +495,7 @@ impl Simulation {
         Ok(running.setup.plant.airframe.limits.exceeded(&at).map(|limit| limit.to_string()))
     }
 
-    /// Names of the effectors, in the order of the commands.
+    /// SignalList of the effectors, in the order of the commands.
     #[getter]
     fn effectors(&self) -> PyResult<Vec<String>> {
         let running = self.lock()?;

@@ -131,7 +131,7 @@ impl Table {
             }
             _ => array.clone(),
         };
-        py.import("numpy")?.call_method1("asarray", (Numbers(array),))
+        py.import("numpy")?.call_method1("asarray", (ColumnMemory(array),))
     }
 
     /// The table as pandas.DataFrame.
@@ -170,10 +170,10 @@ impl Table {
 
 /// The memory of a column of numbers, for numpy, which keeps this object as long as it looks at the memory.
 #[pyclass(frozen)]
-struct Numbers(ArrayRef);
+struct ColumnMemory(ArrayRef);
 
 #[pymethods]
-impl Numbers {
+impl ColumnMemory {
     #[getter]
     fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         fn start<T: ArrowPrimitiveType>(array: &dyn Array) -> Option<usize> {

@@ -53,7 +53,7 @@ def test_reset_begins_anew_and_a_seed_decides_the_air(sim):
     assert sim.truth.values().tobytes() != first
 
 
-def test_what_breaks_is_stuck_where_it_was_told_and_is_mended(sim):
+def test_a_jam_begins_when_and_where_it_is_ordered_and_is_cleared(sim):
     sim.fail("left elevator", stuck_deg=30, after_s=3)
     sim.step(1499)
     assert abs(sim.truth["position_left_elevator_rad"]) < 0.1

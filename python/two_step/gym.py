@@ -25,7 +25,7 @@ Observations are what a law may know: measured or estimated states, errors of th
 and the main controller's commands, ``observation_names``, each divided by ``observation_scales``. The reward is, per second,
 ``1 - 0.5 min(1, (roll error / 0.5 rad)²) - 0.3 min(1, (altitude error / 100 m)²) - 0.2 min(1, |body rates|² / (0.5 rad/s)²)``;
 the loss of the aircraft (a limit of its airframe file, or the ground) terminates the episode and gives -10.
-``info["fault"]`` after a reset says what will jam; no law is told.
+``info["fault"]`` after a reset says what will jam; no law knows it.
 
 An episode is a function of the seed and of the number of resets since: the same bits in one process, in many, in a vector.
 """
