@@ -120,7 +120,7 @@ def main():
     travel_rad = gymnasium.make("TwoStep/Jam-v0").unwrapped.action_travel
     law = compensator(policy, travel_rad)
     result = two_step.campaign.run(
-        args.campaign, compensators={"learned": law}, own_set={"FTC_MODE": 2}, out=args.out / args.campaign
+        args.campaign, compensators={"learned": law}, own_set={"learned": {"FTC_MODE": 2}}, out=args.out / args.campaign
     )
     print(result.text)
     better = interval(flown["learned"], of)[0] > interval(flown["PID alone"], of)[1]

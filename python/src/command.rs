@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::path::PathBuf;
 
+use autopilot::own_law::OwnLaw;
 use host_io::console;
 use host_io::problem::problem;
 use lab_logs::replay::open_log;
@@ -17,7 +18,7 @@ use crate::table::{Table, Tables};
 use crate::work;
 
 /// A law in Python: main controller, compensator or both, its name in tables, and parameters that it flies with in a campaign.
-#[derive(FromPyObject, Default)]
+#[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Own<'py> {
     main: Option<Bound<'py, PyAny>>,
@@ -26,15 +27,23 @@ pub struct Own<'py> {
     set: Option<BTreeMap<String, f64>>,
 }
 
+impl Own<'_> {
+    fn law(self) -> PyResult<Option<PythonLaw>> {
+        let Self { main, compensator, name, set } = self;
+        let settings: Vec<(String, f64)> = set.unwrap_or_default().into_iter().collect();
+        PythonLaw::new(main.as_ref(), compensator.as_ref(), name, &settings, false)
+    }
+}
+
 /// Carries out a command: its words, what stands without an option's name, and options by keyword. Gives the exit status and what it
 /// printed.
 #[pyfunction]
-#[pyo3(signature = (command, arguments, *, own=None, **options))]
+#[pyo3(signature = (command, arguments, *, own=vec![], **options))]
 pub fn command(
     py: Python<'_>,
     command: Vec<OsString>,
     arguments: Vec<OsString>,
-    own: Option<Own<'_>>,
+    own: Vec<Own<'_>>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<(u8, String)> {
     let mut words = vec![OsString::from("sitl")];
@@ -45,20 +54,18 @@ pub fn command(
         words.extend(arguments);
     }
     let mut cli = Cli::read(words).map_err(|error| options::mistake(&error))?;
-    let own = own.unwrap_or_default();
-    let settings: Vec<(String, f64)> = own.set.unwrap_or_default().into_iter().collect();
-    let law =
-        PythonLaw::new(own.main.as_ref(), own.compensator.as_ref(), own.name, &settings, false)?;
-    if let Some(law) = &law {
-        cli.set_own_law(law.own());
+    let laws = own.into_iter().filter_map(|own| own.law().transpose());
+    let laws = laws.collect::<PyResult<Vec<PythonLaw>>>()?;
+    let own: Vec<OwnLaw> = laws.iter().map(|law| law.own().clone()).collect();
+    // Only a campaign flies several, and takes them when it runs.
+    if let Some(law) = own.first() {
+        cli.set_own_law(law);
     }
-    let own = law.as_ref().map(|law| law.own().clone());
-    work::run(py, law.as_ref(), move || {
+    work::run(py, &laws, move || {
         // The children of a command that starts processes would be Python itself.
         let program = PathBuf::from("sitl");
-        let (ended, text) = console::captured(|| {
-            cli::run(&cli, &program, own.as_ref()).map_err(|e| problem!("{e}"))
-        });
+        let (ended, text) =
+            console::captured(|| cli::run(&cli, &program, &own).map_err(|e| problem!("{e}")));
         ended.map(|status| (status, text))
     })
 }
@@ -90,7 +97,7 @@ pub fn read_log(py: Python<'_>, path: PathBuf) -> PyResult<(Tables, Infos)> {
             .filter_map(|info| Some((info.field.name.clone(), info.text()?.to_owned())));
         Ok((tables.collect(), infos.collect()))
     };
-    work::run(py, None, read)
+    work::run(py, &[], read)
 }
 
 /// Reads a TOML file, as JSON.

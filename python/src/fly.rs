@@ -35,7 +35,7 @@ pub fn fly(
     let is_alone = seed.is_none_or(|seed| seed.extract::<u64>().is_ok());
     let Wanted { args, setup, law } =
         Wanted::of(scenario, [law, compensator], faults, options, is_alone)?;
-    work::run(py, law.as_ref(), move || {
+    work::run(py, law.as_slice(), move || {
         let (stops, judges) = (args.stops_at_loss(), args.judges.as_slice());
         if let Some(Seeds::Range { from, to }) = args.seed {
             let keep = || Keep { judges, ..Keep::default() };

@@ -16,23 +16,20 @@ use crate::pool::{of_threads, pool};
 /// How often Ctrl-C is looked for.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 
-/// Does `work` on all cores; with a law of Python on one, because there it would wait for the interpreter's lock on the others.
+/// Does `work` on all cores; with laws of Python on one, because there it would wait for the interpreter's lock on the others.
 pub fn run<T: Send>(
     py: Python<'_>,
-    law: Option<&PythonLaw>,
+    laws: &[PythonLaw],
     work: impl FnOnce() -> Result<T, Problem> + Send,
 ) -> PyResult<T> {
-    let ended = match law {
-        None => {
-            let pool = pool()?;
-            on_thread(py, move || pool.install(work))
-        }
-        Some(_) => {
-            let alone = of_threads(1)?;
-            on_thread(py, move || alone.install(work))
-        }
+    let ended = if laws.is_empty() {
+        let pool = pool()?;
+        on_thread(py, move || pool.install(work))
+    } else {
+        let alone = of_threads(1)?;
+        on_thread(py, move || alone.install(work))
     };
-    match law.and_then(PythonLaw::raised) {
+    match laws.iter().find_map(PythonLaw::raised) {
         Some(raised) => Err(raised),
         None => ended?.map_err(refused),
     }

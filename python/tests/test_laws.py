@@ -147,11 +147,26 @@ def test_a_law_flies_in_a_campaign_under_its_name_and_in_margins(out):
     result = two_step.campaign.run("smoke", laws={"mine": Cascade}, samples=1, out=out)
     assert "mine" in set(result["runs"]["law"]) and "mine" in set(result["summary"]["law"])
     beside = two_step.campaign.run(
-        "smoke", compensators={"ailerons": proportional}, own_set={"FTC_MODE": 2}, samples=1
+        "smoke", compensators={"ailerons": proportional}, own_set={"ailerons": {"FTC_MODE": 2}}, samples=1
     )
     assert "ailerons" in set(beside["runs"]["law"])
-    assert "Copied" in two_step.margins(law=Copied, compensator="neso")
+    loops = two_step.margins(law=Copied, compensator="neso", no_flights=True)
+    assert set(loops["margins"]["law"]) == {"Copied"} and "Copied" in loops.text
+    assert loops["margins"]["phase_deg"].min() > 0 and loops["eigenvalues"]["real_rad_s"].max() < 0
     with pytest.raises(ValueError, match="cannot be copied"):
         two_step.margins(law=Cascade, compensator="neso")
-    with pytest.raises(ValueError, match="a, b; expected one"):
-        two_step.campaign.run("smoke", laws={"a": Cascade, "b": Cascade})
+    with pytest.raises(ValueError, match="own_set: 'b'; expected the name of a law in Python: a"):
+        two_step.campaign.run("smoke", laws={"a": Cascade}, own_set={"b": {}})
+
+
+def test_laws_of_a_campaign_fly_beside_each_other():
+    laws = {"class": Copied, "ailerons": proportional}
+    both = two_step.campaign.run(
+        "smoke", laws={"class": Copied}, compensators={"ailerons": proportional}, samples=1
+    )["runs"].to_pandas()
+    for name, law in laws.items():
+        role = "compensators" if name == "ailerons" else "laws"
+        alone = two_step.campaign.run("smoke", samples=1, **{role: {name: law}})["runs"].to_pandas()
+        columns = [column for column in alone if column != "run"]
+        one, other = (runs[runs["law"] == name][columns].reset_index(drop=True) for runs in (both, alone))
+        assert len(one) and one.equals(other), name

@@ -10,9 +10,9 @@ from two_step import _native, commands
 def run(spec, *, out=None, laws=None, compensators=None, own_set=None, **options):
     """Fly every run that is not there yet.
 
-    laws, compensators: {"name": law}, a law in Python that flies beside those of the specification. A class makes a law for
+    laws, compensators: {"name": law}, laws in Python that fly beside those of the specification. A class makes a law for
         each flight; an instance needs ``__deepcopy__``; a function has no state. The same name in both is one law that is both.
-    own_set: parameters that the law in Python flies with, such as {"FTC_MODE": 2} for a compensator that always acts.
+    own_set: {"name": {"FTC_MODE": 2}}, parameters that a law in Python flies with; these are of a compensator that always acts.
     options: those of ``sitl campaign run``: ``samples=``, ``seed=``, ``airframe=``, ``set=``, ``only=``, ``shard="1/4"``.
 
     Returns a :class:`two_step.commands.Result`: ``result["runs"]`` has a row for each run, ``result["summary"]`` one for each
@@ -45,11 +45,9 @@ def compare(one, other):
 
 
 def _own(laws, compensators, own_set):
-    laws, compensators = laws or {}, compensators or {}
+    laws, compensators, own_set = laws or {}, compensators or {}, own_set or {}
     names = list(dict.fromkeys([*laws, *compensators]))
-    if not names:
-        return None
-    if len(names) > 1:
-        raise ValueError(f"laws, compensators: {', '.join(names)}; expected one: a campaign flies one law in Python beside its own")
-    (name,) = names
-    return commands.own_law(laws.get(name), compensators.get(name), name, own_set)
+    for name in own_set:
+        if name not in names:
+            raise ValueError(f"own_set: {name!r}; expected the name of a law in Python: {', '.join(names) or 'there is none'}")
+    return [commands.own_law(laws.get(name), compensators.get(name), name, own_set.get(name)) for name in names]

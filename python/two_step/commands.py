@@ -37,11 +37,11 @@ def _folder(out):
             yield Path(folder) / "out"
 
 
-def run(words, *arguments, out=None, own=None, **options):
-    """Carry out a command that writes tables into a folder, ``out`` or a temporary one; ``own`` is what a law in Python needs."""
+def run(words, *arguments, out=None, own=(), **options):
+    """Carry out a command that writes tables into a folder, ``out`` or a temporary one; ``own`` are laws in Python."""
     with _folder(out) as folder:
         given = [str(argument) for argument in arguments]
-        status, text = _native.command(words.split(), given, own=own, out=folder, **options)
+        status, text = _native.command(words.split(), given, own=list(own), out=folder, **options)
         tables = {path.stem: _native.Table.read(path) for path in sorted(folder.glob("*.parquet"))}
     return Result(status, text, tables)
 
@@ -52,10 +52,10 @@ def own_law(main=None, compensator=None, name=None, set=None):
 
 
 def own_or_named(options, law=None, compensator=None):
-    """Laws in Python; the names of those of the program go to the options."""
+    """The law in Python, if there is one; the names of those of the program go to the options."""
     given = {"law": law, "compensator": compensator}
     options.update({option: name for option, name in given.items() if isinstance(name, str)})
-    return own_law(*(None if isinstance(law, str) else law for law in given.values()))
+    return [own_law(*(None if isinstance(law, str) else law for law in given.values()))]
 
 
 def study(name, *arguments, out=None, law=None, compensator=None, **options):
@@ -69,13 +69,14 @@ def trimmable(*, out=None, **options):
     return run("aircraft trimmable", out=out, **options)
 
 
-def margins(*, law=None, compensator=None, **options):
-    """Eigenvalues and margins of gain, phase and delay of each law's loop, as the text of ``sitl aircraft margins``.
+def margins(*, out=None, law=None, compensator=None, **options):
+    """Eigenvalues, 1/s, and margins of gain, phase and delay of each law's loop. Returns a :class:`Result` with the tables
+    ``margins`` and ``eigenvalues``.
 
     law, compensator: a name, or a law in Python (a class, or a function without state).
     """
     own = own_or_named(options, law, compensator)
-    return _native.command(["aircraft", "margins"], [], own=own, **options)[1]
+    return run("aircraft margins", out=out, own=own, **options)
 
 
 def _toml_of(words, **options):
@@ -98,7 +99,7 @@ def design_lqr(**options):
 def replay(log, *, law=None, compensator=None):
     """Fly the flight of a log again, with the law in Python that it has flown with, if it has. Returns whether it is the same to
     the bit; ValueError where it cannot be flown."""
-    status, text = _native.command(["log", "replay"], [str(log)], own=own_law(law, compensator))
+    status, text = _native.command(["log", "replay"], [str(log)], own=[own_law(law, compensator)])
     if status > 1:
         raise ValueError(text.strip())
     return status == 0

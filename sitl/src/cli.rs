@@ -78,7 +78,7 @@ pub fn main_of(
     // Success says that the results were written, so a full disk under them is a failure of the
     // program.
     let ended =
-        run(&cli, program, own.as_ref()).and_then(|code| match host_io::console::finish() {
+        run(&cli, program, own.as_slice()).and_then(|code| match host_io::console::finish() {
             Ok(()) => Ok(code),
             Err(error) => Err(format!("standard output: {error}").into()),
         });
@@ -309,8 +309,8 @@ enum DesignCommand {
     Lqr(DesignArgs),
 }
 
-/// Carries out the command line; gives the exit status.
-pub fn run(cli: &Cli, program: &Path, own: Option<&OwnLaw>) -> Result<u8, Box<dyn Error>> {
+/// Carries out the command line, a campaign with the laws that the program brings; gives the exit status.
+pub fn run(cli: &Cli, program: &Path, own: &[OwnLaw]) -> Result<u8, Box<dyn Error>> {
     match &cli.command {
         None => launch::run(&cli.launch, program)?,
         Some(SitlCommand::Live(args)) => launch::run(args, program)?,
@@ -328,11 +328,7 @@ pub fn run(cli: &Cli, program: &Path, own: Option<&OwnLaw>) -> Result<u8, Box<dy
     Ok(DONE)
 }
 
-fn run_study(
-    study: &StudyCommand,
-    program: &Path,
-    own: Option<&OwnLaw>,
-) -> Result<u8, Box<dyn Error>> {
+fn run_study(study: &StudyCommand, program: &Path, own: &[OwnLaw]) -> Result<u8, Box<dyn Error>> {
     match study {
         StudyCommand::Paper(args) => return fly_paper(args, program),
         StudyCommand::PaperEstimated(args) => lab_paper::estimated::run(args)?,

@@ -90,8 +90,8 @@ pub struct SpecArgs {
 }
 
 impl SpecArgs {
-    /// Reads it, with the law that the program brings.
-    fn file(&self, own: Option<&OwnLaw>) -> Result<SpecFile, Problem> {
+    /// Reads it, with the laws that the program brings.
+    fn file(&self, own: &[OwnLaw]) -> Result<SpecFile, Problem> {
         let mut file = SpecFile::read_with(&self.spec, own, &self.aircraft)?;
         let numbers = [("samples", self.samples.map(u64::from)), ("seed", self.seed)];
         for (option, number) in numbers.into_iter().filter_map(|(o, n)| Some((o, n?))) {
@@ -194,8 +194,8 @@ pub struct CampaignCompareArgs {
     other: PathBuf,
 }
 
-/// Carries out a command, with the law that the program brings.
-pub fn run(command: &Command, own: Option<&OwnLaw>) -> Result<(), Problem> {
+/// Carries out a command, with the laws that the program brings.
+pub fn run(command: &Command, own: &[OwnLaw]) -> Result<(), Problem> {
     let plan = |args: &SpecArgs| Plan::new(args.file(own)?);
     match command {
         Command::Run(args) => {

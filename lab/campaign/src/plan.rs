@@ -455,7 +455,7 @@ impl Manoeuvres {
 
 fn read_law(law: &LawSpec, file: &SpecFile) -> Result<Law, Problem> {
     let gains = law.gains.as_deref().map(|path| file.beside(path));
-    let args = LawArgs { gains, own: file.own_law.clone(), ..LawArgs::default() };
+    let args = LawArgs { gains, own: file.own_law(&law.name).cloned(), ..LawArgs::default() };
     Ok(Law { args, settings: settings_of(&law.set, &file.name)? })
 }
 

@@ -189,8 +189,8 @@ pub struct SpecFile {
     pub folder: PathBuf,
     /// What it says.
     pub spec: Spec,
-    /// The law of the program that flies where a `[[law]]` sets `CTL_LAW` to 9.
-    pub own_law: Option<OwnLaw>,
+    /// Laws that the program brings; each flies in the `[[law]]` of its name, the first one wherever `CTL_LAW` is set to 9.
+    pub own_laws: Vec<OwnLaw>,
     /// Words of the command that change it.
     pub options: Vec<String>,
 }
@@ -215,17 +215,9 @@ impl SpecFile {
         Self::parse(name, text, path.parent().unwrap_or(Path::new("")).to_path_buf())
     }
 
-    /// Reads a campaign, with the law that the program brings and with more settings that every flight has.
-    pub fn read_with(
-        name: &str,
-        own: Option<&OwnLaw>,
-        args: &AircraftArgs,
-    ) -> Result<Self, Problem> {
-        let file = Self::read(name)?;
-        let file = match own {
-            Some(own) => file.set_own_law(own)?,
-            None => file,
-        };
+    /// Reads a campaign, with the laws that the program brings and with more settings that every flight has.
+    pub fn read_with(name: &str, own: &[OwnLaw], args: &AircraftArgs) -> Result<Self, Problem> {
+        let file = Self::read(name)?.with_own_laws(own)?;
         file.flying(args)?.with(&args.settings)
     }
 
@@ -264,7 +256,7 @@ impl SpecFile {
         spec.vary.extend(spec.joint.iter().flat_map(Joint::variables));
         spec.check_names(name)?;
         let (name, options) = (name.to_owned(), Vec::new());
-        Ok(Self { name, text, folder, spec, own_law: None, options })
+        Ok(Self { name, text, folder, spec, own_laws: Vec::new(), options })
     }
 
     /// The same with more settings that every flight has. They belong to the name and to the text of the specification, so its results
@@ -290,27 +282,34 @@ impl SpecFile {
         Ok(self)
     }
 
-    /// The same with a law that the program brings: it flies where a `[[law]]` sets `CTL_LAW`, or `FTC_ALLOC`, to 9, and where none does,
-    /// it is one law more. Its name belongs to the text of the specification.
-    pub fn set_own_law(self, own: &OwnLaw) -> Result<Self, Problem> {
+    /// The same with laws that the program brings, each one law more. Where a `[[law]]` sets `CTL_LAW`, or `FTC_ALLOC`, to 9 already,
+    /// the first of them flies there instead. Their names belong to the text of the specification.
+    pub fn with_own_laws(self, own: &[OwnLaw]) -> Result<Self, Problem> {
         let Self { name, mut text, folder, spec, .. } = self;
         let selects = |set: &toml::Table, (key, value): (&str, f64)| {
             set.get(key).and_then(number) == Some(value)
         };
-        let is_own = |set: &toml::Table| own.selection().any(|one| selects(set, one));
-        let mut sets = [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));
-        let own_name = Toml::String(own.name().to_owned());
-        text += &match sets.any(is_own) {
-            true => format!("\n# CTL_LAW = 9 is {own_name}\n"),
-            false => {
-                let line = |key: &str, value: f64| format!("{key} = {value}");
-                let selected = own.selection().map(|(key, value)| line(key, value));
-                let more = own.settings().iter().map(|(key, value)| line(key, *value));
-                let set: Vec<String> = selected.chain(more).collect();
-                format!("\n[[law]]\nname = {own_name}\nset = {{ {} }}\n", set.join(", "))
-            }
-        };
-        Ok(Self { own_law: Some(own.clone()), ..Self::parse(&name, text, folder)? })
+        let sets = || [&spec.set].into_iter().chain(spec.law.iter().map(|law| &law.set));
+        for (place, law) in own.iter().enumerate() {
+            let is_own = |set: &toml::Table| law.selection().any(|one| selects(set, one));
+            let own_name = Toml::String(law.name().to_owned());
+            text += &match place == 0 && sets().any(is_own) {
+                true => format!("\n# CTL_LAW = 9 is {own_name}\n"),
+                false => {
+                    let line = |key: &str, value: f64| format!("{key} = {value}");
+                    let selected = law.selection().map(|(key, value)| line(key, value));
+                    let more = law.settings().iter().map(|(key, value)| line(key, *value));
+                    let set: Vec<String> = selected.chain(more).collect();
+                    format!("\n[[law]]\nname = {own_name}\nset = {{ {} }}\n", set.join(", "))
+                }
+            };
+        }
+        Ok(Self { own_laws: own.to_vec(), ..Self::parse(&name, text, folder)? })
+    }
+
+    /// The law of the program that flies in a `[[law]]` of this name.
+    pub(crate) fn own_law(&self, name: &str) -> Option<&OwnLaw> {
+        self.own_laws.iter().find(|own| own.name() == name).or(self.own_laws.first())
     }
 
     /// A file that the specification names.

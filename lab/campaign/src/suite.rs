@@ -18,9 +18,9 @@ use studies::SUITE;
 /// Name of the table.
 const TABLE: &str = "suite.md";
 
-/// Flies the suite with this aircraft or these settings besides its own and with the law that the program brings, each campaign in a folder of its
-/// own, and writes the table.
-pub fn run(folder: &Path, aircraft: &AircraftArgs, own: Option<&OwnLaw>) -> Result<(), Problem> {
+/// Flies the suite with this aircraft or these settings besides its own and with the laws that the program brings, each campaign in a folder of
+/// its own, and writes the table.
+pub fn run(folder: &Path, aircraft: &AircraftArgs, own: &[OwnLaw]) -> Result<(), Problem> {
     let mut flown = Vec::new();
     for (name, plan) in plans(aircraft, own)? {
         print_line!("{}", plan.file.spec.name);
@@ -45,10 +45,7 @@ struct FlownCampaign {
 }
 
 /// The campaigns, all planned before the first one flies. Those that another aircraft cannot fly are left out, which is said.
-fn plans(
-    aircraft: &AircraftArgs,
-    own: Option<&OwnLaw>,
-) -> Result<Vec<(&'static str, Plan)>, Problem> {
+fn plans(aircraft: &AircraftArgs, own: &[OwnLaw]) -> Result<Vec<(&'static str, Plan)>, Problem> {
     let plan = |name| Plan::new(SpecFile::read_with(name, own, aircraft)?);
     let planned: Vec<_> = SUITE.iter().map(|(name, _)| (*name, plan(name))).collect();
     let is_any = aircraft.airframe.is_some() && planned.iter().any(|(_, plan)| plan.is_ok());

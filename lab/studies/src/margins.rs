@@ -9,12 +9,15 @@ use std::collections::VecDeque;
 use std::error::Error;
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use autopilot::own_law::OwnLaw;
 use autopilot::run::LawArgs;
 use flight_control::gains::name_of;
 use flight_control::{CompensatorLaw, CompensatorMode, MainLaw};
+use host_io::folder::OutFolder;
 use icd::{ControlPeriod, EffectorKind, EffectorList, PerEffector};
+use lab_tables::{Table, cells, table};
 use nalgebra::Complex;
 use plant_sim::Airframe;
 use plant_sim::servos::Servo;
@@ -67,6 +70,9 @@ pub struct MarginsArgs {
     /// Leave the flights out
     #[arg(long)]
     no_flights: bool,
+    /// Folder for the margins and the eigenvalues as tables too
+    #[arg(long, value_name = "FOLDER")]
+    out: Option<PathBuf>,
 }
 
 /// Whether the compensator acts.
@@ -112,14 +118,43 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     args.aircraft.check()?;
     let airframe = args.aircraft.airframe()?;
     let all = args.all_laws(&airframe.effectors);
-    let texts =
+    let folder = args.out.as_deref().map(OutFolder::create).transpose()?;
+    let looked_at =
         // An error in a box cannot leave its thread.
         runner::map("margins", &all, |laws| args.study(*laws).map_err(|error| error.to_string()));
+    let [mut margins, mut eigenvalues] = tables();
     print_line!("{}", args.heading(&airframe));
-    for text in texts {
-        print_line!("{}", text?);
+    for loops in looked_at {
+        let loops = loops?;
+        print_line!("{}", loops.markdown());
+        loops.add_to(&mut margins, &mut eigenvalues);
+    }
+    if let Some(folder) = folder {
+        margins.write(folder.path())?;
+        eigenvalues.write(folder.path())?;
+        print_line!("wrote {}", folder.path().display());
     }
     Ok(())
+}
+
+/// Loops of a law and a compensator, and what remains when all are closed.
+struct LawLoops {
+    main: String,
+    compensator: &'static str,
+    rows: Vec<LoopRow>,
+    /// In 1/s.
+    eigenvalues: Vec<Complex<f64>>,
+}
+
+fn tables() -> [Table; 2] {
+    let margins = table!("margins",
+        law: Text, compensator: Text, effectors: Text, crossover_rad_s: Number, gain_min: Number,
+        gain_max: Number = "missing: any gain", phase_deg: Number, delay_ms: Number,
+        flown_gain: Text = "agrees or differs: flights a little inside and outside of the margin",
+        flown_delay: Text);
+    let eigenvalues = table!("eigenvalues",
+        law: Text, compensator: Text, real_rad_s: Number, imaginary_rad_s: Number);
+    [margins, eigenvalues]
 }
 
 impl MarginsArgs {
@@ -178,7 +213,7 @@ impl MarginsArgs {
         )
     }
 
-    fn study(&self, laws: Laws) -> Result<String, Box<dyn Error>> {
+    fn study(&self, laws: Laws) -> Result<LawLoops, Box<dyn Error>> {
         let options = SetupOptions {
             aircraft: self.aircraft.clone(),
             laws: self.laws.clone(),
@@ -194,7 +229,8 @@ impl MarginsArgs {
             selection.compensator = CompensatorMode::AlwaysOn;
         }
         setup.parameters.check_law()?;
-        let name = laws.name(self.laws.own.as_ref());
+        let (main, compensator) = laws.names(self.laws.own.as_ref());
+        let name = format!("{main}, compensator {compensator}");
         let settled = ClosedLoop::settled(&setup).map_err(|error| format!("{name}: {error}"))?;
         let linear = settled.linearise(self.amplitude);
         let period_s = self.period_ms.as_seconds();
@@ -224,16 +260,15 @@ impl MarginsArgs {
         let eigenvalues = linear
             .eigenvalues(period_s)
             .ok_or_else(|| format!("{name}: the eigenvalues were not found"))?;
-        Ok(table(&name, &rows, &eigenvalues))
+        Ok(LawLoops { main: main.to_owned(), compensator, rows, eigenvalues })
     }
 }
 
 impl Laws {
-    fn name(self, own: Option<&OwnLaw>) -> String {
+    fn names(self, own: Option<&OwnLaw>) -> (&str, &'static str) {
         let compensator = self.compensator.map_or("off", |law| name_of(CompensatorLaw::NAMES, law));
         let own = own.filter(|_| self.main == MainLaw::Own).map(OwnLaw::name);
-        let main = own.unwrap_or(name_of(MainLaw::NAMES, self.main));
-        format!("{main}, compensator {compensator}")
+        (own.unwrap_or(name_of(MainLaw::NAMES, self.main)), compensator)
     }
 }
 
@@ -363,51 +398,81 @@ impl Swing {
     }
 }
 
-fn table(name: &str, rows: &[LoopRow], eigenvalues: &[Complex<f64>]) -> String {
-    let mut text = format!(
-        "## {name}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
-         |---|---|---|---|---|---|---|\n"
-    );
-    for LoopRow { effectors, margins, flights } in rows {
-        let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
-        let number = |value: Option<f64>, digits: usize| {
-            value.map_or("none".to_owned(), |value| format!("{value:.digits$}"))
-        };
-        let verdict = |flown: Option<bool>| match flown {
-            Some(true) => "agrees",
-            Some(false) => "**differs**",
-            None => "",
-        };
-        let least = if least > 0.0 { format!("{least:.2}") } else { "0".to_owned() };
-        let most = if most.is_finite() { format!("{most:.2}") } else { "any".to_owned() };
-        let flights = flights.unwrap_or_default();
-        // Writing to a text cannot fail.
+impl LawLoops {
+    fn add_to(&self, margins: &mut Table, eigenvalues: &mut Table) {
+        for LoopRow { effectors, margins: loop_margins, flights } in &self.rows {
+            let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } =
+                *loop_margins;
+            let flights = flights.unwrap_or_default();
+            margins.rows.push(cells![
+                &self.main,
+                self.compensator,
+                *effectors,
+                crossover_rad_s,
+                least,
+                most.is_finite().then_some(most),
+                phase_rad.map(f64::to_degrees),
+                delay_s.map(|delay_s| delay_s * 1.0e3),
+                flights.gain.map(verdict),
+                flights.delay.map(verdict),
+            ]);
+        }
+        let rows = self.eigenvalues.iter();
+        eigenvalues.rows.extend(rows.map(|s| cells![&self.main, self.compensator, s.re, s.im]));
+    }
+
+    fn markdown(&self) -> String {
+        let mut text = format!(
+            "## {}, compensator {}\n\n| commands | crossover, rad/s | gain | phase, deg | delay, ms | flown: gain | flown: delay |\n\
+             |---|---|---|---|---|---|---|\n",
+            self.main, self.compensator
+        );
+        for LoopRow { effectors, margins, flights } in &self.rows {
+            let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
+            let number = |value: Option<f64>, digits: usize| {
+                value.map_or("none".to_owned(), |value| format!("{value:.digits$}"))
+            };
+            let shown = |flown: Option<bool>| match flown.map(verdict) {
+                Some("differs") => "**differs**",
+                other => other.unwrap_or_default(),
+            };
+            let least = if least > 0.0 { format!("{least:.2}") } else { "0".to_owned() };
+            let most = if most.is_finite() { format!("{most:.2}") } else { "any".to_owned() };
+            let flights = flights.unwrap_or_default();
+            // Writing to a text cannot fail.
+            let _ = writeln!(
+                text,
+                "| {effectors} | {} | {least} to {most} | {} | {} | {} | {} |",
+                number(crossover_rad_s, 2),
+                number(phase_rad.map(f64::to_degrees), 1),
+                number(delay_s.map(|delay_s| delay_s * 1.0e3), 1),
+                shown(flights.gain),
+                shown(flights.delay),
+            );
+        }
+        let eigenvalues = &self.eigenvalues;
+        let shown: Vec<String> = eigenvalues
+            .iter()
+            // Of a conjugate pair one is enough.
+            .filter(|s| s.im >= 0.0 && s.re.is_finite())
+            .map(|s| match s.im > 0.0 {
+                true => format!("{:.4} ± {:.4}i", s.re, s.im),
+                false => format!("{:.4}", s.re),
+            })
+            .collect();
+        let unstable = eigenvalues.iter().filter(|s| s.re > 0.0).count();
         let _ = writeln!(
             text,
-            "| {effectors} | {} | {least} to {most} | {} | {} | {} | {} |",
-            number(crossover_rad_s, 2),
-            number(phase_rad.map(f64::to_degrees), 1),
-            number(delay_s.map(|delay_s| delay_s * 1.0e3), 1),
-            verdict(flights.gain),
-            verdict(flights.delay),
+            "\nEigenvalues of the closed loop, 1/s ({}): {}.",
+            if unstable == 0 { "all stable".to_owned() } else { format!("{unstable} unstable") },
+            shown.join(", ")
         );
+        text
     }
-    let shown: Vec<String> = eigenvalues
-        .iter()
-        // Of a conjugate pair one is enough.
-        .filter(|s| s.im >= 0.0 && s.re.is_finite())
-        .map(|s| {
-            if s.im > 0.0 { format!("{:.4} ± {:.4}i", s.re, s.im) } else { format!("{:.4}", s.re) }
-        })
-        .collect();
-    let unstable = eigenvalues.iter().filter(|s| s.re > 0.0).count();
-    let _ = writeln!(
-        text,
-        "\nEigenvalues of the closed loop, 1/s ({}): {}.",
-        if unstable == 0 { "all stable".to_owned() } else { format!("{unstable} unstable") },
-        shown.join(", ")
-    );
-    text
+}
+
+fn verdict(agrees: bool) -> &'static str {
+    if agrees { "agrees" } else { "differs" }
 }
 
 #[cfg(test)]
@@ -426,7 +491,7 @@ mod tests {
     fn study(options: &str) -> String {
         let words = std::iter::once("margins").chain(options.split_whitespace());
         let args = Command::try_parse_from(words).unwrap().args;
-        args.study(args.all_laws(&Airframe::paper().effectors)[0]).unwrap()
+        args.study(args.all_laws(&Airframe::paper().effectors)[0]).unwrap().markdown()
     }
 
     #[test]
@@ -453,7 +518,7 @@ mod tests {
         let words = words.into_iter().chain(["--law", "pid-ganged-nozzle"]);
         let args = Command::try_parse_from(words).unwrap().args;
         let all = args.all_laws(&Airframe::paper().effectors);
-        let refused = args.study(all[0]).unwrap_err().to_string();
+        let refused = args.study(all[0]).err().unwrap().to_string();
         let expected =
             "--law pid-ganged-nozzle: aerosonde has no nozzle; without one this law is pid";
         assert_eq!(refused, expected);

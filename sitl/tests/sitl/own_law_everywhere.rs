@@ -61,7 +61,7 @@ fn sitl(words: &[&str], own: Option<&OwnLaw>) -> Result<u8, String> {
     if let Some(own) = own {
         cli.set_own_law(own);
     }
-    cli::run(&cli, Path::new("sitl"), own).map_err(|error| error.to_string())
+    cli::run(&cli, Path::new("sitl"), own.cloned().as_slice()).map_err(|error| error.to_string())
 }
 
 fn read(path: &Path) -> String {

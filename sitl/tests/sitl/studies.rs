@@ -9,7 +9,7 @@ use sitl::cli::{self, Cli};
 fn sitl(words: &[&str]) -> Result<u8, String> {
     let words = ["sitl"].iter().chain(words).map(OsString::from);
     let cli = Cli::read(words).map_err(|error| error.to_string())?;
-    cli::run(&cli, Path::new("sitl"), None).map_err(|error| error.to_string())
+    cli::run(&cli, Path::new("sitl"), &[]).map_err(|error| error.to_string())
 }
 
 /// Short forms of the studies, with the options that make them so.

@@ -48,7 +48,7 @@ fn try_command(words: &[&str]) -> Result<(), String> {
     }
     let words = std::iter::once("campaign").chain(words.iter().copied());
     let line = <Line as clap::Parser>::try_parse_from(words).map_err(|error| error.to_string())?;
-    run(&line.command, None).map_err(|error| error.to_string())
+    run(&line.command, &[]).map_err(|error| error.to_string())
 }
 
 fn command(words: &[&str]) {
@@ -337,7 +337,7 @@ fn own_law() -> OwnLaw {
 fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selects_it() {
     let plan = |text: &str| {
         let file = SpecFile::parse("test.toml", text.to_owned(), PathBuf::new()).expect("above");
-        Plan::new(file.set_own_law(&own_law()).expect("a free name")).expect("it can be flown")
+        Plan::new(file.with_own_laws(&[own_law()]).expect("a free name")).expect("it can be flown")
     };
     let beside = plan(smoke());
     assert_eq!(beside.laws(), ["PID alone", "paper (PID, NESO)", "my \"law\""]);
@@ -357,19 +357,19 @@ fn a_law_of_the_program_flies_beside_the_others_or_where_the_specification_selec
     assert_eq!(outcomes[0], outcomes[1], "both are the PID with the paper's compensator");
     let fingerprint = |name: &str| {
         let own = OwnLaw::new(name, || Pid::new(&Gains::REFERENCE.pid));
-        let file = SpecFile::read_with("smoke", Some(&own), &AircraftArgs::default())
-            .expect("it is shipped");
+        let file =
+            SpecFile::read_with("smoke", &[own], &AircraftArgs::default()).expect("it is shipped");
         Plan::new(file).expect("it can be flown").fingerprint
     };
     assert_ne!(fingerprint("one"), fingerprint("other"));
     for (name, _) in STUDIES.iter().chain(&SUITE) {
-        let file = SpecFile::read_with(name, Some(&own_law()), &AircraftArgs::default())
+        let file = SpecFile::read_with(name, &[own_law()], &AircraftArgs::default())
             .expect("they are shipped");
         assert_eq!(file.spec.law.last().map(|law| law.name.as_str()), Some("my \"law\""), "{name}");
     }
     let taken = OwnLaw::new("PID alone", || Pid::new(&Gains::REFERENCE.pid));
-    let refused = SpecFile::read_with("smoke", Some(&taken), &AircraftArgs::default())
-        .expect_err("a taken name");
+    let refused =
+        SpecFile::read_with("smoke", &[taken], &AircraftArgs::default()).expect_err("a taken name");
     assert!(refused.to_string().contains("each name once"), "{refused}");
 }
 
@@ -449,7 +449,7 @@ fn campaigns_of_the_jet_fly_an_aircraft_with_other_names_and_leave_out_what_it_l
     let folder = tempfile::tempdir().expect("a folder");
     let args = newcomer(folder.path());
     let plan = |name: &str| {
-        Plan::new(SpecFile::read_with(name, None, &args).expect("it is shipped")).expect(name)
+        Plan::new(SpecFile::read_with(name, &[], &args).expect("it is shipped")).expect(name)
     };
     for name in ["smoke", "gust", "detection", "engine-fade", "sensor-faults", "ftc-08"] {
         assert!(plan(name).flights() > 0, "{name}");
@@ -480,7 +480,7 @@ fn campaigns_of_the_jet_fly_an_aircraft_with_other_names_and_leave_out_what_it_l
         let text = text.replace("[set]\n", &format!("[set]\n{more}"));
         let path = folder.path().join("both.toml");
         fs::write(&path, text).expect("a file");
-        let file = SpecFile::read_with(path.to_str().expect("a path"), None, &args);
+        let file = SpecFile::read_with(path.to_str().expect("a path"), &[], &args);
         Plan::new(file.expect("a specification")).map_err(|problem| problem.to_string())
     };
     let left_out = both(2, 1).expect("the nozzle is the last one").notes().join("\n");

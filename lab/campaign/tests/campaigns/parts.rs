@@ -29,7 +29,7 @@ fn command(words: &[&str]) -> Result<(), String> {
     }
     let words = std::iter::once("campaign").chain(words.iter().copied());
     let line = <Line as clap::Parser>::try_parse_from(words).map_err(|error| error.to_string())?;
-    run(&line.command, None).map_err(|error| error.to_string())
+    run(&line.command, &[]).map_err(|error| error.to_string())
 }
 
 /// The specification in a file of the folder, flown into a folder of that name.
