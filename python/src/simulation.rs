@@ -12,7 +12,7 @@ use autopilot::vehicle::Reference;
 use icd::fault::{FaultReply, Onset, PlantAction};
 use icd::record::truth_fields;
 use icd::{Effector, EffectorList, FaultRequest, PerEffector};
-use lab_engine::{Flight, FlightSetup};
+use lab_engine::{Flight, FlightSetup, fault_words};
 use lab_studies::fly::FlyArgs;
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::exceptions::{PyAttributeError, PyKeyError, PyRuntimeError, PyTypeError, PyValueError};
@@ -396,18 +396,8 @@ impl Simulation {
     #[pyo3(signature = (target=None))]
     fn clear(&self, target: Option<&str>) -> PyResult<()> {
         let mut running = self.lock()?;
-        let request = match target {
-            None => FaultRequest::ClearAll,
-            Some(name) => {
-                // Any fault names its target.
-                let list = *running.list();
-                FaultRequest::Clear {
-                    target: fault::of_line(&format!("{name} stuck"), &list)
-                        .or_else(|_| fault::of_line(&format!("{name} torn off by 10 %"), &list))?
-                        .target,
-                }
-            }
-        };
+        let line = format!("clear {}", target.unwrap_or("all"));
+        let (_, request) = fault_words::line(&line, running.list()).map_err(refused)?;
         running.execute(Command::Plant(PlantAction::Fault(request)))
     }
 

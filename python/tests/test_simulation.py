@@ -107,7 +107,7 @@ def test_the_end_of_a_flight_is_the_end():
         (lambda s: s.fail("rudder", stuck_deg=3, after_s=float("nan")), ValueError, "after_s = NaN"),
         (lambda s: s.fail("rudder", stuck_deg=float("nan")), ValueError, "NaN"),
         (lambda s: s.fail("rudder", kind="zz"), ValueError, "zz"),
-        (lambda s: s.clear("flap"), ValueError, "expected an effector"),
+        (lambda s: s.clear("flap"), ValueError, "`flap` found, expected `all` or an effector"),
         (lambda s: s.refer(altitude_m=1e9), ValueError, "outside 500.0 to 12000.0 m"),
         (lambda s: s.refer(roll_deg=float("nan")), ValueError, "NaN"),
         (lambda s: s.act([1, 2]), ValueError, "2 numbers; the aircraft has 8 effectors"),

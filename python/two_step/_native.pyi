@@ -2,36 +2,54 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from os import PathLike
-from typing import Any, Callable
+from typing import Any, Callable, final
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+__all__ = [
+    "Command",
+    "Compensation",
+    "Episodes",
+    "LawState",
+    "Signals",
+    "Simulation",
+    "Table",
+    "__version__",
+    "command",
+    "fly",
+    "main",
+    "read_log",
+    "read_toml",
+]
+
 __version__: str
 
-Path = str | PathLike[str]
+_Path = str | PathLike[str]
 
+@final
 class Table:
     """A table by columns; pandas, polars and pyarrow take it by the Arrow PyCapsule interface, without a copy."""
 
     @staticmethod
-    def read(path: Path) -> Table: ...
+    def read(path: _Path) -> Table: ...
     @property
     def names(self) -> list[str]: ...
     @property
     def units(self) -> dict[str, str]: ...
     def __len__(self) -> int: ...
-    def __contains__(self, name: str) -> bool: ...
-    def __getitem__(self, name: str) -> Any: ...
+    def __contains__(self, key: str, /) -> bool: ...
+    def __getitem__(self, key: str, /) -> Any: ...
     def to_dict(self) -> dict[str, Any]: ...
     def to_pandas(self) -> Any: ...
     def to_polars(self) -> Any: ...
     def __arrow_c_stream__(self, requested_schema: object | None = None) -> object: ...
 
+@final
 class Signals(Mapping[str, float]):
     """Named values of one instant, by ``signals["altitude_m"]`` or ``signals.altitude_m``."""
 
-    def __getitem__(self, name: str) -> float: ...
+    def __getitem__(self, key: str, /) -> float: ...
     def __getattr__(self, name: str) -> float: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
@@ -39,6 +57,7 @@ class Signals(Mapping[str, float]):
     def values(self) -> NDArray[np.float64]: ...  # type: ignore[override]
     def to_dict(self) -> dict[str, float]: ...
 
+@final
 class LawState:
     """What a law is given in one control period: SI units and rad."""
 
@@ -74,6 +93,7 @@ class LawState:
     def observation(self) -> NDArray[np.float32]:
         """What the environments of two_step.gym observe."""
 
+@final
 class Command:
     """Commands of a main controller, rad and N, before limits."""
 
@@ -83,39 +103,41 @@ class Command:
     thrust_n: float
     nozzle_pitch_rad: float
     nozzle_yaw_rad: float
-    def __init__(
-        self,
+    def __new__(
+        cls,
         aileron_rad: float = 0.0,
         elevator_rad: float = 0.0,
         rudder_rad: float = 0.0,
         thrust_n: float = 0.0,
         nozzle_pitch_rad: float = 0.0,
         nozzle_yaw_rad: float = 0.0,
-    ) -> None: ...
+    ) -> Command: ...
 
+@final
 class Compensation:
     """Commands of a compensator beside the main controller, rad, before limits."""
 
     aileron_rad: float
     nozzle_pitch_rad: float
     nozzle_yaw_rad: float
-    def __init__(self, aileron_rad: float = 0.0, nozzle_pitch_rad: float = 0.0, nozzle_yaw_rad: float = 0.0) -> None: ...
+    def __new__(cls, aileron_rad: float = 0.0, nozzle_pitch_rad: float = 0.0, nozzle_yaw_rad: float = 0.0) -> Compensation: ...
 
-Law = str | Callable[[LawState], Command] | type
-Compensator = str | Callable[[LawState], Compensation] | type
+_Law = str | Callable[[LawState], Command] | type
+_Compensator = str | Callable[[LawState], Compensation] | type
 
+@final
 class Simulation:
     """One flight, stepped from Python; it begins at its first tick."""
 
-    def __init__(
-        self,
-        scenario: Path,
+    def __new__(
+        cls,
+        scenario: _Path,
         *,
-        law: Law | None = None,
-        compensator: Compensator | None = None,
+        law: _Law | None = None,
+        compensator: _Compensator | None = None,
         faults: Sequence[str | Mapping[str, Any]] | None = None,
         **options: Any,
-    ) -> None: ...
+    ) -> Simulation: ...
     def reset(self, seed: int | None = None) -> None: ...
     def step(self, count: int = 1) -> bool: ...
     def act(self, commands: Mapping[str, float] | ArrayLike) -> None: ...
@@ -130,6 +152,8 @@ class Simulation:
         course_deg: float | None = None,
     ) -> None: ...
     def copy(self) -> Simulation: ...
+    def __copy__(self) -> Simulation: ...
+    def __deepcopy__(self, _memo: object) -> Simulation: ...
     def restore(self, saved: Simulation) -> None: ...
     @property
     def time_s(self) -> float: ...
@@ -148,16 +172,17 @@ class Simulation:
     @property
     def commands(self) -> Signals: ...
 
+@final
 class Episodes:
     """Flights side by side for reinforcement learning; use two_step.gym."""
 
     action_names: list[str]
     action_travel: NDArray[np.float64]
     observations: list[tuple[str, float]]
-    def __init__(
-        self, task: str, scenario: Path, count: int, *, action: str, jams: Sequence[str] | None, step_ms: float, episode_s: float,
+    def __new__(
+        cls, task: str, scenario: _Path, count: int, *, action: str, jams: Sequence[str] | None, step_ms: float, episode_s: float,
         **options: Any,
-    ) -> None: ...
+    ) -> Episodes: ...
     def reset(self, seeds: Sequence[int | None]) -> NDArray[np.float32]: ...
     def step(
         self, actions: NDArray[np.float64], autoreset: str | None
@@ -167,10 +192,10 @@ class Episodes:
     def fault(self, place: int) -> str: ...
 
 def fly(
-    scenario: Path,
+    scenario: _Path,
     *,
-    law: Law | None = None,
-    compensator: Compensator | None = None,
+    law: _Law | None = None,
+    compensator: _Compensator | None = None,
     faults: Sequence[str | Mapping[str, Any]] | None = None,
     rows: bool = True,
     **options: Any,
@@ -178,6 +203,6 @@ def fly(
 def command(
     command: Sequence[str], arguments: Sequence[str], *, own: Sequence[Mapping[str, Any]] = ..., **options: Any
 ) -> tuple[int, str]: ...
-def main(words: Sequence[str], program: Path) -> int: ...
-def read_log(path: Path) -> tuple[list[tuple[str, Table]], list[tuple[str, str]]]: ...
-def read_toml(path: Path) -> str: ...
+def main(words: Sequence[str], program: _Path) -> int: ...
+def read_log(path: _Path) -> tuple[list[tuple[str, Table]], list[tuple[str, str]]]: ...
+def read_toml(path: _Path) -> str: ...

@@ -13,7 +13,13 @@ pub fn line(text: &str, list: &EffectorList) -> Result<(Trigger, FaultRequest), 
     let starts =
         |word: &str| action.get(..word.len()).is_some_and(|a| a.eq_ignore_ascii_case(word));
     let fail = if starts("fail ") || starts("clear ") { "" } else { "fail " };
-    let script = Script::parse("fault", &format!("{trigger}{colon}{fail}{action}"), list)?;
+    let parsed = Script::parse("fault", &format!("{trigger}{colon}{fail}{action}"), list);
+    // Its place is that in the longer line.
+    let script = parsed.map_err(|error| {
+        let error = error.to_string();
+        let what = error.split_once(": ").map_or(error.as_str(), |(_, what)| what);
+        problem!("{text:?}: {what}")
+    })?;
     let mut lines = script.lines();
     match (lines.next(), lines.next()) {
         (Some(line), None) if let Action::Fault(request) = line.action => {
