@@ -414,9 +414,9 @@ fn deep_copy<'py>(law: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
     law.py().import("copy")?.call_method1("deepcopy", (law,))
 }
 
-/// Keeps the first exception, and says what it was; the other flights of the call end too.
+/// Keeps the first exception, and says what it was; the other flights of the call end too, which are all on this thread.
 fn keep(raised: &Raised, error: PyErr) -> Failure {
-    runner::interrupt();
+    runner::interrupt_thread();
     let text = error.to_string();
     raised.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error);
     Failure::from(Box::<dyn Error + Send + Sync>::from(text))

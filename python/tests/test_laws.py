@@ -1,5 +1,6 @@
 """Laws in Python: main controllers and compensators."""
 
+import threading
 import traceback
 
 import numpy as np
@@ -114,6 +115,29 @@ def test_an_exception_reaches_the_caller_with_its_traceback():
         with pytest.raises(KeyError, match="no such key") as raised:
             fly()
         assert any(frame.name == "fails" for frame in traceback.extract_tb(raised.value.__traceback__))
+
+
+def test_an_exception_ends_no_flight_of_another_thread():
+    begun, raised = threading.Event(), threading.Event()
+
+    def waits(state):
+        begun.set()
+        assert raised.wait(60)
+        return two_step.Command(thrust_n=state.trim_thrust_n)
+
+    def fails(state):
+        raise KeyError("its own")
+
+    short = {"plant.duration_s": 2.0}
+    flights = []
+    other = threading.Thread(target=lambda: flights.append(two_step.fly("nominal", law=waits, set=short)))
+    other.start()
+    assert begun.wait(60)
+    with pytest.raises(KeyError, match="its own"):
+        two_step.fly("nominal", law=fails, set=short)
+    raised.set()
+    other.join()
+    assert flights[0].end_s == 2.0
 
 
 @pytest.mark.parametrize(

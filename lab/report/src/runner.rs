@@ -3,6 +3,7 @@
 //! The order of the results is that of the items, whatever the threads do, so the outcome of a campaign does
 //! not depend on how many there are.
 
+use std::cell::Cell;
 use std::io::{IsTerminal, Write as _, stderr};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -54,6 +55,10 @@ fn map_with<T: Sync, R: Send>(
 static ACTIVE: AtomicUsize = AtomicUsize::new(0);
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 
+thread_local! {
+    static THREAD_INTERRUPTED: Cell<bool> = const { Cell::new(false) };
+}
+
 /// What work unwinds with that was interrupted. What it has written stays.
 #[derive(Debug)]
 pub struct Interrupted;
@@ -64,6 +69,7 @@ pub struct Interruptible(());
 
 impl Interruptible {
     pub fn begin() -> Self {
+        THREAD_INTERRUPTED.set(false);
         let _ = ACTIVE.fetch_add(1, Ordering::SeqCst);
         Self(())
     }
@@ -82,9 +88,14 @@ pub fn interrupt() {
     INTERRUPTED.store(ACTIVE.load(Ordering::SeqCst) > 0, Ordering::SeqCst);
 }
 
+/// Ends the work of this thread alone, in the same way.
+pub fn interrupt_thread() {
+    THREAD_INTERRUPTED.set(true);
+}
+
 /// Unwinds where the work was interrupted: nothing but the caller of [`Interruptible::begin`] catches that.
 pub fn check_interrupt() {
-    if INTERRUPTED.load(Ordering::Relaxed) {
+    if INTERRUPTED.load(Ordering::Relaxed) || THREAD_INTERRUPTED.get() {
         std::panic::resume_unwind(Box::new(Interrupted));
     }
 }

@@ -309,7 +309,7 @@ impl Advice {
         // The script breaks elevators only.
         let script = is_elevator.then_some(Command::Shell(script));
         let consoles = [
-            format!("failure servo stuck -i {servo} -v {angle_deg}deg"),
+            format!("fail {name} stuck at {angle_deg} deg"),
             // Unit servo, type stuck, its number, kind "stuck at", angle (docs/commands.md).
             format!("long USER_1 102 2 {servo} 1 {angle_deg} 0 0"),
         ];
@@ -528,7 +528,7 @@ mod text_tests {
             |name| of(name).commands.iter().map(|c| c.text().to_owned()).collect::<Vec<_>>();
         let jet = [
             "python3 gcs-scripts/break_elevator.py",
-            "failure servo stuck -i 3 -v 30deg",
+            "fail left elevator stuck at 30 deg",
             "long USER_1 102 2 3 1 30 0 0",
         ];
         assert_eq!(lines("tvc_jet"), jet);
@@ -542,7 +542,7 @@ mod text_tests {
             other,
             [
                 "python3 gcs-scripts/break_elevator.py --servo 7 --angle 25",
-                "failure servo stuck -i 7 -v 25deg",
+                "fail left elevator stuck at 25 deg",
                 "long USER_1 102 2 7 1 25 0 0",
             ]
         );

@@ -83,7 +83,7 @@ fn on_80_by_24_everything_is_there_and_each_command_is_a_whole_line() {
         for command in [
             "  mavproxy.py --master=udpin:127.0.0.1:14550",
             "  python3 gcs-scripts/break_elevator.py",
-            "  failure servo stuck -i 3 -v 30deg",
+            "  fail left elevator stuck at 30 deg",
             "  long USER_1 102 2 3 1 30 0 0",
         ] {
             assert!(texts.contains(&command), "{command:?} is missing: {texts:#?}");
@@ -102,7 +102,7 @@ fn commands_for_a_shell_are_whole_at_60_columns_and_at_40() {
     let lines = state(flight()).lines(40, 60);
     let all = texts(&lines).join("\n");
     assert!(all.contains("  mavproxy.py \\\n  --master=udpin:127.0.0.1:14550\n"), "{all}");
-    assert!(all.contains("  failure servo stuck -i 3 -v 30deg\n"), "{all}");
+    assert!(all.contains("  fail left elevator stuck at 30 deg\n"), "{all}");
 }
 
 #[test]
