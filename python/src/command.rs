@@ -61,9 +61,10 @@ pub fn command(
     if let Some(law) = own.first() {
         cli.set_own_law(law);
     }
+    // This process is Python itself.
+    let scripts = py.import("sysconfig")?.call_method1("get_path", ("scripts",))?;
+    let program = scripts.extract::<PathBuf>()?.join("sitl");
     work::run(py, &laws, move || {
-        // The children of a command that starts processes would be Python itself.
-        let program = PathBuf::from("sitl");
         let (ended, text) =
             console::captured(|| cli::run(&cli, &program, &own).map_err(|e| problem!("{e}")));
         ended.map(|status| (status, text))

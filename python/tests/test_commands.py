@@ -2,6 +2,9 @@
 
 import subprocess
 import sys
+import sysconfig
+import zipfile
+from pathlib import Path
 
 import pytest
 
@@ -43,6 +46,16 @@ def test_models_gains_and_limits_of_an_aircraft():
     assert any(name.startswith("LQR_") for name in two_step.design_lqr())
     limits = two_step.trimmable(step_deg=15)
     assert limits.tables and "left_elevator" in str(limits[sorted(limits.tables)[0]].to_dict())
+
+
+def test_a_wheel_writes_an_fmu(tmp_path):
+    library = Path(sysconfig.get_path("data")) / "lib" / "libtwo_step_fmu.so"
+    if not library.is_file():
+        pytest.skip("no wheel with the library of FMUs is installed")
+    two_step.fmu(tmp_path / "f16.fmu", airframe="f16")
+    with zipfile.ZipFile(tmp_path / "f16.fmu") as fmu:
+        assert "modelDescription.xml" in fmu.namelist()
+        assert any(fmu.read(name) == library.read_bytes() for name in fmu.namelist())
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,11 @@ def margins(*, out=None, law=None, compensator=None, **options):
     return run("aircraft margins", out=out, own=own, **options)
 
 
+def fmu(out, *, autopilot=False, **options):
+    """Write the plant, or the autopilot, as an FMU of FMI 3.0 for other simulators."""
+    return _native.command(["aircraft", "fmu"], [], autopilot=autopilot, out=out, **options)[1]
+
+
 def _toml_of(words, **options):
     with tempfile.TemporaryDirectory(prefix="two-step-") as folder:
         path = Path(folder) / "out.toml"

@@ -52,7 +52,7 @@ pub struct FmuArgs {
     /// The autopilot instead of the plant
     #[arg(long)]
     autopilot: bool,
-    /// The library of crate two-step-fmu [default: beside this program]
+    /// The library of crate two-step-fmu [default: beside this program, or in ../lib]
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
     /// The FMU
@@ -63,8 +63,7 @@ pub struct FmuArgs {
 /// Writes the FMU; `program` is this one.
 pub fn run(args: &FmuArgs, program: &Path) -> Result<(), Problem> {
     let flight = args.options.setup(&args.scenario)?;
-    let beside = format!("{DLL_PREFIX}two_step_fmu{DLL_SUFFIX}");
-    let path = args.library.clone().unwrap_or_else(|| program.with_file_name(beside));
+    let path = args.library.clone().unwrap_or_else(|| library_of(program));
     let library = file::read(&path, LIBRARY_MAX).map_err(|error| {
         problem!(
             "{}: {error}; `cargo build --release -p sitl -p two-step-fmu` makes the library, and --library FILE names it",
@@ -75,6 +74,13 @@ pub fn run(args: &FmuArgs, program: &Path) -> Result<(), Problem> {
     file::write(&args.out, &archive, DESCRIPTION_FILE.as_bytes()).at(args.out.display())?;
     print_line!("wrote {}", args.out.display());
     Ok(())
+}
+
+/// The library as built, beside the program, or as a wheel installs it.
+fn library_of(program: &Path) -> PathBuf {
+    let name = format!("{DLL_PREFIX}two_step_fmu{DLL_SUFFIX}");
+    let installed = program.with_file_name("../lib").join(&name);
+    if installed.is_file() { installed } else { program.with_file_name(name) }
 }
 
 /// The bytes of an FMU; the same setup and library give the same ones.
