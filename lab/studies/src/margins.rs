@@ -508,9 +508,9 @@ mod tests {
     #[test]
     fn a_law_of_the_program_has_its_name_and_the_ganged_nozzle_needs_one() {
         let own = OwnLaw::new("mine", || Silent);
-        let name = |main| Laws { main, compensator: None }.name(Some(&own));
-        assert_eq!(name(MainLaw::Own), "mine, compensator off");
-        assert_eq!(name(MainLaw::Pid), "pid, compensator off");
+        let name = |main| Laws { main, compensator: None }.names(Some(&own));
+        assert_eq!(name(MainLaw::Own), ("mine", "off"));
+        assert_eq!(name(MainLaw::Pid), ("pid", "off"));
         let words = ["margins", "--airframe", "aerosonde", "--ftc", "off"];
         let args = Command::try_parse_from(words).unwrap().args;
         let all = args.all_laws(&args.aircraft.airframe().unwrap().effectors);
