@@ -246,8 +246,8 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let mut places = plan.items.iter().filter_map(|item| item.action.place());
     let home = file.home().map(|(place, _)| place).or_else(|| places.next());
     let Some(home) = home else { return Err(problem!("{name}: no item has a place")) };
-    let first = places.map(|place| Horizon::at(home).offset(&Site::at(place)));
-    let ahead = first.filter(|way| way.norm() > 1.0).next().unwrap_or(Horizontal::new(1.0, 0.0));
+    let mut ways = places.map(|place| Horizon::at(home).offset(&Site::at(place)));
+    let ahead = ways.find(|way| way.norm() > 1.0).unwrap_or(Horizontal::new(1.0, 0.0));
     let start = &mut setup.plant.start;
     (start.latitude_rad, start.longitude_rad) = (home.latitude_rad, home.longitude_rad);
     start.heading_rad = libm::atan2(ahead.y, ahead.x);

@@ -183,7 +183,7 @@ const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
         "Glide to a landing; steeper where the altitude left needs it";
     "FW_LND_AIRSPD", "m/s", 0.0 to 500.0, 0.0, navigation.landing_airspeed_m_s,
         "Calibrated airspeed of the approach; 0 is FW_AIRSPD_MIN";
-    "FW_LND_FL_SINK", "m/s", 0.0 to 2.0, 0.25, navigation.touchdown_m_s,
+    "FW_LND_FL_SINK", "m/s", 0.05 to 2.0, 0.25, navigation.touchdown_m_s,
         "Sink rate to which the flare leads";
     "GF_MAX_VER_DIST", "m", 0.0 to 20_000.0, 0.0, navigation.fence_max_m,
         "Highest altitude of the fence above home; 0 none";

@@ -108,7 +108,7 @@ impl Approach {
         } else {
             let lead_s =
                 (altitude_m - demand.altitude_m) / (-situation.climb_m_s).max(touchdown_m_s);
-            let begun = Flare { path_m: altitude_m, lead_s: lead_s.min(LEAD_S).max(0.0) };
+            let begun = Flare { path_m: altitude_m, lead_s: lead_s.clamp(0.0, LEAD_S) };
             let flare = self.flare.get_or_insert(begun);
             let height_m = (flare.path_m - self.ground_m).max(0.0);
             let sink_m_s = height_m / FLARE_S + touchdown_m_s;

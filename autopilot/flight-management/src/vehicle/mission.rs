@@ -178,6 +178,11 @@ impl Mission {
         }
     }
 
+    /// The item under way takes off or lands.
+    pub fn is_near_ground(&self) -> bool {
+        self.near_ground
+    }
+
     /// The item with which the landing of the plan begins, that whose point is the nearest if there are several.
     pub fn landing(&self, from: Place) -> Option<u16> {
         let starts = |action: &Action| matches!(action, Action::LandStart);
@@ -191,7 +196,15 @@ impl Mission {
             let items = (0_u16..).zip(&self.plan.items).filter(|(_, item)| kind(&item.action));
             items.map(|(number, _)| number).min_by(|a, b| distance_m(*a).total_cmp(&distance_m(*b)))
         };
-        nearest(&starts).or_else(|| nearest(&lands))
+        // The line of an approach begins at the point before.
+        let before = |land: u16| {
+            let point = land.checked_sub(1).filter(|number| {
+                let item = self.plan.items.get(usize::from(*number));
+                item.is_some_and(|item| item.action.place().is_some())
+            });
+            point.unwrap_or(land)
+        };
+        nearest(&starts).or_else(|| nearest(&lands).map(before))
     }
 
     /// Ends an approach and climbs to this altitude, m, to fly it again.

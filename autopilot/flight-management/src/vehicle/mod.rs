@@ -456,8 +456,12 @@ impl Vehicle {
     }
 
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
+        let mut watched = *rules;
+        if self.mode == Mode::Mission && self.mission.is_near_ground() {
+            watched.navigation.fence_min_m = 0.0;
+        }
         // The wind does not matter here.
-        let situation = Situation::new(state, rules, &mut None, dt_s);
+        let situation = Situation::new(state, &watched, &mut None, dt_s);
         let fence = Arc::clone(&self.fence);
         let Some(change) = self.watch.step(&fence, &situation) else { return };
         publish(VehicleEvent::Fence(change));

@@ -169,16 +169,7 @@ impl PlanFile {
     /// Adds an item of the JSON, or the items of which one is made. `ids` are their numbers for jumps.
     fn take(&mut self, item: &Value, ids: &mut Vec<f64>) -> Result<(), String> {
         if item["type"] != "ComplexItem" {
-            let whole = |key: &str| {
-                let number = item[key].as_u64().and_then(|number| u16::try_from(number).ok());
-                number.ok_or_else(|| format!("{key}: no whole number of 0 to 65535"))
-            };
-            let frame = u8::try_from(whole("frame")?).unwrap_or(u8::MAX);
-            let params = item["params"].as_array().ok_or("params: there is no such list")?;
-            let autocontinue = item["autoContinue"].as_bool().unwrap_or(true);
-            self.push(whole("command")?, frame, numbers(params, "params")?, autocontinue)?;
-            ids.push(item["doJumpId"].as_f64().unwrap_or(f64::NAN));
-            return Ok(());
+            return self.take_simple(item, ids);
         }
         let kind = item["complexItemType"].as_str().unwrap_or("without a type");
         let transects = item["TransectStyleComplexItem"]["Items"].as_array();
@@ -186,11 +177,24 @@ impl PlanFile {
             ("fwLandingPattern" | "vtolLandingPattern", _) => {
                 self.landing_pattern(item, kind == "vtolLandingPattern")?;
             }
-            (_, Some(items)) => items.iter().try_for_each(|item| self.take(item, ids))?,
+            (_, Some(items)) => items.iter().try_for_each(|item| self.take_simple(item, ids))?,
             _ => return Err(format!("a complex item {kind} cannot be read")),
         }
         // The items in it have no ids of their own: a jump leads to the first.
         ids.resize(self.mission.len(), f64::NAN);
+        Ok(())
+    }
+
+    fn take_simple(&mut self, item: &Value, ids: &mut Vec<f64>) -> Result<(), String> {
+        let whole = |key: &str| {
+            let number = item[key].as_u64().and_then(|number| u16::try_from(number).ok());
+            number.ok_or_else(|| format!("{key}: no whole number of 0 to 65535"))
+        };
+        let frame = u8::try_from(whole("frame")?).unwrap_or(u8::MAX);
+        let params = item["params"].as_array().ok_or("params: there is no such list")?;
+        let autocontinue = item["autoContinue"].as_bool().unwrap_or(true);
+        self.push(whole("command")?, frame, numbers(params, "params")?, autocontinue)?;
+        ids.push(item["doJumpId"].as_f64().unwrap_or(f64::NAN));
         Ok(())
     }
 

@@ -373,6 +373,12 @@ fn a_command_to_land_leaves_an_endless_loop() {
     plane.vehicle.land(&rules, &mut |_| {}).unwrap();
     plane.fly(1.0);
     assert_eq!(plane.vehicle.navigation().item, 4);
+    plane
+        .load(&plan(vec![waypoint(10.0, 0.0, 5_000.0), waypoint(20.0, 0.0, 600.0), land]))
+        .unwrap();
+    plane.vehicle.land(&rules, &mut |_| {}).unwrap();
+    plane.fly(0.1);
+    assert_eq!(plane.vehicle.navigation().item, 1, "the point before");
     plane.load(&plan(vec![waypoint(10.0, 0.0, 5_000.0)])).unwrap();
     assert_eq!(plane.vehicle.land(&rules, &mut |_| {}), Err(VehicleRefusal::NoLanding));
 }
