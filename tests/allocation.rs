@@ -131,6 +131,8 @@ fn a_control_step_of_a_mission_allocates_nothing() {
         earth,
         wind_m_s: 20.0,
         turbulence_m_s: 1.5,
+        plan: None,
+        land_at_s: None,
         seed: 1,
         out,
         aircraft: lab_engine::configuration::AircraftArgs::default(),

@@ -38,7 +38,18 @@ fn setup_of(
 ) -> FlightSetup {
     let out = std::path::PathBuf::new();
     let laws = LawArgs::default();
-    let options = MissionOptions { earth, wind_m_s, turbulence_m_s, seed: 1, out, aircraft, laws };
+    let (plan, land_at_s) = (None, None);
+    let options = MissionOptions {
+        earth,
+        wind_m_s,
+        turbulence_m_s,
+        plan,
+        land_at_s,
+        seed: 1,
+        out,
+        aircraft,
+        laws,
+    };
     mission::setup(&options).expect("the shipped aircraft")
 }
 

@@ -270,9 +270,17 @@ impl Autopilot {
         }
     }
 
-    /// Passes a command to the vehicle. A plan is accepted in any case; the rest needs an aircraft in the air.
+    /// Passes a command to the vehicle. A list is accepted in any case; the rest needs an aircraft in the air.
     fn command_vehicle(&mut self, command: VehicleCommand) -> Result<(), VehicleRefusal> {
-        if !matches!(command, VehicleCommand::Plan(_) | VehicleCommand::PlanItem(_)) {
+        let is_list = matches!(
+            command,
+            VehicleCommand::Plan(_)
+                | VehicleCommand::PlanItem(_)
+                | VehicleCommand::Fence(_)
+                | VehicleCommand::Rally(_)
+                | VehicleCommand::EnableFence(_)
+        );
+        if !is_list {
             self.can_fly()?;
         }
         let Self { vehicle, rules, events, time, .. } = self;
@@ -286,6 +294,17 @@ impl Autopilot {
             VehicleCommand::Plan(plan) => vehicle.replace_plan(&plan, rules, publish),
             VehicleCommand::PlanItem(item) => vehicle.select_item(item, publish),
             VehicleCommand::Continue => vehicle.continue_plan(rules, publish),
+            VehicleCommand::Fence(fence) => {
+                vehicle.replace_fence(&fence);
+                Ok(())
+            }
+            VehicleCommand::Rally(points) => vehicle.replace_rally(&points),
+            VehicleCommand::EnableFence(enabled) => {
+                vehicle.enable_fence(enabled);
+                Ok(())
+            }
+            VehicleCommand::Land => vehicle.land(rules, publish),
+            VehicleCommand::GoAround(altitude_m) => vehicle.go_around(altitude_m, rules),
             VehicleCommand::Home(place) => vehicle.set_home(place, publish),
             VehicleCommand::Terminate => {
                 vehicle.terminate(publish);
@@ -407,6 +426,8 @@ impl Autopilot {
             PlantReport::GroundContact { at } => {
                 self.on_ground = true;
                 self.stop_script();
+                let events = &mut self.events;
+                self.vehicle.touch_down(&mut |event| events.push(at, EventKind::Vehicle(event)));
                 (at, EventKind::GroundContact)
             }
             PlantReport::Paced { request, pace, at } => {

@@ -9,6 +9,7 @@ use icd::pace::Pace;
 use serde::{Deserialize, Serialize};
 
 use crate::script::Script;
+use crate::vehicle::fence::{Fence, RallyPoint};
 use crate::vehicle::plan::Plan;
 use crate::vehicle::{
     LinkLossAction, Mode, NavigationParameters, Place, Reference, ReferenceLimits, Reposition,
@@ -76,6 +77,16 @@ pub enum VehicleCommand {
     PlanItem(u16),
     /// Resume the plan that was paused.
     Continue,
+    /// Replace the fence.
+    Fence(Arc<Fence>),
+    /// Replace the rally points.
+    Rally(Arc<[RallyPoint]>),
+    /// Switch the fence on or off.
+    EnableFence(bool),
+    /// Begin the landing of the plan.
+    Land,
+    /// End an approach: climb to this altitude above the ellipsoid, m, and fly it again.
+    GoAround(Option<f64>),
     /// Location of home; its altitude is that of the ground.
     Home(Place),
     /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
@@ -171,4 +182,9 @@ logged! {
     Script(script: Arc<Script>) = Script(ScriptCommand::Run),
     StopScript = Script(ScriptCommand::Stop),
     FaultInjection(allowed: bool) = Configuration(Configuration::FaultInjection),
+    Land = Vehicle(VehicleCommand::Land),
+    GoAround(altitude_m: Option<f64>) = Vehicle(VehicleCommand::GoAround),
+    Fence(fence: Arc<Fence>) = Vehicle(VehicleCommand::Fence),
+    Rally(points: Arc<[RallyPoint]>) = Vehicle(VehicleCommand::Rally),
+    EnableFence(enabled: bool) = Vehicle(VehicleCommand::EnableFence),
 }

@@ -13,6 +13,7 @@ use icd::sensors::SensorKind;
 use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
 use crate::script::{NotBegun, Script, ScriptEvent};
+use crate::vehicle::fence::{Breach, FenceChange};
 use crate::vehicle::{LinkLossAction, VehicleEvent};
 use Severity::{Critical, Emergency, Info, Warning};
 
@@ -113,9 +114,20 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
     Some(match event {
         VehicleEvent::Mode(mode) => (Info, format!("Mode {mode}")),
         // Ground stations get messages of their own for these.
-        VehicleEvent::PlanItem(_) | VehicleEvent::ItemReached(_) | VehicleEvent::Home(_) => {
-            return None;
+        VehicleEvent::PlanItem(_)
+        | VehicleEvent::ItemReached(_)
+        | VehicleEvent::ItemPassed(_)
+        | VehicleEvent::Home(_) => return None,
+        VehicleEvent::Fence(FenceChange::Breached(breach)) => {
+            let how = match breach {
+                Breach::Outside => "outside of every inclusion area",
+                Breach::Exclusion => "in an exclusion area",
+                Breach::High => "above GF_MAX_VER_DIST",
+                Breach::Low => "below GF_MIN_VER_DIST",
+            };
+            (Critical, format!("Fence breached: {how}"))
         }
+        VehicleEvent::Fence(FenceChange::Back) => (Info, "Back inside the fence".into()),
         VehicleEvent::PlanComplete => (Info, "Mission complete".into()),
         VehicleEvent::Terminated => {
             (Emergency, "Flight terminated: engine off, surfaces hard over".into())

@@ -232,7 +232,9 @@ impl CommandService {
     ) -> Result<Option<MavResult>, CommandError> {
         let Decision { answers, intents, note } = decision;
         let needs_flight = |command: &Command| match command {
-            Command::Vehicle(command) => !matches!(command, VehicleCommand::PlanItem(_)),
+            Command::Vehicle(command) => {
+                !matches!(command, VehicleCommand::PlanItem(_) | VehicleCommand::EnableFence(_))
+            }
             _ => false,
         };
         if intents.iter().any(needs_flight) {
@@ -291,6 +293,7 @@ fn report(error: CommandError, now: WallTime, shared: &mut Shared) -> MavResult 
 pub(super) fn mode_of(command: &Command) -> Option<Mode> {
     match command {
         Command::Vehicle(VehicleCommand::Mode(mode)) => Some(*mode),
+        Command::Vehicle(VehicleCommand::Land) => Some(Mode::Mission),
         _ => None,
     }
 }
@@ -304,6 +307,8 @@ pub(super) fn steers(command: &Command, mode: Mode) -> bool {
             | VehicleCommand::Refer(_)
             | VehicleCommand::Reposition(_)
             | VehicleCommand::Continue
+            | VehicleCommand::Land
+            | VehicleCommand::GoAround(_)
             | VehicleCommand::Terminate => true,
             VehicleCommand::PlanItem(_) => matches!(mode, Mode::Mission),
             VehicleCommand::Home(_) => matches!(mode, Mode::Return),

@@ -8,10 +8,9 @@
 //!                                          └────> MISSION_ACK
 //! ```
 //!
-//! There is one plan. A new plan replaces it when the control side has accepted the whole of it; until then, and
-//! if anything fails, the old one stays. One ground station uploads at a time; the service denies an upload of another one
-//! meanwhile. The plan in force is saved for the next start of the program. Fence and rally points are not supported:
-//! their lists are empty and accept nothing.
+//! There are three lists: the plan, the fence and the rally points. A new list replaces the old one when the control side has
+//! accepted the whole of it; until then, and if anything fails, the old one stays. One ground station uploads at a time; the
+//! service denies an upload of another one meanwhile. The plan in force is saved for the next start of the program.
 
 #![expect(deprecated, reason = "ground stations without integer items get MISSION_REQUEST")]
 
@@ -21,9 +20,10 @@ use std::sync::Arc;
 
 use ::mavlink::dialects::common as wire;
 use ::mavlink::dialects::common::MavMissionResult as R;
+use ::mavlink::dialects::common::MavSeverity;
 
 use crate::codec::{Encoded, Identity, ListKind, Message, MissionItem};
-use crate::mission::draft::{Draft, Finished, Notes, Rejected};
+use crate::mission::draft::{Draft, Finished, Notes, Present, Rejected};
 use crate::mission::saved::Restoring;
 use crate::param::SaveQueue;
 use crate::peers::From;
@@ -31,20 +31,22 @@ use crate::wall_time::WallTime;
 use crate::{Caller, Service, Shared, convert, telemetry};
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::event::EventKind;
-use flight_management::vehicle::plan::{Plan, Progress};
+use flight_management::vehicle::fence::{Fence, RALLY_MAX, VERTICES_MAX};
+use flight_management::vehicle::plan::{ITEMS_MAX, Progress};
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Airspeed, Mode, Navigation, Place, VehicleEvent};
 
 pub use crate::mission::saved::{SavedPlan, SavedPlanError};
 
+mod commands;
 mod draft;
+mod fences;
+pub mod file;
 mod saved;
 
-/// Lists without items here: fence and rally points.
-const EMPTY_LISTS: [ListKind; 2] = [ListKind(1), ListKind(2)];
+/// The lists, by the number of their kind.
+const LISTS: [ListKind; 3] = [ListKind::MISSION, ListKind::FENCE, ListKind::RALLY];
 
-/// Reason for refusing an upload to one of the lists that are always empty.
-const NOT_THERE: &str = "there are no fence and no rally points";
 /// Reason of a command without an outcome.
 const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
 
@@ -52,18 +54,41 @@ const NO_ANSWER: &str = "Mission not confirmed: the aircraft does not answer";
 #[derive(Debug, Clone, Copy)]
 struct Ended {
     from: From,
+    list: ListKind,
     /// The last item received.
     seq: u16,
     result: R,
     id: u32,
 }
 
-/// Handles uploads and downloads of plans.
+const NO_LIST: &str = "there is no such list";
+
+/// Items that a list may have; `None` if there is no such list.
+fn most_items(list: ListKind) -> Option<usize> {
+    match list {
+        ListKind::MISSION => Some(ITEMS_MAX),
+        ListKind::FENCE => Some(VERTICES_MAX),
+        ListKind::RALLY => Some(RALLY_MAX),
+        _ => None,
+    }
+}
+
+/// The list in texts.
+fn name(list: ListKind) -> &'static str {
+    match list {
+        ListKind::FENCE => "Fence",
+        ListKind::RALLY => "Rally points",
+        _ => "Mission",
+    }
+}
+
+/// Handles uploads and downloads of lists.
 #[derive(Debug, Default)]
 pub struct MissionService {
-    /// The plan in force.
-    stored: Arc<Stored>,
-    upload: Option<PlanUpload>,
+    /// The lists in force.
+    stored: [Arc<Stored>; LISTS.len()],
+    fence: Arc<Fence>,
+    upload: Option<Upload>,
     downloads: Downloads,
     waiting: WaitingList,
     ended: Option<Ended>,
@@ -74,7 +99,7 @@ pub struct MissionService {
 
 impl Caller<'_> {
     fn refuse(&mut self, list: ListKind, result: R, reason: impl Display) {
-        self.shared.texts.warn(self.now, format!("Mission refused: {reason}"));
+        self.shared.texts.warn(self.now, format!("{} refused: {reason}", name(list)));
         self.answer(ack(list, result, 0, self.from.sender));
     }
 }
@@ -116,7 +141,8 @@ impl Service for MissionService {
         let result = match outcome {
             Outcome::Done => R::MAV_MISSION_ACCEPTED,
             Outcome::Refused(refusal) => {
-                shared.texts.warn(now, format!("Mission refused: {refusal}"));
+                let list = name(waiting.what.list());
+                shared.texts.warn(now, format!("{list} refused: {refusal}"));
                 if refusal.is_temporary() { R::MAV_MISSION_ERROR } else { R::MAV_MISSION_INVALID }
             }
             Outcome::NoAnswer | Outcome::Plant(_) => {
@@ -125,8 +151,8 @@ impl Service for MissionService {
             }
         };
         // A plan steers only the mode that flies it: an upload does not take control from a running stream.
-        let steers =
-            matches!(waiting.what, What::Guided) || shared.aircraft.mode() == Mode::Mission;
+        let steers = matches!(waiting.what, What::Guided)
+            || shared.aircraft.mode() == Mode::Mission && waiting.what.list() == ListKind::MISSION;
         if result == R::MAV_MISSION_ACCEPTED && steers {
             shared.control.take(waiting.from.sender);
         }
@@ -144,6 +170,13 @@ impl Service for MissionService {
                 shared.peers.announce(&Encoded::new(&reached));
             }
             EventKind::Vehicle(VehicleEvent::PlanItem(item)) => self.publish_current(item, shared),
+            EventKind::Vehicle(VehicleEvent::ItemPassed(item)) => {
+                if let Some(passed) = self.plan().items.get(usize::from(item)) {
+                    let name = commands::named(passed.words.command);
+                    let text = format!("Mission item {item} passed: {name}, not on board");
+                    shared.texts.publish(MavSeverity::MAV_SEVERITY_INFO, text);
+                }
+            }
             _ => {}
         }
     }
@@ -163,45 +196,56 @@ impl Service for MissionService {
         };
         let from = upload.from;
         if upload.is_hopeless() {
+            let (list, next) = (upload.list, upload.draft.next());
             let text = format!(
-                "Mission upload given up, the plan is unchanged: item {} did not come",
-                upload.draft.next()
+                "{} upload given up, nothing is changed: item {next} did not come",
+                name(list)
             );
             shared.texts.warn(now, text);
             self.upload = None;
             let result = R::MAV_MISSION_OPERATION_CANCELLED;
-            shared.peers.answer(from.peer, ack(ListKind::MISSION, result, 0, from.sender));
+            shared.peers.answer(from.peer, ack(list, result, 0, from.sender));
         } else {
             shared.peers.answer(from.peer, upload.request(now));
         }
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        let upload = self.upload.as_ref().map(PlanUpload::deadline);
+        let upload = self.upload.as_ref().map(Upload::deadline);
         upload.into_iter().chain(self.waiting.next_deadline()).min()
     }
 }
 
 impl MissionService {
-    /// Puts a plan into force.
-    fn store(&mut self, stored: &Arc<Stored>, shared: &mut Shared) {
-        self.stored = Arc::clone(stored);
-        shared.plan_items = stored.count();
+    /// Puts a list into force.
+    fn store(&mut self, list: ListKind, stored: &Arc<Stored>, shared: &mut Shared) {
+        if let Some(place) = self.stored.get_mut(usize::from(list.0)) {
+            *place = Arc::clone(stored);
+        }
+        if list == ListKind::MISSION {
+            shared.plan_items = stored.count();
+        }
+    }
+
+    /// The list in force; `None` if there is no such list.
+    fn list(&self, list: ListKind) -> Option<&Arc<Stored>> {
+        self.stored.get(usize::from(list.0))
+    }
+
+    /// The plan in force.
+    fn plan(&self) -> &Stored {
+        let [plan, ..] = &self.stored;
+        plan
     }
 
     fn count(&mut self, list: ListKind, caller: &mut Caller) {
-        let (items, id) = match list {
-            ListKind::MISSION => {
-                // The download keeps this plan, even if another one replaces it meanwhile.
-                self.downloads.begin(caller.from, &self.stored, caller.now);
-                (self.stored.count(), self.stored.id)
-            }
-            list if EMPTY_LISTS.contains(&list) => (0, 0),
-            _ => {
-                let reason = "only one list at a time can be read";
-                return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
-            }
+        let Some(stored) = self.list(list).map(Arc::clone) else {
+            let reason = "only one list at a time can be read";
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, reason);
         };
+        let (items, id) = (stored.count(), stored.id);
+        // The download keeps this list, even if another one replaces it meanwhile.
+        self.downloads.begin(caller.from, list, stored, caller.now);
         let mut payload = items.to_le_bytes().to_vec();
         let Identity { system, component } = caller.from.sender;
         payload.extend_from_slice(&[system, component, list.0]);
@@ -210,15 +254,16 @@ impl MissionService {
     }
 
     fn give_item(&mut self, list: ListKind, seq: u16, caller: &mut Caller) {
-        let plan = self.downloads.plan(caller.from, caller.now);
-        let plan = plan.unwrap_or_else(|| Arc::clone(&self.stored));
+        let plan = self.downloads.plan(caller.from, list, caller.now);
+        let plan = plan.or_else(|| self.list(list).map(Arc::clone)).unwrap_or_default();
         match plan.items.get(usize::from(seq)) {
-            Some(item) if list == ListKind::MISSION => {
+            Some(item) => {
                 let state = caller.shared.aircraft.snapshot().map(|state| state.navigation);
                 // A state from before this plan came into force shows an item of another one.
                 let flown = state.filter(|navigation| navigation.plan_id == plan.id);
                 let current = flown.map_or(0, |navigation| navigation.item);
-                let mut payload = body(item, u8::from(seq == current));
+                let is_current = list == ListKind::MISSION && seq == current;
+                let mut payload = body(item, u8::from(is_current));
                 payload[32] = caller.from.sender.system;
                 payload[33] = caller.from.sender.component;
                 caller.answer(Encoded::by_hand::<wire::MISSION_ITEM_INT_DATA>(payload));
@@ -232,13 +277,12 @@ impl MissionService {
 
     /// MISSION_ACK: a download is complete, or an upload is cancelled or cannot continue.
     fn take_ack(&mut self, list: ListKind, result: u8, caller: &mut Caller) {
-        if list != ListKind::MISSION {
+        if !LISTS.contains(&list) {
             return;
         }
         self.downloads.end(caller.from);
-        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
-            return;
-        };
+        let is_it = |upload: &&mut Upload| upload.from == caller.from && upload.list == list;
+        let Some(upload) = self.upload.as_mut().filter(is_it) else { return };
         if result == R::MAV_MISSION_UNSUPPORTED as u8 && !upload.is_hopeless() {
             // The ground station does not know the request: use the other one of the two.
             upload.as_int = !upload.as_int;
@@ -246,7 +290,7 @@ impl MissionService {
         // ACCEPTED ends a download; during an upload it has no meaning and does no harm.
         } else if result != R::MAV_MISSION_ACCEPTED as u8 {
             self.upload = None;
-            let text = "Mission upload cancelled, the plan is unchanged";
+            let text = format!("{} upload cancelled, nothing is changed", name(list));
             caller.shared.texts.inform(caller.now, text);
         }
     }
@@ -256,11 +300,11 @@ impl MissionService {
         let Some(mut state) = shared.aircraft.snapshot().copied() else { return };
         let before = state.navigation;
         let progress = match before.progress {
-            _ if self.stored.items.is_empty() => Progress::NoPlan,
+            _ if self.plan().items.is_empty() => Progress::NoPlan,
             Progress::NoPlan => Progress::NotStarted,
             progress => progress,
         };
-        let (plan_id, items) = (self.stored.id, self.stored.count());
+        let (plan_id, items) = (self.plan().id, self.plan().count());
         state.navigation = Navigation { plan_id, items, item, progress, ..before };
         shared.peers.announce(&telemetry::mission_current(&state));
     }
@@ -270,30 +314,29 @@ impl MissionService {
         if count == 0 {
             return self.clear(list, caller);
         }
-        if list != ListKind::MISSION {
-            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
-        }
+        let Some(most) = most_items(list) else {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NO_LIST);
+        };
         match &mut self.upload {
             Some(upload) if upload.from != caller.from => {
                 let other = upload.from.sender.system;
                 let reason = format!("ground station {other} is uploading");
                 return caller.refuse(list, R::MAV_MISSION_DENIED, reason);
             }
-            Some(upload) if upload.draft.next() == 0 && upload.draft.count == count => {
+            Some(upload)
+                if (upload.list, upload.draft.next(), upload.draft.count) == (list, 0, count) =>
+            {
                 // The request for the first item was lost.
                 return upload.request_again(caller);
             }
             _ => {}
         }
         self.abandon(caller.from);
-        let state = caller.shared.aircraft.snapshot();
-        let place = state.map(|state| Place::of(state.motion()));
-        let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
-        match Draft::new(count, place, airspeed) {
+        match Draft::new(count, most) {
             Ok(draft) => {
                 let from = caller.from;
-                let upload =
-                    PlanUpload { from, draft, requested_at: caller.now, tries: 0, as_int: true };
+                let requested_at = caller.now;
+                let upload = Upload { from, list, draft, requested_at, tries: 0, as_int: true };
                 caller.answer(self.upload.insert(upload).request(caller.now));
             }
             Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
@@ -311,82 +354,120 @@ impl MissionService {
 
     fn take_item(&mut self, item: &MissionItem<i32>, caller: &mut Caller) {
         let list = item.words.list;
-        if list != ListKind::MISSION {
-            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NOT_THERE);
+        if !LISTS.contains(&list) {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NO_LIST);
         }
-        if draft::is_guided(item) {
+        if list == ListKind::MISSION && draft::is_guided(item) {
             return match draft::guided_command(item, &caller.shared.parameters.limits) {
                 Ok(command) => self.request(command, Some(list), What::Guided, caller),
                 Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
             };
         }
-        let Some(upload) = self.upload.as_mut().filter(|upload| upload.from == caller.from) else {
-            return self.take_late_item(item.words.seq, caller);
+        let is_it = |upload: &&mut Upload| upload.from == caller.from && upload.list == list;
+        let Some(upload) = self.upload.as_mut().filter(is_it) else {
+            return self.take_late_item(list, item.words.seq, caller);
         };
         if item.words.seq != upload.draft.next() {
             return upload.request_again(caller);
         }
-        let parameters = &caller.shared.parameters;
-        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-        if let Err(Rejected { result, reason }) = upload.draft.take(item, &rules) {
-            self.upload = None;
-            // If the refusal gets lost the station sends this item again, and is told again.
-            self.ended = Some(Ended { from: caller.from, seq: item.words.seq, result, id: 0 });
-            return caller.refuse(list, result, reason);
-        }
+        upload.draft.take(item);
         if !upload.draft.is_complete() {
             upload.tries = 0;
             return caller.answer(upload.request(caller.now));
         }
-        if let Some(upload) = self.upload.take() {
-            let Finished { stored, plan, notes } = upload.draft.finish();
-            self.replace(stored, plan, notes, list, caller);
+        let Some(upload) = self.upload.take() else { return };
+        let items = upload.draft.finish();
+        if let Err(problems) = self.replace(list, items, caller) {
+            self.refuse_all(&problems, item.words.seq, list, caller);
         }
     }
 
+    /// Checks a list and requests the control side to take it.
+    fn replace(
+        &mut self,
+        list: ListKind,
+        items: Vec<MissionItem<i32>>,
+        caller: &mut Caller,
+    ) -> Result<(), Vec<Rejected>> {
+        let (mut notes, mut fence) = (Notes::default(), None);
+        let (command, stored) = match list {
+            ListKind::FENCE => {
+                let checked = Arc::new(fences::fence(&items)?);
+                fence = Some(Arc::clone(&checked));
+                (VehicleCommand::Fence(checked), Stored::new(items))
+            }
+            ListKind::RALLY => {
+                let points = fences::rally(&items, &self.fence)?;
+                (VehicleCommand::Rally(points.into()), Stored::new(items))
+            }
+            _ => {
+                let parameters = &caller.shared.parameters;
+                let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+                let state = caller.shared.aircraft.snapshot();
+                let place = state.map(|state| Place::of(state.motion()));
+                let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
+                let present = Present { place, airspeed, home_m: None };
+                let Finished { stored, plan, notes: differences } =
+                    draft::check(items, present, &rules)?;
+                notes = differences;
+                (VehicleCommand::Plan(Arc::new(plan)), stored)
+            }
+        };
+        let what = What::List { list, stored: Arc::new(stored), notes, fence };
+        self.request(command, Some(list), what, caller);
+        Ok(())
+    }
+
+    /// Reports all that is wrong with a list; the acknowledgement has the result of the first problem.
+    fn refuse_all(&mut self, problems: &[Rejected], seq: u16, list: ListKind, caller: &mut Caller) {
+        for text in texts_of(problems) {
+            caller.shared.texts.warn(caller.now, format!("{} refused: {text}", name(list)));
+        }
+        let result = problems.first().map_or(R::MAV_MISSION_INVALID, |problem| problem.result);
+        // If the refusal gets lost the station sends its last item again, and is told again.
+        self.ended = Some(Ended { from: caller.from, list, seq, result, id: 0 });
+        caller.answer(ack(list, result, 0, caller.from.sender));
+    }
+
     /// An item outside any upload: its sender missed the acknowledgement, or it is a late copy.
-    fn take_late_item(&mut self, seq: u16, caller: &mut Caller) {
+    fn take_late_item(&mut self, list: ListKind, seq: u16, caller: &mut Caller) {
         if self.waiting.plan_of(caller.from).is_some() {
             // The acknowledgement follows later.
             return;
         }
-        match self.ended.filter(|ended| ended.from == caller.from) {
+        match self.ended.filter(|ended| ended.from == caller.from && ended.list == list) {
             Some(Ended { seq: last, result, id, .. }) if last == seq => {
-                caller.answer(ack(ListKind::MISSION, result, id, caller.from.sender));
+                caller.answer(ack(list, result, id, caller.from.sender));
             }
             // A copy of an item from before the end, which is answered.
             Some(ended) if seq < ended.seq => {}
             _ => {
                 let reason = "an item came and no upload is under way";
-                caller.refuse(ListKind::MISSION, R::MAV_MISSION_ERROR, reason);
+                caller.refuse(list, R::MAV_MISSION_ERROR, reason);
             }
         }
     }
 
     /// MISSION_CLEAR_ALL, or an upload of no items.
     fn clear(&mut self, list: ListKind, caller: &mut Caller) {
-        // An empty list can be cleared, and stations clear all three one after the other.
-        if EMPTY_LISTS.contains(&list) {
-            return caller.answer(ack(list, R::MAV_MISSION_ACCEPTED, 0, caller.from.sender));
-        }
-        if ![ListKind::MISSION, ListKind::ALL].contains(&list) {
-            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, "there is no such list");
+        if list != ListKind::ALL && !LISTS.contains(&list) {
+            return caller.refuse(list, R::MAV_MISSION_UNSUPPORTED, NO_LIST);
         }
         self.abandon(caller.from);
-        self.replace(Stored::default(), Plan::default(), Notes::default(), list, caller);
-    }
-
-    /// Requests the control side to take a plan.
-    fn replace(
-        &mut self,
-        stored: Stored,
-        plan: Plan,
-        notes: Notes,
-        list: ListKind,
-        caller: &mut Caller,
-    ) {
-        let what = What::Plan(Arc::new(stored), notes);
-        self.request(VehicleCommand::Plan(Arc::new(plan)), Some(list), what, caller);
+        let all = LISTS.into_iter().filter(|each| list == ListKind::ALL || *each == list);
+        for each in all {
+            let command = match each {
+                ListKind::FENCE => VehicleCommand::Fence(Arc::default()),
+                ListKind::RALLY => VehicleCommand::Rally(Arc::default()),
+                _ => VehicleCommand::Plan(Arc::default()),
+            };
+            let fence = (each == ListKind::FENCE).then(Arc::default);
+            let what =
+                What::List { list: each, stored: Arc::default(), notes: Notes::default(), fence };
+            // The last of several has the acknowledgement for all.
+            let is_last = list != ListKind::ALL || each == ListKind::RALLY;
+            self.request(command, is_last.then_some(list), what, caller);
+        }
     }
 
     /// Sends a command to the control side; its outcome becomes the acknowledgement for `list`.
@@ -413,25 +494,31 @@ impl MissionService {
     fn settle(&mut self, waiting: &Waiting, result: R, now: WallTime, shared: &mut Shared) -> u32 {
         let accepted = result == R::MAV_MISSION_ACCEPTED;
         match &waiting.what {
-            What::Plan(stored, notes) => {
-                let id = if accepted { stored.id } else { 0 };
+            What::List { list, stored, notes, fence } => {
+                let (list, id) = (*list, if accepted { stored.id } else { 0 });
                 // Nobody waits for the acknowledgement, so nobody can miss it.
                 if let (Some(_), Some(seq)) = (waiting.list, stored.count().checked_sub(1)) {
-                    self.ended = Some(Ended { from: waiting.from, seq, result, id });
+                    self.ended = Some(Ended { from: waiting.from, list, seq, result, id });
                 }
-                if accepted {
-                    self.store(stored, shared);
-                    if let Some(saves) = &mut self.saves {
-                        saves.push(saved::to_text(stored), true);
-                    }
-                    let text = match stored.count() {
-                        0 => "Mission cleared".into(),
-                        1 => "Mission loaded: 1 item".into(),
-                        items => format!("Mission loaded: {items} items"),
-                    };
-                    for text in core::iter::once(text).chain(notes.texts()) {
-                        shared.texts.inform(now, text);
-                    }
+                if !accepted {
+                    return id;
+                }
+                let was_empty = self.list(list).is_none_or(|before| before.items.is_empty());
+                self.store(list, stored, shared);
+                if let Some(fence) = fence {
+                    self.fence = Arc::clone(fence);
+                }
+                if let (ListKind::MISSION, Some(saves)) = (list, &mut self.saves) {
+                    saves.push(saved::to_text(stored), true);
+                }
+                let text = match (list, stored.count()) {
+                    (ListKind::FENCE | ListKind::RALLY, 0) if was_empty => return id,
+                    (list, 0) => format!("{} cleared", name(list)),
+                    (list, 1) => format!("{} loaded: 1 item", name(list)),
+                    (list, items) => format!("{} loaded: {items} items", name(list)),
+                };
+                for text in core::iter::once(text).chain(notes.texts()) {
+                    shared.texts.inform(now, text);
                 }
                 id
             }
@@ -446,6 +533,16 @@ impl MissionService {
     }
 }
 
+/// Problems of a list that get texts of their own.
+const PROBLEMS_MAX: usize = 8;
+
+/// The problems of a list as texts.
+fn texts_of(problems: &[Rejected]) -> impl Iterator<Item = String> + '_ {
+    let more = problems.len().saturating_sub(PROBLEMS_MAX);
+    let rest = (more > 0).then(|| format!("and {more} more"));
+    problems.iter().take(PROBLEMS_MAX).map(|problem| problem.reason.clone()).chain(rest)
+}
+
 /// A missing item is requested again after this time. Ground stations wait half a second to one and
 /// a half, and then repeat the previous item.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(1);
@@ -456,15 +553,16 @@ const TRIES_MAX: u32 = 5;
 const AGAIN: Duration = Duration::from_millis(200);
 
 #[derive(Debug)]
-struct PlanUpload {
+struct Upload {
     from: From,
+    list: ListKind,
     draft: Draft,
     requested_at: WallTime,
     tries: u32,
     as_int: bool,
 }
 
-impl PlanUpload {
+impl Upload {
     /// The request for the next item.
     fn request(&mut self, now: WallTime) -> Encoded {
         self.requested_at = now;
@@ -484,7 +582,7 @@ impl PlanUpload {
     fn requested(&self) -> Encoded {
         let [low, high] = self.draft.next().to_le_bytes();
         let Identity { system, component } = self.from.sender;
-        let payload = vec![low, high, system, component, ListKind::MISSION.0];
+        let payload = vec![low, high, system, component, self.list.0];
         if self.as_int {
             Encoded::by_hand::<wire::MISSION_REQUEST_INT_DATA>(payload)
         } else {
@@ -511,6 +609,7 @@ const DOWNLOAD_TIMEOUT: Duration = Duration::from_secs(10);
 #[derive(Debug)]
 struct Download {
     from: From,
+    list: ListKind,
     plan: Arc<Stored>,
     requested_at: WallTime,
 }
@@ -521,7 +620,7 @@ struct Downloads(Vec<Download>);
 
 impl Downloads {
     /// Records that a station requests the list.
-    fn begin(&mut self, from: From, plan: &Arc<Stored>, now: WallTime) {
+    fn begin(&mut self, from: From, list: ListKind, plan: Arc<Stored>, now: WallTime) {
         self.end(from);
         if self.0.len() >= DOWNLOADS_MAX {
             let oldest =
@@ -530,13 +629,14 @@ impl Downloads {
                 self.0.swap_remove(place);
             }
         }
-        self.0.push(Download { from, plan: Arc::clone(plan), requested_at: now });
+        self.0.push(Download { from, list, plan, requested_at: now });
     }
 
-    /// The plan that a station downloads; `None` if it has no download.
-    fn plan(&mut self, from: From, now: WallTime) -> Option<Arc<Stored>> {
+    /// The list that a station downloads; `None` if it has no download.
+    fn plan(&mut self, from: From, list: ListKind, now: WallTime) -> Option<Arc<Stored>> {
         self.0.retain(|download| now.since(download.requested_at) < DOWNLOAD_TIMEOUT);
-        let download = self.0.iter_mut().find(|download| download.from == from)?;
+        let is_it = |download: &&mut Download| download.from == from && download.list == list;
+        let download = self.0.iter_mut().find(is_it)?;
         download.requested_at = now;
         Some(Arc::clone(&download.plan))
     }
@@ -555,11 +655,27 @@ const ANSWER_TIMEOUT: Duration = Duration::from_secs(3);
 /// Request of an open command.
 #[derive(Debug)]
 enum What {
-    /// The plan as uploaded, and what to report when it takes effect.
-    Plan(Arc<Stored>, Notes),
+    /// A list as uploaded, and what to report when it takes effect.
+    List {
+        list: ListKind,
+        stored: Arc<Stored>,
+        notes: Notes,
+        /// The same as a fence.
+        fence: Option<Arc<Fence>>,
+    },
     Current(u16),
     /// Another place or altitude, by an item.
     Guided,
+}
+
+impl What {
+    /// The list that it is about.
+    fn list(&self) -> ListKind {
+        match self {
+            Self::List { list, .. } => *list,
+            Self::Current(_) | Self::Guided => ListKind::MISSION,
+        }
+    }
 }
 
 #[derive(Debug)]
@@ -604,7 +720,8 @@ impl WaitingList {
 
     /// A station that waits for a plan to take effect.
     fn plan_of(&mut self, from: From) -> Option<&mut Waiting> {
-        let mut plans = self.0.iter_mut().filter(|waiting| matches!(waiting.what, What::Plan(..)));
+        let mut plans =
+            self.0.iter_mut().filter(|waiting| matches!(waiting.what, What::List { .. }));
         plans.find(|waiting| waiting.from == from && waiting.list.is_some())
     }
 

@@ -4,14 +4,16 @@ use autopilot::command::VehicleCommand;
 use core::ops::ControlFlow;
 use host_io::print_line;
 use std::f64::consts::TAU;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use autopilot::command::Command;
 use autopilot::event::EventKind;
+use autopilot::mavlink::mission::file::PlanFile;
 use autopilot::run::LawArgs;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
+use autopilot::vehicle::rules::Rules;
 use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
 use host_io::folder::OutFolder;
@@ -19,7 +21,7 @@ use icd::SimTime;
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
 
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use lab_engine::builder::SetupOptions;
 use lab_engine::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 use lab_judges::closed_loop::{FlightSetup, Tick, TimedCommand, watch_with_commands};
@@ -71,6 +73,13 @@ pub struct MissionOptions {
     /// Turbulence, m/s rms: light 1.5, moderate 3
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
+    /// Plan to fly instead of the demonstration: a .plan of QGroundControl or a text of waypoints (QGC WPL 110). The flight begins over
+    /// its home, at the altitude of its first item
+    #[arg(long, value_name = "FILE")]
+    pub plan: Option<PathBuf>,
+    /// Begin the landing of the plan at this time, s: it leaves an endless jump
+    #[arg(long, allow_negative_numbers = true, value_name = "S", value_parser = up_to(DURATION_S, "s"))]
+    pub land_at_s: Option<f64>,
     /// Seed of all random streams
     #[arg(long, allow_negative_numbers = true, value_name = "N", default_value_t = 1, value_parser = whole(0, u64::MAX))]
     pub seed: u64,
@@ -219,12 +228,70 @@ impl TrackPoint {
     }
 }
 
-/// Flies the demonstration and draws it.
+/// Largest file of a plan, bytes.
+const FILE_MAX: u64 = 4 << 20;
+
+/// The plan of a file, and a flight that begins over its home with the first leg ahead.
+pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan), Problem> {
+    let name = path.display();
+    let text = host_io::file::read_text(path, FILE_MAX)?;
+    let file = PlanFile::read(&text).map_err(|why| problem!("{name}: {why}"))?;
+    let parameters = &setup.parameters;
+    let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+    let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
+    let (plan, notes) = file.plan(&rules).map_err(refused)?;
+    for note in notes {
+        print_line!("{note}");
+    }
+    let mut places = plan.items.iter().filter_map(|item| item.action.place());
+    let home = file.home().map(|(place, _)| place).or_else(|| places.next());
+    let Some(home) = home else { return Err(problem!("{name}: no item has a place")) };
+    let mut ways = places.map(|place| Horizon::at(home).offset(&Site::at(place)));
+    let ahead = ways.find(|way| way.norm() > 1.0).unwrap_or(Horizontal::new(1.0, 0.0));
+    let start = &mut setup.plant.start;
+    (start.latitude_rad, start.longitude_rad) = (home.latitude_rad, home.longitude_rad);
+    start.heading_rad = libm::atan2(ahead.y, ahead.x);
+    let altitude_m = plan.items.iter().find_map(|item| item.action.altitude_m());
+    start.altitude_m = altitude_m.unwrap_or(start.altitude_m);
+    Ok((file, plan))
+}
+
+/// The commands that load fence and rally points of a file.
+fn load(file: &PlanFile, path: &Path) -> Result<Vec<TimedCommand>, Problem> {
+    let refused = |all: Vec<String>| problem!("{}: {}", path.display(), all.join("; "));
+    let (fence, rally) = file.fence().map_err(refused)?;
+    let commands = [VehicleCommand::Fence(Arc::new(fence)), VehicleCommand::Rally(rally.into())];
+    let at = SimTime::ZERO;
+    Ok(commands.map(|command| TimedCommand { at, command: Command::Vehicle(command) }).into())
+}
+
+/// Flies the demonstration, or the plan of a file, and draws it.
 pub fn run(options: &MissionOptions) -> Result<(), Problem> {
-    let setup = setup(options)?;
-    let plan = Arc::new(demo(&setup));
+    let mut setup = setup(options)?;
+    let (file, plan) = match &options.plan {
+        Some(path) => of_file(path, &mut setup)?,
+        None => (PlanFile::default(), demo(&setup)),
+    };
+    let plan = Arc::new(plan);
     let folder = OutFolder::create(&options.out)?;
-    let flown = fly(&setup, &begin(&plan))?;
+    let mut commands = match &options.plan {
+        Some(path) => load(&file, path)?,
+        None => Vec::new(),
+    };
+    commands.extend(begin(&plan));
+    if let Some(at) = options.land_at_s.and_then(SimTime::from_seconds) {
+        commands.push(TimedCommand { at, command: Command::Vehicle(VehicleCommand::Land) });
+    }
+    let flown = fly(&setup, &commands)?;
+    for (t_s, kind) in &flown.events {
+        match kind {
+            EventKind::Vehicle(VehicleEvent::ItemPassed(item)) => {
+                print_line!("{t_s:.0} s: item {item} passed: {}, not on board", file.name(*item));
+            }
+            EventKind::GroundContact => print_line!("{t_s:.0} s: ground contact"),
+            _ => {}
+        }
+    }
     write_figure(&folder, &figure(&plan, start(&setup), &flown))?;
     print_line!("wrote {}", folder.path().display());
     Ok(())
@@ -319,14 +386,6 @@ fn drawn(flight: &Plan, horizon: &Horizon, flown: &Flown) -> Drawn {
         let offset = horizon.offset(&Site::at(place)) / 1.0e3;
         (offset.y, offset.x)
     };
-    let place_of = |action: &Action| match action {
-        Action::Waypoint { point, .. } => point.place,
-        Action::LoiterUnlimited(Circle { centre, .. })
-        | Action::LoiterToAltitude(Circle { centre, .. })
-        | Action::LoiterTurns { circle: Circle { centre, .. }, .. }
-        | Action::LoiterTime { circle: Circle { centre, .. }, .. } => centre.place,
-        _ => None,
-    };
     let mut before = None;
     for (number, item) in (0_u16..).zip(&flight.items) {
         let is_leg = matches!(item.action, Action::Waypoint { .. });
@@ -334,7 +393,7 @@ fn drawn(flight: &Plan, horizon: &Horizon, flown: &Flown) -> Drawn {
             Action::Jump { to, .. } => flight.items.get(usize::from(to)).map(|item| item.action),
             action => Some(action),
         };
-        let Some(place) = target.as_ref().and_then(place_of) else { continue };
+        let Some(place) = target.as_ref().and_then(Action::place) else { continue };
         let here = at(place);
         drawn
             .legs

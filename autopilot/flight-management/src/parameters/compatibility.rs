@@ -122,10 +122,8 @@ pub const COMPATIBILITY: &[CompatibilityParameter] = rows! {
         Real "BAT_LOW_THR" 0.15 "" "Low battery level",
         Real "BAT_CRIT_THR" 0.07 "" "Critical battery level",
         Real "BAT_EMERGEN_THR" 0.05 "" "Emergency battery level";
-    "QGroundControl, safety page: there is no geofence":
-        Int "GF_ACTION" 0.0 "None" "Geofence action",
-        Real "GF_MAX_HOR_DIST" 0.0 "" "Geofence radius",
-        Real "GF_MAX_VER_DIST" 0.0 "" "Geofence height";
+    "QGroundControl, safety page: there is no fence around home":
+        Real "GF_MAX_HOR_DIST" 0.0 "" "Geofence radius";
     "QGroundControl, safety page: no obstacle is seen":
         Int "COM_OBS_AVOID" 0.0 "Disabled" "Obstacle avoidance",
         Real "CP_DIST" -1.0 "" "Collision prevention distance";

@@ -10,6 +10,7 @@ use flight_control::{
 use super::failure::settings;
 use super::{Access, Choice, Kind, Parameter, SticksLossAction, SwitchChannel, SwitchMode};
 use crate::vehicle::LinkLossAction;
+use crate::vehicle::fence::FenceAction;
 
 /// All parameters, in the order of their index on the wire.
 pub fn table() -> &'static [Parameter] {
@@ -19,7 +20,7 @@ pub fn table() -> &'static [Parameter] {
                 let (group, access) = (law(name), Access::Gain(get, set));
                 Parameter { name, group, unit, min, max, meaning, access, ..Parameter::NUMBER }
             });
-        let own = [LAWS, REFERENCES, FAULTS, settings(), FAULT_SIZES, FAULT_TIMES, GUIDANCE];
+        let own = [LAWS, REFERENCES, FAULTS, settings(), FAULT_SIZES, FAULT_TIMES, GUIDANCE, FENCE];
         let links = [LINK_LOSS, LINK_SILENCE, LINK_TIMES, STATION, CHANNEL, SLOTS, STREAMS];
         let mut rows = [own.concat(), links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
         // It acts at the start of the program, so that no ground station loses the vehicle while it looks at it.
@@ -178,6 +179,26 @@ const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
         "Largest climb rate of stick and offboard references";
     "RTL_RETURN_ALT", "m", 0.0 to 20_000.0, 5_000.0, navigation.return_altitude_m,
         "Altitude of the return, above the ellipsoid, from REF_ALT_MIN to REF_ALT_MAX";
+    "FW_LND_ANG", "deg", 1.0 to 15.0, 3.0, navigation.landing_angle_deg,
+        "Glide to a landing; steeper where the altitude left needs it";
+    "FW_LND_AIRSPD", "m/s", 0.0 to 500.0, 0.0, navigation.landing_airspeed_m_s,
+        "Calibrated airspeed of the approach; 0 is FW_AIRSPD_MIN";
+    "FW_LND_FL_SINK", "m/s", 0.05 to 2.0, 0.25, navigation.touchdown_m_s,
+        "Sink rate to which the flare leads";
+    "GF_MAX_VER_DIST", "m", 0.0 to 20_000.0, 0.0, navigation.fence_max_m,
+        "Highest altitude of the fence above home; 0 none";
+    "GF_MIN_VER_DIST", "m", 0.0 to 20_000.0, 0.0, navigation.fence_min_m,
+        "Lowest altitude of the fence above home; 0 none";
+};
+
+const FENCE: &[Parameter] = choices! { "Guidance";
+    "GF_ACTION", navigation.fence_action = 2, "What happens at a breach of the fence":
+        0 FenceAction::Nothing "none, the fence is off",
+        1 FenceAction::Report "reported",
+        2 FenceAction::Hold "circle where the aircraft is",
+        3 FenceAction::Return "fly to the nearest rally point or home",
+        4 FenceAction::Terminate "end the flight",
+        5 FenceAction::Land "the landing of the plan, or fly home";
 };
 
 const LINK_LOSS: &[Parameter] = choices! { "Link loss";

@@ -9,10 +9,12 @@ use flight_control::guidance::approach::planned_radius_m;
 use flight_control::guidance::{Horizontal, follow_line};
 
 use super::Situation;
-use super::geodesy::Site;
+use super::fence::FenceWatch;
+use super::geodesy::{Horizon, Site};
+use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
-use super::plan::{Action, Circle, Item, Plan, Point, Progress};
-use super::request::{Navigation, VehicleEvent, VehicleRefusal};
+use super::plan::{Action, Circle, Condition, Item, Plan, Point, Progress};
+use super::request::{Navigation, Place, VehicleEvent, VehicleRefusal};
 
 /// Items that are begun in one tick, each with two events; further ones follow in the next tick.
 const AT_ONCE_MAX: u32 = 4;
@@ -27,9 +29,12 @@ pub struct Mission {
     plan: Arc<Plan>,
     current: u16,
     progress: Progress,
-    /// Number of jumps that each item has made.
+    /// Number of jumps that each item has made, and of times that one without equipment was passed.
     jumped: Vec<u16>,
     task: Option<Task>,
+    waiting: Option<Waiting>,
+    /// The current item may be below the altitude limit.
+    near_ground: bool,
     /// The point that the aircraft has just passed: the next leg begins there.
     previous: Option<Site>,
     /// A jump has led back, and no item has been flown since.
@@ -47,8 +52,19 @@ enum Task {
     Loiter(Loiter),
     /// Straight on until the altitude is reached, on a course in rad.
     Climb(f64),
+    Approach(Approach),
     /// Circles around the point, since the item does not continue by itself.
     Parked(Orbit),
+}
+
+/// Items that wait for a condition while the aircraft flies on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Waiting {
+    /// The first of them, and the item behind the last, which is flown meanwhile.
+    next: u16,
+    end: u16,
+    until: Condition,
+    waited_s: f64,
 }
 
 /// An item without a task.
@@ -74,7 +90,8 @@ pub enum Flight {
 pub struct Tick<'a> {
     /// Position and motion of the aircraft.
     pub situation: &'a Situation<'a>,
-    pub home: Option<Site>,
+    pub home: &'a mut Option<Site>,
+    pub fence: &'a mut FenceWatch,
     pub publish: &'a mut dyn FnMut(VehicleEvent),
 }
 
@@ -94,6 +111,7 @@ impl Mission {
         self.task = None;
         self.previous = None;
         self.jumped_back = false;
+        self.waiting = None;
         self.flown = None;
         self.progress = if self.is_empty() { Progress::NoPlan } else { Progress::NotStarted };
     }
@@ -122,7 +140,9 @@ impl Mission {
                 (loiter.on_circle, loiter.bearing, loiter.resumed) = (false, None, true);
             }
             Some(Task::Parked(_)) | None => {}
-            Some(Task::Leg(_) | Task::Loiter(_) | Task::Climb(_)) => self.task = None,
+            Some(Task::Leg(_) | Task::Loiter(_) | Task::Climb(_) | Task::Approach(_)) => {
+                self.task = None;
+            }
         }
         self.progress = Progress::Active;
     }
@@ -154,7 +174,58 @@ impl Mission {
         match &mut self.task {
             Some(Task::Leg(leg)) => leg.ramp = None,
             Some(Task::Loiter(loiter)) => loiter.ramp = None,
-            Some(Task::Climb(_) | Task::Parked(_)) | None => {}
+            Some(Task::Climb(_) | Task::Approach(_) | Task::Parked(_)) | None => {}
+        }
+    }
+
+    /// The item under way takes off or lands.
+    pub fn is_near_ground(&self) -> bool {
+        self.near_ground
+    }
+
+    /// The item with which the landing of the plan begins, that whose point is the nearest if there are several.
+    pub fn landing(&self, from: Place) -> Option<u16> {
+        let starts = |action: &Action| matches!(action, Action::LandStart);
+        let lands = |action: &Action| matches!(action, Action::Land { .. });
+        let distance_m = |number: u16| {
+            let behind = self.plan.items.iter().skip(usize::from(number));
+            let place = behind.filter_map(|item| item.action.place()).next();
+            place.map_or(f64::INFINITY, |place| Horizon::at(from).offset(&Site::at(place)).norm())
+        };
+        let nearest = |kind: &dyn Fn(&Action) -> bool| {
+            let items = (0_u16..).zip(&self.plan.items).filter(|(_, item)| kind(&item.action));
+            items.map(|(number, _)| number).min_by(|a, b| distance_m(*a).total_cmp(&distance_m(*b)))
+        };
+        // The line of an approach begins at the point before.
+        let before = |land: u16| {
+            let point = land.checked_sub(1).filter(|number| {
+                let item = self.plan.items.get(usize::from(*number));
+                item.is_some_and(|item| item.action.place().is_some())
+            });
+            point.unwrap_or(land)
+        };
+        nearest(&starts).or_else(|| nearest(&lands).map(before))
+    }
+
+    /// Ends an approach and climbs to this altitude, m, to fly it again.
+    pub fn go_around(&mut self, altitude_m: Option<f64>) -> Result<(), VehicleRefusal> {
+        match &mut self.task {
+            Some(Task::Approach(approach)) => {
+                approach.go_around(altitude_m);
+                Ok(())
+            }
+            _ => Err(VehicleRefusal::NoApproach),
+        }
+    }
+
+    /// The aircraft is on the ground: the landing under way is complete.
+    pub fn touch_down(&mut self, publish: &mut dyn FnMut(VehicleEvent)) {
+        if let Some(Task::Approach(_)) = self.task {
+            publish(VehicleEvent::ItemReached(self.current));
+            if self.current.saturating_add(1) >= self.plan.count() {
+                self.progress = Progress::Complete;
+                publish(VehicleEvent::PlanComplete);
+            }
         }
     }
 
@@ -176,12 +247,21 @@ impl Mission {
         // Only the pointer, so that items can be read while the progress changes.
         let plan = Arc::clone(&self.plan);
         self.loop_wait_s = (self.loop_wait_s - tick.situation.dt_s).max(0.0);
+        self.run_waiting(demand, tick);
         for _ in 0..AT_ONCE_MAX {
             let Some(item) = plan.items.get(usize::from(self.current)) else {
                 let around = self.last_circle(demand, tick);
                 self.complete(tick);
                 return Flight::Complete(around);
             };
+            if self.task.is_none() {
+                self.near_ground = plan.is_near_ground(self.current, tick.situation.rules);
+            }
+            let rules = tick.situation.rules;
+            let rules = if self.near_ground { rules.near_ground() } else { *rules };
+            let situation = Situation { rules: &rules, ..*tick.situation };
+            let Tick { home, fence, publish, .. } = tick;
+            let tick = &mut Tick { situation: &situation, home, fence, publish };
             let task = match self.task {
                 Some(task) => task,
                 None => match self.begin(item, demand, tick) {
@@ -242,6 +322,16 @@ impl Mission {
         let situation = tick.situation;
         let flown = match &mut task {
             Task::Leg(leg) => leg.fly(situation, demand),
+            Task::Approach(approach) => {
+                let flown = approach.fly(situation, demand);
+                if flown.is_none() {
+                    // The landing begins again.
+                    let again = self.landing(situation.place).unwrap_or(self.current);
+                    (self.current, self.task, self.previous) = (again, None, None);
+                    return Some(situation.hold_course(situation.course_rad()));
+                }
+                flown
+            }
             Task::Loiter(loiter) => {
                 let was_reached = loiter.reached;
                 let flown = loiter.fly(situation, demand);
@@ -274,8 +364,9 @@ impl Mission {
             Some(_) => (None, here()),
         };
         self.previous = previous;
-        // Only an item that is flown ends the loop of a jump back.
+        // Only an item that is flown ends the loop of a jump back, and the wait of others.
         self.jumped_back &= task.is_none();
+        self.waiting = self.waiting.filter(|_| task.is_none());
         if item.autocontinue {
             self.current = self.current.saturating_add(1);
             self.task = None;
@@ -304,9 +395,37 @@ impl Mission {
             Action::LoiterTurns { circle, turns } => (circle, Until::Turned(turns * TAU)),
             Action::LoiterTime { circle, seconds } => (circle, Until::Held(seconds)),
             Action::LoiterToAltitude(circle) => (circle, Until::Altitude),
-            Action::ChangeSpeed { airspeed } => {
-                // The check of the plan did not know the altitude.
-                demand.airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
+            Action::Takeoff { altitude_m } => {
+                let altitude_m = rules.nearest_altitude_m(altitude_m);
+                if tick.situation.altitude_m >= altitude_m - rules.altitude_reached_m() {
+                    return Err(Otherwise::AtOnce);
+                }
+                demand.altitude_m = altitude_m;
+                return Ok(Task::Climb(tick.situation.course_rad()));
+            }
+            Action::Land { place, altitude_m, abort_m } => {
+                let from = self.previous.unwrap_or(tick.situation.horizon().site);
+                let approach =
+                    Approach::new(from, place, (altitude_m, abort_m), tick.situation, demand);
+                return Ok(Task::Approach(approach));
+            }
+            Action::Wait(until) => {
+                let immediate = |at: &u16| {
+                    let item = self.plan.items.get(usize::from(*at));
+                    item.is_some_and(|item| item.action.is_immediate() && item.autocontinue)
+                };
+                let next = self.current.saturating_add(1);
+                let end = (next..).find(|at| !immediate(at)).unwrap_or(next);
+                self.waiting = Some(Waiting { next, end, until, waited_s: 0.0 });
+                return Err(Otherwise::Jump(end));
+            }
+            Action::ChangeSpeed { .. }
+            | Action::LandStart
+            | Action::Nothing
+            | Action::Pass
+            | Action::SetHome { .. }
+            | Action::EnableFence(_) => {
+                self.act(self.current, demand, tick);
                 return Err(Otherwise::AtOnce);
             }
             Action::ChangeAltitude { altitude_m } => {
@@ -318,6 +437,52 @@ impl Mission {
             Action::Return => return Err(Otherwise::Home),
         };
         Ok(Task::Loiter(self.circle(&circle, until, demand, tick)))
+    }
+
+    /// Does what an item without a place does.
+    fn act(&mut self, number: u16, demand: &mut Demand, tick: &mut Tick) {
+        let at = usize::from(number);
+        match self.plan.items.get(at).map(|item| item.action) {
+            Some(Action::ChangeSpeed { airspeed }) => {
+                // The check of the plan did not know the altitude.
+                let rules = tick.situation.rules;
+                demand.airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, demand.altitude_m);
+            }
+            Some(Action::SetHome { place }) => {
+                let place = place.unwrap_or(tick.situation.place);
+                *tick.home = Some(Site::at(place));
+                (tick.publish)(VehicleEvent::Home(place));
+            }
+            Some(Action::EnableFence(enabled)) => tick.fence.is_off = !enabled,
+            Some(Action::Pass) => {
+                if let Some(times @ 0) = self.jumped.get_mut(at) {
+                    *times = 1;
+                    (tick.publish)(VehicleEvent::ItemPassed(number));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Begins the items whose condition has come true.
+    fn run_waiting(&mut self, demand: &mut Demand, tick: &mut Tick) {
+        let Some(mut waiting) = self.waiting else { return };
+        waiting.waited_s += tick.situation.dt_s;
+        let target = self.flown.and_then(|flown| flown.target);
+        let is_over = match waiting.until {
+            Condition::Seconds(seconds) => waiting.waited_s >= seconds,
+            Condition::Within(metres) => target.is_some_and(|target| target.distance_m <= metres),
+        };
+        self.waiting = Some(waiting).filter(|_| !is_over);
+        for number in waiting.next..if is_over { waiting.end } else { waiting.next } {
+            let item = self.plan.items.get(usize::from(number));
+            if let Some(Action::Wait(until)) = item.map(|item| item.action) {
+                let next = number.saturating_add(1);
+                self.waiting = Some(Waiting { next, until, waited_s: 0.0, ..waiting });
+                return;
+            }
+            self.act(number, demand, tick);
+        }
     }
 
     fn leg(
@@ -334,7 +499,7 @@ impl Mission {
         let from = self.previous.unwrap_or(here);
         let jumped_back = core::mem::take(&mut self.jumped_back);
         let phase = if jumped_back { LegPhase::Revisit } else { LegPhase::ToWaypoint };
-        Leg { from, to, acceptance_m, next: self.next_point(tick.home), ramp, phase }
+        Leg { from, to, acceptance_m, next: self.next_point(*tick.home), ramp, phase }
     }
 
     fn circle(&self, circle: &Circle, until: Until, demand: &mut Demand, tick: &Tick) -> Loiter {
@@ -353,7 +518,7 @@ impl Mission {
         Loiter {
             orbit,
             until,
-            next: self.next_point(tick.home),
+            next: self.next_point(*tick.home),
             ramp,
             altitude_m,
             resumed: false,
@@ -393,15 +558,14 @@ impl Mission {
         for _ in 0..STEPS_MAX {
             let item = self.plan.items.get(usize::from(at))?;
             match item.action {
-                Action::Waypoint { point, .. } => return point.place.map(Site::at),
                 Action::Return => return home,
-                Action::ChangeSpeed { .. } if item.autocontinue => at = at.saturating_add(1),
+                action if action.is_immediate() && item.autocontinue => at = at.saturating_add(1),
                 Action::Jump { to, times } => {
                     let jumped = self.jumped.get(usize::from(at)).copied().unwrap_or(0);
                     let leads_on = times.is_none_or(|times| jumped < times);
                     at = if leads_on { to } else { at.saturating_add(1) };
                 }
-                other => return other.circle()?.centre.place.map(Site::at),
+                action => return action.place().map(Site::at),
             }
         }
         None

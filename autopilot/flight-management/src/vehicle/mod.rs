@@ -11,7 +11,9 @@ use flight_control::guidance::{Horizontal, hold_course};
 use flight_control::{Demand, NavigationState};
 use icd::SimTime;
 
+pub mod fence;
 pub mod geodesy;
+mod landing;
 mod mission;
 mod modes;
 pub mod plan;
@@ -19,6 +21,7 @@ mod request;
 pub mod rules;
 pub mod schedule;
 
+use fence::{Fence, FenceAction, FenceChange, FenceWatch, RallyPoint};
 use geodesy::{Horizon, LocalAxes, Site};
 use mission::{Flight, Mission};
 use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position, check_sticks};
@@ -52,6 +55,13 @@ pub struct Vehicle {
     /// The mode that this has selected, and the one before. `None` once the operator or the plan has selected a mode.
     undo: Option<(Mode, Mode)>,
     home: Option<Site>,
+    fence: Arc<Fence>,
+    watch: FenceWatch,
+    rally: Arc<[RallyPoint]>,
+    /// Rally point to which Return flies; `None`: home.
+    refuge: Option<RallyPoint>,
+    /// Location at the last tick.
+    place: Option<Place>,
     axes: Option<LocalAxes>,
     wind: WindEstimate,
     altitude: AltitudeDemand,
@@ -73,7 +83,8 @@ impl Vehicle {
         let schedule = core::mem::take(&mut self.schedule);
         let mut mission = core::mem::take(&mut self.mission);
         mission.rewind();
-        *self = Self { mission, ..Self::new(schedule) };
+        let (fence, rally) = (Arc::clone(&self.fence), Arc::clone(&self.rally));
+        *self = Self { mission, fence, rally, ..Self::new(schedule) };
     }
 
     pub fn references(&self) -> &ReferenceSchedule {
@@ -133,6 +144,10 @@ impl Vehicle {
         // Microseconds between two ticks.
         let dt_s = (time.micros_since(before) as f64 * 1.0e-6).min(DT_MAX_S);
         self.see(state);
+        self.place = Some(Place::of(state));
+        if self.demand.is_some() && self.has_fence(rules) {
+            self.watch_fence(state, rules, dt_s, publish);
+        }
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
         let mut altitude_m = None;
@@ -185,7 +200,8 @@ impl Vehicle {
         publish: Publish,
     ) -> Option<Flown> {
         if self.mode == Mode::Mission {
-            let mut tick = mission::Tick { situation, home: self.home, publish };
+            let Self { home, watch: fence, .. } = self;
+            let mut tick = mission::Tick { situation, home, fence, publish };
             match self.mission.fly(demand, &mut tick) {
                 Flight::Fly(flown) => return Some(flown),
                 Flight::Complete(around) => {
@@ -194,7 +210,7 @@ impl Vehicle {
                 }
                 Flight::Home => {
                     self.mode = Mode::Return;
-                    demand.altitude_m = situation.rules.return_altitude_m();
+                    demand.altitude_m = self.choose_refuge(situation.rules);
                 }
             }
             // The plan has just ended.
@@ -205,7 +221,10 @@ impl Vehicle {
             Mode::Mission => None,
             Mode::Position => self.position.fly(situation, demand),
             Mode::Hold => Some(self.hold.fly(situation, demand)),
-            Mode::Return => self.home.map(|home| Orbit::around(home).fly(situation, demand)),
+            Mode::Return => {
+                let refuge = self.refuge.map(|point| Site::at(point.place)).or(self.home);
+                refuge.map(|refuge| Orbit::around(refuge).fly(situation, demand))
+            }
             Mode::Offboard => self.offboard.fly(situation, demand),
             Mode::Altitude => {
                 self.pilot.fly(situation, demand);
@@ -266,8 +285,9 @@ impl Vehicle {
             Mode::Hold => self.hold = Hold::default(),
             Mode::Mission => self.mission.start(),
             Mode::Return => {
+                let altitude_m = self.choose_refuge(rules);
                 if let Some(demand) = self.demand.as_mut() {
-                    demand.altitude_m = rules.return_altitude_m();
+                    demand.altitude_m = altitude_m;
                 }
             }
             Mode::Offboard => self.offboard = Offboard::default(),
@@ -401,6 +421,107 @@ impl Vehicle {
             publish(VehicleEvent::PlanItem(item));
         }
         Ok(())
+    }
+
+    /// Replaces the fence; an empty one removes it.
+    pub fn replace_fence(&mut self, fence: &Arc<Fence>) {
+        self.fence = Arc::clone(fence);
+        self.watch = FenceWatch::default();
+    }
+
+    /// Replaces the rally points.
+    ///
+    /// # Errors
+    /// One is beyond the fence.
+    pub fn replace_rally(&mut self, rally: &Arc<[RallyPoint]>) -> Result<(), VehicleRefusal> {
+        for (item, point) in (0..).zip(rally.iter()) {
+            check_place(point.place)?;
+            if self.fence.breach(point.place).is_some() {
+                return Err(VehicleRefusal::RallyBeyondFence { item });
+            }
+        }
+        self.rally = Arc::clone(rally);
+        Ok(())
+    }
+
+    /// Switches the fence on or off.
+    pub fn enable_fence(&mut self, enabled: bool) {
+        self.watch.is_off = !enabled;
+    }
+
+    /// Whether there is anything to watch: flights without a fence pay nothing for it.
+    fn has_fence(&self, rules: &Rules) -> bool {
+        let NavigationParameters { fence_max_m, fence_min_m, .. } = rules.navigation;
+        !self.fence.areas().is_empty() || fence_max_m > 0.0 || fence_min_m > 0.0
+    }
+
+    fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
+        let mut watched = *rules;
+        if self.mode == Mode::Mission && self.mission.is_near_ground() {
+            watched.navigation.fence_min_m = 0.0;
+        }
+        // The wind does not matter here.
+        let situation = Situation::new(state, &watched, &mut None, dt_s);
+        let fence = Arc::clone(&self.fence);
+        let Some(change) = self.watch.step(&fence, &situation) else { return };
+        publish(VehicleEvent::Fence(change));
+        let action = rules.navigation.fence_action;
+        if self.terminated || change == FenceChange::Back {
+            return;
+        }
+        self.undo = None;
+        match action {
+            FenceAction::Nothing | FenceAction::Report => {}
+            FenceAction::Hold => self.enter(Mode::Hold, rules, publish),
+            FenceAction::Land if self.land(rules, publish).is_ok() => {}
+            FenceAction::Land | FenceAction::Return => self.enter(Mode::Return, rules, publish),
+            FenceAction::Terminate => self.terminate(publish),
+        }
+    }
+
+    /// Chooses where Return flies to: the nearest of home and the rally points inside the fence. Its altitude, m.
+    fn choose_refuge(&mut self, rules: &Rules) -> f64 {
+        self.refuge = None;
+        let Some(here) = self.place else { return rules.return_altitude_m() };
+        let distance_m = |place: Place| Horizon::at(here).offset(&Site::at(place)).norm();
+        let mut nearest_m = self.home.map_or(f64::INFINITY, |home| distance_m(home.place()));
+        for point in self.rally.iter().filter(|point| self.fence.breach(point.place).is_none()) {
+            if distance_m(point.place) < nearest_m {
+                (nearest_m, self.refuge) = (distance_m(point.place), Some(*point));
+            }
+        }
+        let altitude_m = self.refuge.map(|point| rules.nearest_altitude_m(point.altitude_m));
+        altitude_m.unwrap_or_else(|| rules.return_altitude_m())
+    }
+
+    /// Begins the landing of the plan, in Mission.
+    pub fn land(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        let from = self.place.ok_or(VehicleRefusal::NoFlight)?;
+        let item = self.mission.landing(from).ok_or(VehicleRefusal::NoLanding)?;
+        self.select_item(item, publish)?;
+        self.change_mode(Mode::Mission, rules, publish)
+    }
+
+    /// Ends the approach under way: climbs to an altitude, m, and flies the landing of the plan again.
+    pub fn go_around(
+        &mut self,
+        altitude_m: Option<f64>,
+        rules: &Rules,
+    ) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        rules.check_some(None, altitude_m)?;
+        if self.mode != Mode::Mission {
+            return Err(VehicleRefusal::NoApproach);
+        }
+        self.mission.go_around(altitude_m)
+    }
+
+    /// The aircraft is on the ground.
+    pub fn touch_down(&mut self, publish: Publish) {
+        if self.mode == Mode::Mission {
+            self.mission.touch_down(publish);
+        }
     }
 
     pub fn set_home(&mut self, place: Place, publish: Publish) -> Result<(), VehicleRefusal> {

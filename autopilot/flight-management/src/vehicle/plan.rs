@@ -3,7 +3,7 @@
 pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
-use crate::vehicle::rules::{RADIUS_MAX_M, Rules, check_radius, within};
+use crate::vehicle::rules::{RADIUS_MAX_M, Rules, check_place, check_radius, within};
 use serde::{Deserialize, Serialize};
 
 /// Items that a plan may have.
@@ -81,32 +81,90 @@ pub enum Action {
     },
     /// Fly home and circle there (NAV_RETURN_TO_LAUNCH).
     Return,
+    /// Climb straight ahead to this altitude above the ellipsoid, m (NAV_TAKEOFF). Nothing if the aircraft is there already.
+    Takeoff { altitude_m: f64 },
+    /// Glide to this point and land (NAV_LAND).
+    Land {
+        place: Place,
+        /// Altitude of the point, m.
+        altitude_m: f64,
+        /// Altitude of a go-around, m; `None`: that at which the approach began.
+        abort_m: Option<f64>,
+    },
+    /// Beginning of a landing; nothing by itself (DO_LAND_START).
+    LandStart,
+    /// Has a meaning for other vehicles or for other items only.
+    Nothing,
+    /// For equipment that is not on board: flown past and reported.
+    Pass,
+    /// Move home, to the place of the aircraft if there is none (DO_SET_HOME).
+    SetHome { place: Option<Place> },
+    /// Switch the fence on or off (DO_FENCE_ENABLE).
+    EnableFence(bool),
+    /// The items without a place that follow wait until then; the aircraft flies to the next point meanwhile.
+    Wait(Condition),
+}
+
+/// Condition of an item that holds up others.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum Condition {
+    /// Simulation time, s (CONDITION_DELAY).
+    Seconds(f64),
+    /// Distance to the next point, m (CONDITION_DISTANCE).
+    Within(f64),
 }
 
 /// Most turns of a circle.
 const TURNS_MAX: f64 = 1_000.0;
 /// Longest time on a circle, s: a day.
 const SECONDS_MAX: f64 = 86_400.0;
+/// Largest distance of a condition, m: half way round the Earth.
+const DISTANCE_MAX_M: f64 = 2.0e7;
+
+/// A landing point is on the ground within this, m: plans have their altitudes from maps.
+const ON_GROUND_M: f64 = 10.0;
 
 impl Plan {
-    /// Checks every item against the limits.
+    /// Checks every item against the limits; the first problem.
     pub fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
         let count = self.items.len();
         if count > ITEMS_MAX {
             return Err(VehicleRefusal::PlanTooLong { items: count, max: ITEMS_MAX });
         }
-        for (number, item) in (0_u16..).zip(&self.items) {
-            item.action.check(rules).map_err(|refusal| match refusal {
+        self.problems(rules).next().map_or(Ok(()), |(item, refusal)| {
+            Err(match refusal {
                 VehicleRefusal::OutOfRange { what, unit, value, min, max } => {
-                    VehicleRefusal::ItemOutOfRange { item: number, what, unit, value, min, max }
+                    VehicleRefusal::ItemOutOfRange { item, what, unit, value, min, max }
                 }
                 other => other,
-            })?;
-            if let Action::Jump { to, times } = item.action {
-                self.check_jump(number, to, times)?;
-            }
-        }
-        Ok(())
+            })
+        })
+    }
+
+    /// What is wrong, by the number of the item.
+    pub fn problems(&self, rules: &Rules) -> impl Iterator<Item = (u16, VehicleRefusal)> {
+        (0_u16..).zip(&self.items).filter_map(|(number, item)| {
+            let checked = match item.action {
+                Action::Jump { to, times } => self.check_jump(number, to, times),
+                action if self.is_near_ground(number, rules) => action.check(&rules.near_ground()),
+                action => action.check(rules),
+            };
+            checked.err().map(|refusal| (number, refusal))
+        })
+    }
+
+    /// Whether an item below the altitude limit follows a takeoff or leads to a landing: between them are only items
+    /// that are as low, or have no altitude.
+    pub fn is_near_ground(&self, number: u16, rules: &Rules) -> bool {
+        let low = |item: &&Item| {
+            item.action.altitude_m().is_none_or(|altitude| altitude < rules.limits.altitude_min_m)
+        };
+        let (before, behind) = self.items.split_at(usize::from(number).min(self.items.len()));
+        let is_takeoff = |item: &Item| matches!(item.action, Action::Takeoff { .. });
+        let is_landing = |item: &Item| matches!(item.action, Action::Land { .. });
+        behind.first().is_some_and(|item| low(&item))
+            && (before.iter().rev().take_while(low).any(is_takeoff)
+                || behind.iter().take_while(low).any(|item| is_takeoff(item) || is_landing(item)))
     }
 
     /// Checks that a jump arrives and, if it has no end, does not return to itself without an item flown between. Counted
@@ -125,7 +183,7 @@ impl Plan {
             match item.action {
                 Action::Jump { to, times: None } => at = to,
                 Action::Jump { times: Some(_), .. } => at += 1,
-                Action::ChangeSpeed { .. } if item.autocontinue => at += 1,
+                action if action.is_immediate() && item.autocontinue => at += 1,
                 _ => return Ok(()),
             }
         }
@@ -150,27 +208,70 @@ impl Action {
         }
     }
 
-    fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
-        if let Some(Circle { centre, radius_m, .. }) = self.circle() {
-            rules.check_some(centre.place, centre.altitude_m)?;
-            check_radius(*radius_m)?;
+    /// The place that the item flies to.
+    pub const fn place(&self) -> Option<Place> {
+        match (self, self.circle()) {
+            (Self::Waypoint { point, .. }, _) => point.place,
+            (Self::Land { place, .. }, _) => Some(*place),
+            (_, Some(circle)) => circle.centre.place,
+            _ => None,
         }
+    }
+
+    /// The altitude that the item flies to, m.
+    pub const fn altitude_m(&self) -> Option<f64> {
+        match (self, self.circle()) {
+            (Self::Waypoint { point, .. }, _) => point.altitude_m,
+            (
+                Self::Land { altitude_m, .. }
+                | Self::Takeoff { altitude_m }
+                | Self::ChangeAltitude { altitude_m },
+                _,
+            ) => Some(*altitude_m),
+            (_, Some(circle)) => circle.centre.altitude_m,
+            _ => None,
+        }
+    }
+
+    /// The item takes no time: the next one begins at once.
+    pub const fn is_immediate(&self) -> bool {
+        matches!(
+            self,
+            Self::ChangeSpeed { .. }
+                | Self::LandStart
+                | Self::Nothing
+                | Self::Pass
+                | Self::SetHome { .. }
+                | Self::EnableFence(_)
+                | Self::Wait(_)
+        )
+    }
+
+    fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
+        if let Self::Land { place, altitude_m, abort_m } = *self {
+            check_place(place)?;
+            within("landing point: altitude", "m", altitude_m, (-ON_GROUND_M, ON_GROUND_M))?;
+            return rules.check_some(None, abort_m);
+        }
+        rules.check_some(self.place(), self.altitude_m())?;
+        check_radius(self.circle().and_then(|circle| circle.radius_m))?;
         match *self {
-            Self::Waypoint { point, acceptance_m } => {
-                rules.check_some(point.place, point.altitude_m)?;
+            Self::Waypoint { acceptance_m, .. } => {
                 let acceptance_m = acceptance_m.unwrap_or(0.0);
                 within("acceptance radius", "m", acceptance_m, (0.0, RADIUS_MAX_M))
             }
             Self::LoiterTurns { turns, .. } => {
                 within("number of turns", "turns", turns, (0.0, TURNS_MAX))
             }
-            Self::LoiterTime { seconds, .. } => within("time", "s", seconds, (0.0, SECONDS_MAX)),
+            Self::LoiterTime { seconds, .. } | Self::Wait(Condition::Seconds(seconds)) => {
+                within("time", "s", seconds, (0.0, SECONDS_MAX))
+            }
+            Self::Wait(Condition::Within(metres)) => {
+                within("distance", "m", metres, (0.0, DISTANCE_MAX_M))
+            }
             Self::ChangeSpeed { airspeed } => rules.limits.check_airspeed(airspeed),
-            Self::ChangeAltitude { altitude_m } => rules.check_some(None, Some(altitude_m)),
-            Self::LoiterUnlimited(_)
-            | Self::LoiterToAltitude(_)
-            | Self::Jump { .. }
-            | Self::Return => Ok(()),
+            Self::SetHome { place } => rules.check_some(place, None),
+            _ => Ok(()),
         }
     }
 }

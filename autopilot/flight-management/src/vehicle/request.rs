@@ -2,6 +2,7 @@
 
 use core::fmt;
 
+use super::fence::FenceChange;
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
 use icd::Ned;
@@ -188,6 +189,15 @@ pub enum VehicleRefusal {
     /// The mode determines the altitude.
     #[error("{0} sets the altitude itself: change to Hold first")]
     AltitudeIsTaken(Mode),
+    /// A return must not lead beyond the fence.
+    #[error("item {item}: rally point is beyond the fence")]
+    RallyBeyondFence { item: u16 },
+    /// A go-around without a landing to end.
+    #[error("no landing is under way")]
+    NoApproach,
+    /// The plan has no landing, or there is none.
+    #[error("the plan has no landing (NAV_LAND)")]
+    NoLanding,
     /// No plant, or a silent one: there is no aircraft to command.
     #[error("no aircraft is connected")]
     NoFlight,
@@ -222,6 +232,7 @@ impl VehicleRefusal {
                 | Self::NoSuchItem { .. }
                 | Self::EndlessJump { .. }
                 | Self::PlanTooLong { .. }
+                | Self::RallyBeyondFence { .. }
                 | Self::FaultInjectionOff
         )
     }
@@ -312,8 +323,12 @@ pub enum VehicleEvent {
     PlanItem(u16),
     /// The aircraft has reached this item of the plan.
     ItemReached(u16),
+    /// The aircraft lacks the equipment that this item is for, and flies past it.
+    ItemPassed(u16),
     /// The last item of the plan is done.
     PlanComplete,
+    /// The aircraft is beyond the fence, or back inside.
+    Fence(FenceChange),
     /// Home was moved to here.
     Home(Place),
     /// The flight was terminated.

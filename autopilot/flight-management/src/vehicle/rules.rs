@@ -5,6 +5,7 @@ use flight_control::design_model::atmosphere;
 use flight_control::{Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
+use super::fence::FenceAction;
 use super::request::{Airspeed, Place, Reference, VehicleRefusal};
 
 /// Parameters of the guidance.
@@ -26,6 +27,16 @@ pub struct NavigationParameters {
     pub return_altitude_m: f64,
     /// Fastest change of a roll reference that the guidance commands, deg/s.
     pub roll_slew_deg_s: f64,
+    /// Steepness of the glide to a landing, deg.
+    pub landing_angle_deg: f64,
+    /// Calibrated airspeed of an approach, m/s; 0: the lowest reference.
+    pub landing_airspeed_m_s: f64,
+    /// Sink rate at the touchdown, m/s.
+    pub touchdown_m_s: f64,
+    pub fence_action: FenceAction,
+    /// Highest and lowest altitude of the fence above home, m; 0: none.
+    pub fence_max_m: f64,
+    pub fence_min_m: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -138,6 +149,18 @@ impl Rules {
     /// The rules of a set of parameters.
     pub fn new(limits: ReferenceLimits, navigation: NavigationParameters, gains: &Gains) -> Self {
         Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
+    }
+
+    /// The same for items that take off or land: down to the ground, which is at altitude zero.
+    pub fn near_ground(&self) -> Self {
+        let limits = ReferenceLimits { altitude_min_m: 0.0, ..self.limits };
+        Self { limits, ..*self }
+    }
+
+    /// Calibrated airspeed of an approach, m/s.
+    pub fn approach_airspeed_m_s(&self) -> f64 {
+        let own_m_s = self.navigation.landing_airspeed_m_s;
+        if own_m_s > 0.0 { own_m_s } else { self.limits.airspeed_min_m_s }
     }
 
     /// An altitude counts as reached within this, m: the climb of the aircraft in a second.

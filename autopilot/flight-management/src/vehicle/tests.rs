@@ -3,6 +3,7 @@ use crate::configuration;
 use crate::parameters::Parameters;
 use flight_control::navigation::Validity;
 
+mod fences;
 mod loops;
 mod modes;
 mod plane;

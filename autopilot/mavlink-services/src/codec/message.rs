@@ -72,6 +72,8 @@ pub struct ListKind(pub u8);
 
 impl ListKind {
     pub const MISSION: Self = Self(0);
+    pub const FENCE: Self = Self(1);
+    pub const RALLY: Self = Self(2);
     pub const ALL: Self = Self(255);
 }
 

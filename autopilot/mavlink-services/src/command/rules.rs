@@ -17,7 +17,7 @@ type Ruling = Result<Decision, CommandError>;
 type Rule = fn(&CommandMessage, &mut Caller) -> Ruling;
 
 /// Number of each command (MAV_CMD), its name and its rule.
-const RULES: [(u16, &str, Rule); 34] = [
+const RULES: [(u16, &str, Rule); 36] = [
     (17, "NAV_LOITER_UNLIM", loiter),
     (20, "NAV_RETURN_TO_LAUNCH", return_home),
     (21, "NAV_LAND", land),
@@ -30,8 +30,10 @@ const RULES: [(u16, &str, Rule); 34] = [
     (185, "DO_FLIGHTTERMINATION", terminate),
     (186, "DO_CHANGE_ALTITUDE", change_altitude),
     (189, "DO_LAND_START", land),
+    (191, "DO_GO_AROUND", go_around),
     (192, "DO_REPOSITION", reposition),
     (193, "DO_PAUSE_CONTINUE", pause_or_continue),
+    (207, "DO_FENCE_ENABLE", enable_fence),
     (224, "DO_SET_MISSION_CURRENT", set_mission_item),
     (241, "PREFLIGHT_CALIBRATION", calibrate),
     (246, "PREFLIGHT_REBOOT_SHUTDOWN", restart),
@@ -173,11 +175,23 @@ fn take_off(_: &CommandMessage, caller: &mut Caller) -> Ruling {
     Err(CommandError::temporary(format!("Takeoff refused: {reason}")))
 }
 
-/// NAV_LAND, DO_LAND_START.
+/// NAV_LAND, DO_LAND_START: the landing of the plan, wherever the aircraft is.
 fn land(_: &CommandMessage, _: &mut Caller) -> Ruling {
-    Err(CommandError::unsupported(
-        "Landing refused: this aircraft has no landing gear and no runway",
-    ))
+    Ok(Decision::pass_on(VehicleCommand::Land))
+}
+
+/// DO_FENCE_ENABLE: p1 0 off, 1 on.
+fn enable_fence(command: &CommandMessage, _: &mut Caller) -> Ruling {
+    Ok(Decision::pass_on(VehicleCommand::EnableFence(flag("p1", command.params[0])?)))
+}
+
+/// DO_GO_AROUND: p1 altitude above home, 0 that of the landing item.
+fn go_around(command: &CommandMessage, caller: &mut Caller) -> Ruling {
+    let altitude_m = number("altitude p1", command.params[0])?.filter(|altitude| *altitude > 0.0);
+    if let Some(altitude_m) = altitude_m {
+        within(Reference::Altitude(altitude_m), caller.shared)?;
+    }
+    Ok(Decision::pass_on(VehicleCommand::GoAround(altitude_m)))
 }
 
 const CHANGE_MODE: u8 = 1;

@@ -1,25 +1,26 @@
-//! A plan during upload: every item is checked on receipt, and the whole plan takes effect at the end.
+//! A list during upload: all its items are received, then it is checked as a whole and takes effect as a whole.
 //!
-//! An item's command becomes an [`Action`]; its fields are finite numbers in range, or the reason of a refusal. Notes report
-//! the differences between an accepted item and its flight, once, when the plan is in force.
+//! An item's command becomes an [`Action`]; its fields are finite numbers in range, or the reason of a refusal. All that is
+//! wrong is listed. Notes report the differences between an accepted item and its flight, once, when the plan is in force.
 
-use ::mavlink::dialects::common::MavMissionResult as R;
-use ::mavlink::dialects::common::MavMissionResult::{
+pub use ::mavlink::dialects::common::MavMissionResult as R;
+pub use ::mavlink::dialects::common::MavMissionResult::{
     MAV_MISSION_INVALID_PARAM1 as P1, MAV_MISSION_INVALID_PARAM2 as P2,
     MAV_MISSION_INVALID_PARAM3 as P3, MAV_MISSION_INVALID_PARAM4 as P4,
     MAV_MISSION_INVALID_PARAM5_X as X, MAV_MISSION_INVALID_PARAM6_Y as Y,
     MAV_MISSION_INVALID_PARAM7 as Z,
 };
 
+use super::commands::*;
 use crate::codec::MissionItem;
 use crate::convert;
 use crate::mission::Stored;
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::plan::{Action, Circle, ITEMS_MAX, Item, Plan, Point};
+use flight_management::vehicle::plan::{Action, Circle, Condition, Item, Plan, Point};
 use flight_management::vehicle::rules::Rules;
-use flight_management::vehicle::{Airspeed, Place, Reference, Reposition};
+use flight_management::vehicle::{Airspeed, Place, Reference, Reposition, VehicleRefusal};
 
 /// Longest leg, m. A longer one ends on another continent: latitude and longitude exchanged, or a plan
 /// for another aircraft.
@@ -30,41 +31,19 @@ const LEG_MAX_M: f64 = 5.0e6;
 pub struct Draft {
     /// Number of items to come in all.
     pub count: u16,
-    wire: Vec<MissionItem<i32>>,
-    items: Vec<Item>,
-    /// Item 0, taken as home until an item shows that it is a waypoint.
-    home: Option<MissionItem<i32>>,
-    /// The last point so far.
-    place: Option<Place>,
-    /// Airspeed reference so far.
-    airspeed: Option<Airspeed>,
-    notes: Notes,
-}
-
-/// A plan whose items have all been received.
-#[derive(Debug)]
-pub struct Finished {
-    pub stored: Stored,
-    pub plan: Plan,
-    /// Differences between the two.
-    pub notes: Notes,
+    items: Vec<MissionItem<i32>>,
 }
 
 impl Draft {
-    /// Waits for this many items. `place` and `airspeed` are the present ones of the aircraft.
-    pub fn new(
-        count: u16,
-        place: Option<Place>,
-        airspeed: Option<Airspeed>,
-    ) -> Result<Self, Rejected> {
-        if usize::from(count) > ITEMS_MAX {
+    /// Waits for this many items.
+    pub fn new(count: u16, most: usize) -> Result<Self, Rejected> {
+        if usize::from(count) > most {
             return Err(Rejected {
                 result: R::MAV_MISSION_NO_SPACE,
-                reason: format!("{count} items are more than {ITEMS_MAX}"),
+                reason: format!("{count} items are more than {most}"),
             });
         }
-        let (wire, items, notes) = (Vec::new(), Vec::new(), Notes::default());
-        Ok(Self { count, wire, items, home: None, place, airspeed, notes })
+        Ok(Self { count, items: Vec::new() })
     }
 
     /// The item to request next.
@@ -77,83 +56,161 @@ impl Draft {
         self.next() >= self.count
     }
 
-    /// Adds the next item. An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the
-    /// targets of jumps stay right.
-    pub fn take(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
-        let seq = self.next();
-        // A plan of one item has nothing behind its home that could be flown.
-        let flown = if seq == 0 && self.count > 1 && may_be_home(item) {
-            self.home = Some(*item);
-            Item { action: Action::Jump { to: 1, times: None }, autocontinue: true }
+    /// Adds the next item.
+    pub fn take(&mut self, item: &MissionItem<i32>) {
+        self.items.push(*item);
+    }
+
+    /// The items.
+    pub fn finish(self) -> Vec<MissionItem<i32>> {
+        self.items
+    }
+}
+
+/// A plan that can be flown.
+#[derive(Debug)]
+pub struct Finished {
+    pub stored: Stored,
+    pub plan: Plan,
+    /// Differences between the two.
+    pub notes: Notes,
+}
+
+/// Place and airspeed of the aircraft, or where the items before have led.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Present {
+    pub place: Option<Place>,
+    pub airspeed: Option<Airspeed>,
+    /// Altitude of the home of the plan above sea level, m, where its items do not have it.
+    pub home_m: Option<f64>,
+}
+
+/// A plan during its check.
+struct Check<'a> {
+    rules: &'a Rules,
+    /// Altitude of home in the frames above sea level, m: it is on the ground, at altitude zero here.
+    home_m: f64,
+    present: Present,
+    notes: Notes,
+    /// All that is wrong, by the number of the item.
+    problems: Vec<(u16, Rejected)>,
+}
+
+/// The plan that these items are, or all that is wrong with them, at least one problem.
+///
+/// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right.
+pub fn check(
+    items: Vec<MissionItem<i32>>,
+    present: Present,
+    rules: &Rules,
+) -> Result<Finished, Vec<Rejected>> {
+    let home = home_of(&items, rules);
+    let home_m = home.map(|home| convert::decimal(home.z)).filter(|home_m| home_m.is_finite());
+    let home_m = home_m.or(present.home_m).unwrap_or(0.0);
+    let (notes, problems) = (Notes::default(), Vec::new());
+    let mut check = Check { rules, home_m, present, notes, problems };
+    let mut actions = Vec::with_capacity(items.len());
+    for (seq, item) in (0_u16..).zip(&items) {
+        let action = if seq == 0 && home.is_some() {
+            check.notes.add(Note::Home, 0);
+            Ok(Action::Jump { to: 1, times: None })
         } else {
-            self.settle_home(item, rules)?;
-            self.check(item, seq, rules)?
+            jump_of_tag(item, &items).map_or_else(|| check.action(item, seq), Ok)
         };
-        self.items.push(flown);
-        self.wire.push(*item);
-        Ok(())
+        let action = action.and_then(|action| check.follow(item, seq, action));
+        actions.push(action.unwrap_or_else(|rejected| {
+            check.problems.push((seq, rejected));
+            Action::Nothing
+        }));
     }
-
-    /// Decides what item 0 is when the first item that is flown arrives: a waypoint where that item is absolute too and
-    /// the altitude could be flown, else home.
-    fn settle_home(&mut self, item: &MissionItem<i32>, rules: &Rules) -> Result<(), Rejected> {
-        let Some(first) = self.home.take_if(|_| !is_immediate(item)) else { return Ok(()) };
-        let is_low = first.z <= 0.0 || f64::from(first.z) < rules.limits.altitude_min_m;
-        if !is_absolute(item) || is_low {
-            self.notes.add(Note::Home, 0);
-            return Ok(());
-        }
-        let waypoint = self.check(&first, 0, rules)?;
-        if let Some(item) = self.items.first_mut() {
-            *item = waypoint;
-        }
-        Ok(())
+    let item = |(action, item): (Action, &MissionItem<i32>)| Item {
+        action,
+        autocontinue: item.words.autocontinue,
+    };
+    let plan = Plan { id: 0, items: actions.into_iter().zip(&items).map(item).collect() };
+    let Check { notes, mut problems, .. } = check;
+    for (seq, refusal) in plan.problems(rules) {
+        let command = items.get(usize::from(seq)).map_or(0, |item| item.words.command);
+        problems.push((seq, of_limits(command, &refusal)));
     }
+    if problems.is_empty() {
+        let stored = Stored::new(items);
+        return Ok(Finished { plan: Plan { id: stored.id, ..plan }, stored, notes });
+    }
+    Err(Rejected::all(problems, &items))
+}
 
-    /// The item as flown. A delay is flown at the point before it.
-    fn check(
+/// Item 0, if it is home. The first item that is flown decides: a waypoint where that item is absolute too and the altitude
+/// could be flown, else home.
+fn home_of(items: &[MissionItem<i32>], rules: &Rules) -> Option<MissionItem<i32>> {
+    let [first, others @ ..] = items else { return None };
+    // A plan of one item has nothing behind its home that could be flown.
+    if others.is_empty() || !may_be_home(first) {
+        return None;
+    }
+    let is_low = first.z <= 0.0 || f64::from(first.z) < rules.limits.altitude_min_m;
+    let shows_waypoint = |item: &MissionItem<i32>| {
+        let takes_off = [TAKEOFF, VTOL_TAKEOFF].contains(&item.words.command);
+        is_absolute(item) && !takes_off && !is_low
+    };
+    let flown = others.iter().find(|item| !is_immediate(item));
+    (!flown.is_some_and(shows_waypoint)).then_some(*first)
+}
+
+/// A problem that the limits of the aircraft show.
+pub fn of_limits(command: u16, refusal: &VehicleRefusal) -> Rejected {
+    let result = match *refusal {
+        VehicleRefusal::OutOfRange { what, .. } => match what {
+            "latitude" => X,
+            "longitude" => Y,
+            "radius" if command != LOITER_TO_ALTITUDE => P3,
+            "number of turns" | "time" | "distance" => P1,
+            what if what.ends_with("altitude") => Z,
+            _ => P2,
+        },
+        VehicleRefusal::NoSuchItem { item, items } => {
+            let last = items.saturating_sub(1);
+            return Rejected::param(P1, format!("jump to item {item} is outside 0 to {last}"));
+        }
+        _ => R::MAV_MISSION_INVALID,
+    };
+    Rejected { result, reason: refusal.to_string() }
+}
+
+/// The jump to a tag (DO_JUMP_TAG) as one to the item behind it; none if this is no such item, or the tag does not exist.
+fn jump_of_tag(item: &MissionItem<i32>, items: &[MissionItem<i32>]) -> Option<Action> {
+    let [tag, times, ..] = item.params;
+    let is_it =
+        |other: &MissionItem<i32>| other.words.command == JUMP_TAG && other.params[0] == tag;
+    let place = items.iter().position(is_it).filter(|_| item.words.command == DO_JUMP_TAG)?;
+    jump(place as f32, times).ok()
+}
+
+impl Check<'_> {
+    /// Checks an action against the earlier ones, and records what it changes for the later ones. A delay is flown at the point
+    /// before it.
+    fn follow(
         &mut self,
         item: &MissionItem<i32>,
         seq: u16,
-        rules: &Rules,
-    ) -> Result<Item, Rejected> {
-        let mut taken = action(item, rules, &mut |note| self.notes.add(note, seq));
-        if let (DELAY, Ok(Action::LoiterTime { circle, .. })) = (item.words.command, &mut taken) {
-            circle.centre.place = self.place;
+        mut action: Action,
+    ) -> Result<Action, Rejected> {
+        if let (DELAY, Action::LoiterTime { circle, .. }) = (item.words.command, &mut action) {
+            circle.centre.place = self.present.place;
         }
-        let taken = taken.and_then(|action| self.follow(&action, rules).map(|()| action));
-        let action = taken.map_err(|Rejected { result, reason }| Rejected {
-            result,
-            reason: format!("item {seq}: {reason}"),
-        })?;
-        Ok(Item { action, autocontinue: item.words.autocontinue })
-    }
-
-    /// Checks an action against the earlier ones, and records what it changes for the later ones.
-    fn follow(&mut self, action: &Action, rules: &Rules) -> Result<(), Rejected> {
-        match action {
-            Action::Waypoint { point, .. } => self.go_to(point.place)?,
-            Action::LoiterUnlimited(circle)
-            | Action::LoiterToAltitude(circle)
-            | Action::LoiterTurns { circle, .. }
-            | Action::LoiterTime { circle, .. } => {
-                self.go_to(circle.centre.place)?;
-                self.circle(circle, rules);
-            }
-            Action::ChangeSpeed { airspeed } => self.airspeed = Some(*airspeed),
-            Action::Jump { to, .. } if *to >= self.count => {
-                let last = self.count.saturating_sub(1);
-                let reason = format!("jump to item {to} is outside 0 to {last}");
-                return Err(Rejected::param(P1, reason));
-            }
-            Action::ChangeAltitude { .. } | Action::Jump { .. } | Action::Return => {}
+        self.go_to(action.place())?;
+        if let Some(circle) = action.circle() {
+            self.circle(circle, seq);
         }
-        Ok(())
+        if let Action::ChangeSpeed { airspeed } = action {
+            self.present.airspeed = Some(airspeed);
+        }
+        Ok(action)
     }
 
     fn go_to(&mut self, place: Option<Place>) -> Result<(), Rejected> {
-        let (Some(from), Some(to)) = (self.place, place) else {
-            self.place = place.or(self.place);
+        let (Some(from), Some(to)) = (self.present.place, place) else {
+            self.present.place = place.or(self.present.place);
             return Ok(());
         };
         let distance_m = Horizon::at(from).offset(&Site::at(to)).norm();
@@ -162,13 +219,14 @@ impl Draft {
             let reason = format!("the way there, {way_km:.0} km, is longer than {most_km:.0} km");
             return Err(Rejected::param(X, reason));
         }
-        self.place = Some(to);
+        self.present.place = Some(to);
         Ok(())
     }
 
     /// A circle that is too small at the airspeed it will have is widened.
-    fn circle(&mut self, circle: &Circle, rules: &Rules) {
-        let (Some(radius_m), Some(airspeed)) = (circle.radius_m, self.airspeed) else {
+    fn circle(&mut self, circle: &Circle, seq: u16) {
+        let rules = self.rules;
+        let (Some(radius_m), Some(airspeed)) = (circle.radius_m, self.present.airspeed) else {
             return;
         };
         // Higher up the true airspeed is larger, so the note claims no more than is certain.
@@ -176,151 +234,202 @@ impl Draft {
         let airspeed_m_s = airspeed.true_m_s(altitude_m);
         let needed_m = rules.smallest_circle_m(airspeed_m_s);
         if radius_m < needed_m {
-            self.notes.add(Note::Widened { airspeed_m_s, radius_m: needed_m }, self.next());
+            self.notes.add(Note::Widened { airspeed_m_s, radius_m: needed_m }, seq);
         }
     }
 
-    /// The plan, once it is complete.
-    pub fn finish(mut self) -> Finished {
-        // Nothing behind item 0 was flown, so nothing has shown that it is a waypoint.
-        if self.home.is_some() {
-            self.notes.add(Note::Home, 0);
+    /// The action of an item.
+    fn action(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<Action, Rejected> {
+        let [p1, p2, p3, p4] = item.params;
+        match item.words.command {
+            WAYPOINT => self.waypoint(item, seq),
+            SPLINE_WAYPOINT | ARC_WAYPOINT => {
+                self.notes.add(Note::Straight, seq);
+                let point = self.point(item, seq, Zeros::AreThere)?;
+                Ok(Action::Waypoint { point, acceptance_m: None })
+            }
+            LOITER_UNLIMITED => Ok(Action::LoiterUnlimited(self.loiter(item, seq, P3, p3)?)),
+            LOITER_TURNS => {
+                number(P2, HEADING, p2)?;
+                let turns = positive(P1, "number of turns", p1)?;
+                Ok(Action::LoiterTurns { circle: self.loiter(item, seq, P3, p3)?, turns })
+            }
+            LOITER_TIME => {
+                number(P2, HEADING, p2)?;
+                let seconds = positive(P1, "time", p1)?;
+                Ok(Action::LoiterTime { circle: self.loiter(item, seq, P3, p3)?, seconds })
+            }
+            LOITER_TO_ALTITUDE => {
+                number(P1, HEADING, p1)?;
+                self.needed_altitude(item, seq)?;
+                Ok(Action::LoiterToAltitude(self.loiter(item, seq, P2, p2)?))
+            }
+            RETURN => Ok(Action::Return),
+            TAKEOFF | VTOL_TAKEOFF => {
+                place(item, Zeros::AreHere)?;
+                Ok(Action::Takeoff { altitude_m: self.needed_altitude(item, seq)? })
+            }
+            LAND | VTOL_LAND => self.land(item, seq),
+            CHANGE_ALTITUDE => {
+                // Whether to climb or to descend follows from where the aircraft is.
+                let direction = number(P1, "direction", p1)?;
+                if direction.is_some_and(|way| ![0.0, 1.0, 2.0].contains(&way)) {
+                    return Err(Rejected::param(P1, format!("direction {p1} is not 0, 1 or 2")));
+                }
+                Ok(Action::ChangeAltitude { altitude_m: self.needed_altitude(item, seq)? })
+            }
+            DELAY => delay(p1, [p2, p3, p4]),
+            CONDITION_DELAY => Ok(Action::Wait(Condition::Seconds(positive(P1, "delay", p1)?))),
+            CONDITION_DISTANCE => {
+                Ok(Action::Wait(Condition::Within(positive(P1, "distance", p1)?)))
+            }
+            CONDITION_YAW => {
+                self.notes.add(Note::Yaw, seq);
+                Ok(Action::Nothing)
+            }
+            JUMP => jump(p1, p2),
+            DO_JUMP_TAG => {
+                jump(p1, p2)?;
+                Err(Rejected::param(P1, format!("there is no JUMP_TAG ({JUMP_TAG}) {p1}")))
+            }
+            CHANGE_SPEED => self.change_speed(item.params, seq),
+            SET_HOME if p1 == 1.0 => Ok(Action::SetHome { place: None }),
+            SET_HOME => match place(item, Zeros::AreThere)? {
+                Some(place) => Ok(Action::SetHome { place: Some(place) }),
+                None => Err(Rejected::param(X, "it needs a place, or p1 = 1")),
+            },
+            FENCE_ENABLE => match number(P1, "p1", p1)?.unwrap_or(0.0) {
+                0.0 => Ok(Action::EnableFence(false)),
+                1.0 => Ok(Action::EnableFence(true)),
+                // 2 switches off the lowest altitude only.
+                _ => Ok(Action::Nothing),
+            },
+            LAND_START => Ok(Action::LandStart),
+            RETURN_PATH_START | JUMP_TAG | VTOL_TRANSITION => Ok(Action::Nothing),
+            command if is_for_equipment(command) => Ok(Action::Pass),
+            DO_CHANGE_ALTITUDE => {
+                let reason = "not for plans; use NAV_CONTINUE_AND_CHANGE_ALT (30)";
+                Err(Rejected::unsupported(reason))
+            }
+            _ => Err(Rejected::unsupported("not flown by this aircraft")),
         }
-        let stored = Stored::new(self.wire);
-        let plan = Plan { id: stored.id, items: self.items };
-        Finished { stored, plan, notes: self.notes }
+    }
+
+    /// p1 hold time, p2 acceptance radius, p3 pass radius, p4 yaw.
+    ///
+    /// An acceptance radius below the parameter is ignored: the turn would begin behind the point, kilometres
+    /// off the next leg. MAVSDK sends one to three metres where its user has chosen none.
+    fn waypoint(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<Action, Rejected> {
+        let [hold, acceptance, pass, _] = item.params;
+        if positive(P1, "hold time", hold)? > 0.0 {
+            self.notes.add(Note::HoldTime, seq);
+        }
+        if number(P3, "pass radius", pass)?.is_some_and(|radius| radius != 0.0) {
+            self.notes.add(Note::Pass, seq);
+        }
+        let acceptance_m = positive(P2, "acceptance radius", acceptance)?;
+        let is_used = acceptance_m >= self.rules.navigation.acceptance_m;
+        if acceptance_m > 0.0 && !is_used {
+            self.notes.add(Note::Acceptance, seq);
+        }
+        Ok(Action::Waypoint {
+            point: self.point(item, seq, Zeros::AreThere)?,
+            acceptance_m: is_used.then_some(acceptance_m),
+        })
+    }
+
+    /// p1 altitude of a go-around; the aircraft glides to the place.
+    fn land(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<Action, Rejected> {
+        let abort_m = number(P1, "altitude of a go-around", item.params[0])?;
+        let place = place(item, Zeros::AreHere)?.ok_or_else(no_place)?;
+        let altitude_m = self.altitude(item, seq)?.unwrap_or(0.0);
+        Ok(Action::Land { place, altitude_m, abort_m: abort_m.filter(|abort_m| *abort_m > 0.0) })
+    }
+
+    /// A circle around the place of the item; the sign of its radius is the direction. Without a radius it uses
+    /// that of the parameters. Without a place, an altitude of zero is none either.
+    fn loiter(
+        &mut self,
+        item: &MissionItem<i32>,
+        seq: u16,
+        param: R,
+        radius: f32,
+    ) -> Result<Circle, Rejected> {
+        let radius_m = number(param, "radius", radius)?.filter(|radius| *radius != 0.0);
+        let mut centre = self.point(item, seq, Zeros::AreHere)?;
+        if centre.place.is_none() && item.z == 0.0 {
+            centre.altitude_m = None;
+        }
+        Ok(Circle {
+            centre,
+            // Every radius below the smallest that can be flown is widened.
+            radius_m: radius_m.map(|radius| radius.abs().max(1.0)),
+            clockwise: radius_m.is_none_or(|radius| radius > 0.0),
+        })
+    }
+
+    /// p1 type, p2 speed, p3 throttle, p4 relative.
+    fn change_speed(
+        &mut self,
+        [kind, speed, throttle, relative]: [f32; 4],
+        seq: u16,
+    ) -> Result<Action, Rejected> {
+        let is_ground_speed = match number(P1, "type of speed", kind)? {
+            None | Some(AIRSPEED) => false,
+            Some(GROUND_SPEED) => true,
+            Some(_) => {
+                return Err(Rejected::param(P1, format!("type of speed {kind} is not 0 or 1")));
+            }
+        };
+        // 0, -1 and NaN all mean that none is given.
+        if number(P3, "throttle", throttle)?.is_some_and(|throttle| throttle > 0.0) {
+            self.notes.add(Note::Throttle, seq);
+        }
+        none(P4, relative, "only an absolute speed (p4 = 0)")?;
+        // 0, -1 (no change) and -2 (default) leave it as it is.
+        let Some(speed) = number(P2, "speed", speed)?.filter(|speed| *speed > 0.0) else {
+            return Ok(Action::Nothing);
+        };
+        if is_ground_speed {
+            self.notes.add(Note::GroundSpeed, seq);
+        }
+        let airspeed = if is_ground_speed { Airspeed::True } else { Airspeed::Calibrated };
+        Ok(Action::ChangeSpeed { airspeed: airspeed(speed) })
+    }
+
+    /// The place and the altitude of an item; values not given stay unchanged.
+    fn point(
+        &mut self,
+        item: &MissionItem<i32>,
+        seq: u16,
+        zeros: Zeros,
+    ) -> Result<Point, Rejected> {
+        Ok(Point { place: place(item, zeros)?, altitude_m: self.altitude(item, seq)? })
+    }
+
+    /// The altitude of an item above the ellipsoid, m. That above sea level counts from home, where the plan has one.
+    fn altitude(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<Option<f64>, Rejected> {
+        let altitude_m = altitude(item)?;
+        if altitude_m.is_some() && TERRAIN_FRAMES.contains(&item.words.frame) {
+            self.notes.add(Note::Terrain, seq);
+        }
+        if altitude_m.is_some() && self.home_m != 0.0 && is_absolute(item) {
+            self.notes.add(Note::SeaLevel, seq);
+        }
+        let above_m = if is_absolute(item) { self.home_m } else { 0.0 };
+        Ok(altitude_m.map(|altitude_m| altitude_m - above_m))
+    }
+
+    /// The altitude of an item that requires one.
+    fn needed_altitude(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<f64, Rejected> {
+        self.altitude(item, seq)?.ok_or_else(|| Rejected::param(Z, "it needs an altitude"))
     }
 }
 
-/// NAV_WAYPOINT; also the command of guided items.
-const WAYPOINT: u16 = 16;
-const LOITER_UNLIMITED: u16 = 17;
-const LOITER_TURNS: u16 = 18;
-const LOITER_TIME: u16 = 19;
-const RETURN: u16 = 20;
-const LAND: u16 = 21;
-const TAKEOFF: u16 = 22;
-const CHANGE_ALTITUDE: u16 = 30;
-const LOITER_TO_ALTITUDE: u16 = 31;
-const DELAY: u16 = 93;
-const JUMP: u16 = 177;
-const CHANGE_SPEED: u16 = 178;
-const DO_CHANGE_ALTITUDE: u16 = 186;
-
-/// The aircraft leaves circles with the nose to the next point, whether the item requests it or not.
+/// The aircraft leaves circles with the nose to the next point, whatever the item has here.
 const HEADING: &str = "heading required";
 const AIRSPEED: f64 = 0.0;
 const GROUND_SPEED: f64 = 1.0;
-
-/// The action of an item. `note` receives what is flown in another way than the item says.
-fn action(
-    item: &MissionItem<i32>,
-    rules: &Rules,
-    note: &mut impl FnMut(Note),
-) -> Result<Action, Rejected> {
-    let limits = &rules.limits;
-    let [p1, p2, p3, p4] = item.params;
-    match item.words.command {
-        WAYPOINT => waypoint(item, rules, note),
-        LOITER_UNLIMITED => Ok(Action::LoiterUnlimited(circle(item, P3, p3, rules)?)),
-        LOITER_TURNS => {
-            flag(P2, HEADING, p2)?;
-            let turns = positive(P1, "number of turns", p1)?;
-            Ok(Action::LoiterTurns { circle: circle(item, P3, p3, rules)?, turns })
-        }
-        LOITER_TIME => {
-            flag(P2, HEADING, p2)?;
-            let seconds = positive(P1, "time", p1)?;
-            let circle = circle(item, P3, p3, rules)?;
-            Ok(Action::LoiterTime { circle, seconds })
-        }
-        LOITER_TO_ALTITUDE => {
-            flag(P1, HEADING, p1)?;
-            needed_altitude(item, limits)?;
-            Ok(Action::LoiterToAltitude(circle(item, P2, p2, rules)?))
-        }
-        RETURN => Ok(Action::Return),
-        TAKEOFF => takeoff(item, rules, note),
-        CHANGE_ALTITUDE => {
-            // Whether to climb or to descend follows from where the aircraft is.
-            let direction = number(P1, "direction", p1)?;
-            if direction.is_some_and(|way| ![0.0, 1.0, 2.0].contains(&way)) {
-                return Err(Rejected::param(P1, format!("direction {p1} is not 0, 1 or 2")));
-            }
-            Ok(Action::ChangeAltitude { altitude_m: needed_altitude(item, limits)? })
-        }
-        DELAY => delay(p1, [p2, p3, p4]),
-        JUMP => jump(p1, p2),
-        CHANGE_SPEED => change_speed(item.params, rules, note),
-        LAND => Err(Rejected::unsupported("there is no landing; end with a circle (17) or 20")),
-        DO_CHANGE_ALTITUDE => {
-            let reason = "command 186 is not for plans; use NAV_CONTINUE_AND_CHANGE_ALT (30)";
-            Err(Rejected::unsupported(reason))
-        }
-        other => Err(Rejected::unsupported(format!("command {other} is not flown"))),
-    }
-}
-
-/// p1 hold time, p2 acceptance radius, p3 pass radius, p4 yaw.
-///
-/// An acceptance radius below the parameter is ignored: the turn would begin behind the point, kilometres
-/// off the next leg. MAVSDK sends one to three metres where its user has chosen none.
-fn waypoint(
-    item: &MissionItem<i32>,
-    rules: &Rules,
-    note: &mut impl FnMut(Note),
-) -> Result<Action, Rejected> {
-    let [hold, acceptance, pass, _] = item.params;
-    if positive(P1, "hold time", hold)? > 0.0 {
-        note(Note::HoldTime);
-    }
-    none(P3, pass, "only points to fly through, no pass radius")?;
-    let acceptance_m = positive(P2, "acceptance radius", acceptance)?;
-    let is_used = acceptance_m >= rules.navigation.acceptance_m;
-    if acceptance_m > 0.0 && !is_used {
-        note(Note::Acceptance);
-    }
-    Ok(Action::Waypoint {
-        point: point(item, Zeros::AreThere, &rules.limits)?,
-        acceptance_m: is_used.then_some(acceptance_m),
-    })
-}
-
-/// The aircraft flies already: it flies to the point, or without a point to the altitude.
-fn takeoff(
-    item: &MissionItem<i32>,
-    rules: &Rules,
-    note: &mut impl FnMut(Note),
-) -> Result<Action, Rejected> {
-    let point = point(item, Zeros::AreHere, &rules.limits)?;
-    note(Note::Takeoff);
-    if point.place.is_some() {
-        return Ok(Action::Waypoint { point, acceptance_m: None });
-    }
-    Ok(Action::ChangeAltitude { altitude_m: needed_altitude(item, &rules.limits)? })
-}
-
-/// A circle around the place of the item; the sign of its radius is the direction. Without a radius it uses
-/// that of the parameters; a radius that no allowed speed and bank can fly is refused.
-fn circle(
-    item: &MissionItem<i32>,
-    param: R,
-    radius: f32,
-    rules: &Rules,
-) -> Result<Circle, Rejected> {
-    let radius_m = number(param, "radius", radius)?.filter(|radius| *radius != 0.0);
-    let [slowest_m_s, _] = rules.limits.airspeeds_m_s(rules.limits.altitude_min_m);
-    let least_m = rules.smallest_circle_m(slowest_m_s);
-    if radius_m.is_some_and(|radius| radius.abs() < least_m) {
-        let reason = format!("radius {radius} m cannot be flown, it is below {least_m:.0} m");
-        return Err(Rejected::param(param, reason));
-    }
-    Ok(Circle {
-        centre: point(item, Zeros::AreHere, &rules.limits)?,
-        radius_m: radius_m.map(f64::abs),
-        clockwise: radius_m.is_none_or(|radius| radius > 0.0),
-    })
-}
 
 /// p1 seconds; the fields for a time of day are not supported.
 fn delay(seconds: f32, clock: [f32; 3]) -> Result<Action, Rejected> {
@@ -342,44 +451,16 @@ fn jump(to: f32, times: f32) -> Result<Action, Rejected> {
     Ok(Action::Jump { to, times })
 }
 
-/// p1 type, p2 speed, p3 throttle, p4 relative.
-fn change_speed(
-    [kind, speed, throttle, relative]: [f32; 4],
-    rules: &Rules,
-    note: &mut impl FnMut(Note),
-) -> Result<Action, Rejected> {
-    let airspeed: fn(f64) -> Airspeed = match number(P1, "type of speed", kind)? {
-        None | Some(AIRSPEED) => Airspeed::Calibrated,
-        Some(GROUND_SPEED) => {
-            note(Note::GroundSpeed);
-            Airspeed::True
-        }
-        Some(_) => {
-            return Err(Rejected::param(P1, format!("type of speed {kind} is not 0 or 1")));
-        }
-    };
-    // 0, -1 and NaN all mean that none is given.
-    if throttle > 0.0 {
-        return Err(Rejected::param(P3, "there is no throttle reference (p3)"));
-    }
-    none(P4, relative, "only an absolute speed (p4 = 0)")?;
-    let Some(airspeed) = number(P2, "speed", speed)?.map(airspeed) else {
-        return Err(Rejected::param(P2, "it needs a speed"));
-    };
-    let checked = rules.limits.check_airspeed(airspeed);
-    checked.map_err(|refusal| Rejected::param(P2, refusal.to_string()))?;
-    Ok(Action::ChangeSpeed { airspeed })
-}
-
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
 /// yaw (NaN) as its last parameter where nobody has given one.
-fn may_be_home(item: &MissionItem<i32>) -> bool {
+pub fn may_be_home(item: &MissionItem<i32>) -> bool {
     item.words.command == WAYPOINT && is_absolute(item) && item.params == [0.0; 4]
 }
 
 /// The item is not flown: the next one begins at once.
 fn is_immediate(item: &MissionItem<i32>) -> bool {
-    [JUMP, CHANGE_SPEED].contains(&item.words.command)
+    let command = item.words.command;
+    [JUMP, CHANGE_SPEED, SET_HOME, JUMP_TAG].contains(&command) || is_for_equipment(command)
 }
 
 /// `current` of a guided target.
@@ -400,16 +481,22 @@ pub fn guided_command(
     if item.words.command != WAYPOINT {
         return Err(Rejected::unsupported("a guided item is a NAV_WAYPOINT (16)"));
     }
-    if item.words.current == GUIDED_ALTITUDE {
-        return Ok(VehicleCommand::Refer(Reference::Altitude(needed_altitude(item, limits)?)));
+    let altitude_m = altitude(item)?;
+    if let Some(altitude_m) = altitude_m {
+        let checked = limits.check(Reference::Altitude(altitude_m), altitude_m);
+        checked.map_err(|refusal| Rejected::param(Z, refusal.to_string()))?;
     }
-    let point = point(item, Zeros::AreThere, limits)?;
-    if point.place.is_none() {
+    if item.words.current == GUIDED_ALTITUDE {
+        let altitude_m = altitude_m.ok_or_else(|| Rejected::param(Z, "it needs an altitude"))?;
+        return Ok(VehicleCommand::Refer(Reference::Altitude(altitude_m)));
+    }
+    let place = place(item, Zeros::AreThere)?;
+    if place.is_none() {
         return Err(Rejected::param(X, "a guided item needs a place"));
     }
     Ok(VehicleCommand::Reposition(Reposition {
-        place: point.place,
-        altitude_m: point.altitude_m,
+        place,
+        altitude_m,
         change_mode: true,
         ..Reposition::default()
     }))
@@ -428,7 +515,7 @@ enum Zeros {
 }
 
 /// A number; `None` for NaN, which means "not given".
-fn number(param: R, what: &str, value: f32) -> Result<Option<f64>, Rejected> {
+pub fn number(param: R, what: &str, value: f32) -> Result<Option<f64>, Rejected> {
     if value.is_infinite() {
         return Err(Rejected::param(param, format!("{what} is not finite")));
     }
@@ -453,45 +540,17 @@ fn none(param: R, value: f32, reason: &str) -> Result<(), Rejected> {
     }
 }
 
-/// A number that must be 0, 1 or not given.
-fn flag(param: R, what: &str, value: f32) -> Result<bool, Rejected> {
-    match value {
-        1.0 => Ok(true),
-        _ if value.is_nan() || value == 0.0 => Ok(false),
-        _ => Err(Rejected::param(param, format!("{what} {value} is not 0 or 1"))),
-    }
-}
-
 /// A whole number of up to 16 bits.
-fn word(param: R, what: &str, value: f32) -> Result<u16, Rejected> {
+pub fn word(param: R, what: &str, value: f32) -> Result<u16, Rejected> {
     convert::whole_number(value.into()).ok_or_else(|| {
         Rejected::param(param, format!("{what} {value} is no whole number of 0 to 65535"))
     })
 }
 
-/// The place and the altitude of an item; values not given stay unchanged.
-fn point(
-    item: &MissionItem<i32>,
-    zeros: Zeros,
-    limits: &ReferenceLimits,
-) -> Result<Point, Rejected> {
-    Ok(Point { place: place(item, zeros)?, altitude_m: altitude(item, limits)? })
-}
-
-/// The altitude of an item above the ellipsoid, m.
-fn altitude(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<Option<f64>, Rejected> {
+/// The altitude in the frame of an item, m.
+pub fn altitude(item: &MissionItem<i32>) -> Result<Option<f64>, Rejected> {
     check_frame(item)?;
-    let altitude_m = number(Z, "altitude", item.z)?;
-    if let Some(altitude_m) = altitude_m {
-        let checked = limits.check(Reference::Altitude(altitude_m), altitude_m);
-        checked.map_err(|refusal| Rejected::param(Z, refusal.to_string()))?;
-    }
-    Ok(altitude_m)
-}
-
-/// The altitude of an item that requires one.
-fn needed_altitude(item: &MissionItem<i32>, limits: &ReferenceLimits) -> Result<f64, Rejected> {
-    altitude(item, limits)?.ok_or_else(|| Rejected::param(Z, "it needs an altitude"))
+    number(Z, "altitude", item.z)
 }
 
 fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejected> {
@@ -517,6 +576,18 @@ fn place(item: &MissionItem<i32>, zeros: Zeros) -> Result<Option<Place>, Rejecte
     }))
 }
 
+/// MAV_FRAME of altitudes above the terrain, which is level here, at the altitude of home.
+const TERRAIN_FRAMES: [u8; 2] = [10, 11];
+
+fn no_place() -> Rejected {
+    Rejected::param(X, "it needs a place")
+}
+
+/// The place of an item that requires one.
+pub fn needed_place(item: &MissionItem<i32>) -> Result<Place, Rejected> {
+    place(item, Zeros::AreThere)?.ok_or_else(no_place)
+}
+
 /// Whether the altitude is above mean sea level.
 fn is_absolute(item: &MissionItem<i32>) -> bool {
     convert::FRAMES_SEA_LEVEL.contains(&item.words.frame)
@@ -524,10 +595,10 @@ fn is_absolute(item: &MissionItem<i32>) -> bool {
 
 fn check_frame(item: &MissionItem<i32>) -> Result<(), Rejected> {
     let frame = item.words.frame;
-    if convert::FRAMES_WITH_ALTITUDE.contains(&frame) {
+    if convert::GLOBAL_FRAMES.contains(&frame) {
         return Ok(());
     }
-    let reason = format!("frame {frame} is not 0, 3, 5 or 6");
+    let reason = format!("frame {frame} is not 0, 3, 5, 6, 10 or 11");
     Err(Rejected { result: R::MAV_MISSION_UNSUPPORTED_FRAME, reason })
 }
 
@@ -539,11 +610,24 @@ pub struct Rejected {
 
 impl Rejected {
     /// A parameter with a value that cannot be flown, by the result for it.
-    fn param(result: R, reason: impl Into<String>) -> Self {
+    pub fn param(result: R, reason: impl Into<String>) -> Self {
         Self { result, reason: reason.into() }
     }
 
-    fn unsupported(reason: impl Into<String>) -> Self {
+    /// The problems of items in their order, each with item and command.
+    pub fn all(mut problems: Vec<(u16, Self)>, items: &[MissionItem<i32>]) -> Vec<Self> {
+        // Stable: of one item in the order in which they were found.
+        problems.sort_by_key(|(seq, _)| *seq);
+        problems.into_iter().map(|(seq, rejected)| rejected.at(seq, items)).collect()
+    }
+
+    /// The same with item and command.
+    fn at(self, seq: u16, items: &[MissionItem<i32>]) -> Self {
+        let command = items.get(usize::from(seq)).map_or(0, |item| item.words.command);
+        Self { reason: format!("item {seq}: {}: {}", named(command), self.reason), ..self }
+    }
+
+    pub fn unsupported(reason: impl Into<String>) -> Self {
         Self { result: R::MAV_MISSION_UNSUPPORTED, reason: reason.into() }
     }
 }
@@ -559,7 +643,16 @@ pub enum Note {
     Acceptance,
     /// A speed over the ground.
     GroundSpeed,
-    Takeoff,
+    Throttle,
+    /// A waypoint with a pass radius.
+    Pass,
+    /// A spline or an arc.
+    Straight,
+    Yaw,
+    /// An altitude above the terrain.
+    Terrain,
+    /// An altitude above sea level in a plan with a home above it.
+    SeaLevel,
     /// A circle too small for this airspeed, m/s; it needs this radius, m.
     Widened {
         /// True airspeed when the circle begins, m/s.
@@ -576,7 +669,12 @@ impl Note {
             Self::HoldTime => "hold time is not flown, a wing cannot stand still".into(),
             Self::Acceptance => "acceptance radius is below NAV_ACC_RAD and not used".into(),
             Self::GroundSpeed => "ground speed is flown as true airspeed".into(),
-            Self::Takeoff => "takeoff is flown as a waypoint".into(),
+            Self::Throttle => "throttle is not used, the speed has its own law".into(),
+            Self::Pass => "pass radius is not used, the aircraft flies through the point".into(),
+            Self::Straight => "flown straight to its point".into(),
+            Self::Yaw => "a wing does not turn on the spot: not used".into(),
+            Self::Terrain => "altitude above terrain counts from home".into(),
+            Self::SeaLevel => "altitude above sea level counts from the home of the plan".into(),
             Self::Widened { airspeed_m_s, radius_m } => {
                 format!("at {airspeed_m_s:.0} m/s the circle needs {radius_m:.0} m and is widened")
             }

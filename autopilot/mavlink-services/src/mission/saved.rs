@@ -7,8 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
-use crate::mission::draft::{Draft, Finished, Notes, Rejected};
-use crate::mission::{MissionService, Stored};
+use crate::mission::draft::{self, Finished, Notes, Present};
+use crate::mission::{MissionService, Stored, texts_of};
 use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
 use flight_management::command::{Outcome, VehicleCommand};
@@ -127,13 +127,18 @@ impl MissionService {
         let Restoring::Waiting(saved) = std::mem::take(&mut self.restoring) else { return };
         let parameters = &shared.parameters;
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-        match checked(&saved, &rules) {
+        // The present place of the aircraft does not matter yet.
+        match draft::check(saved.0, Present::default(), &rules) {
             Ok(Finished { stored, plan, notes }) => {
                 if let Some(number) = shared.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
                     self.restoring = Restoring::Requested(number, Arc::new(stored), notes);
                 }
             }
-            Err(rejected) => report_refusal(&rejected.reason, now, shared),
+            Err(problems) => {
+                for text in texts_of(&problems) {
+                    report_refusal(&text, now, shared);
+                }
+            }
         }
     }
 
@@ -150,7 +155,7 @@ impl MissionService {
                 match outcome {
                     Outcome::Done => {
                         let text = format!("Mission of the last run: {} items", stored.count());
-                        self.store(&stored, shared);
+                        self.store(ListKind::MISSION, &stored, shared);
                         for text in core::iter::once(text).chain(notes.texts()) {
                             shared.texts.inform(now, text);
                         }
@@ -177,16 +182,6 @@ impl MissionService {
             shared.texts.warn(now, format!("The plan is not saved: {reason}"));
         }
     }
-}
-
-/// Adds the items one after the other, as an upload does. The present place of the aircraft does not matter yet.
-fn checked(saved: &SavedPlan, rules: &Rules) -> Result<Finished, Rejected> {
-    let count = u16::try_from(saved.count()).unwrap_or(u16::MAX);
-    let mut draft = Draft::new(count, None, None)?;
-    for item in &saved.0 {
-        draft.take(item, rules)?;
-    }
-    Ok(draft.finish())
 }
 
 fn report_refusal(reason: &str, now: WallTime, shared: &mut Shared) {

@@ -511,10 +511,12 @@ const fn number(text: &str) -> u8 {
     }
 }
 
-/// Capabilities of the services. No geofence and no rally points.
+/// Capabilities of the services.
 const CAPABILITIES: Capability = Capability::MAV_PROTOCOL_CAPABILITY_MISSION_INT
     .union(Capability::MAV_PROTOCOL_CAPABILITY_COMMAND_INT)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE)
+    .union(Capability::MAV_PROTOCOL_CAPABILITY_MISSION_FENCE)
+    .union(Capability::MAV_PROTOCOL_CAPABILITY_MISSION_RALLY)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_FTP)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_SET_ATTITUDE_TARGET)
     .union(Capability::MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED)

@@ -2,6 +2,8 @@
 
 pub(super) mod client;
 mod conversations;
+mod fences;
+mod files;
 mod garbage;
 mod guided;
 mod home;

@@ -6,5 +6,6 @@ mod damage;
 mod fault_known;
 mod isolation;
 mod laws;
+mod plans;
 mod script_flight;
 mod wls;

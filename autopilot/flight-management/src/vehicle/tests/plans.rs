@@ -2,7 +2,7 @@ use super::plane::{Plane, at, circle, item, plan, point, start, waypoint};
 use super::*;
 use crate::vehicle::Target;
 use crate::vehicle::VehicleEvent;
-use crate::vehicle::plan::{Action, Circle, Item, Point, Progress};
+use crate::vehicle::plan::{Action, Circle, Condition, Item, Point, Progress};
 
 const COMPLETE: VehicleEvent = VehicleEvent::PlanComplete;
 
@@ -291,4 +291,133 @@ fn a_new_flight_keeps_the_plan_and_restarts_it() {
     assert_eq!(plane.vehicle.mode(), Mode::Position);
     assert_eq!((navigation.item, navigation.items), (0, 2));
     assert_eq!(navigation.progress, Progress::NotStarted);
+}
+
+#[test]
+fn a_takeoff_in_the_air_climbs_straight_ahead_to_its_altitude_and_never_descends() {
+    let climb = item(Action::Takeoff { altitude_m: 5_600.0 });
+    let mut plane = Plane::begin(vec![climb, waypoint(0.0, 60.0, 5_600.0)]);
+    plane.fly_until(60.0, VehicleEvent::PlanItem(1));
+    assert!((plane.altitude_m - 5_600.0).abs() < 31.0, "{} m", plane.altitude_m);
+    assert!(plane.heading.abs() < 1.0e-3, "{} rad", plane.heading);
+    let mut plane = Plane::begin(vec![item(Action::Takeoff { altitude_m: 50.0 })]);
+    plane.fly_until(1.0, COMPLETE);
+    assert_eq!(plane.demand().altitude_m, 5_000.0);
+}
+
+#[test]
+fn items_below_the_limit_are_flown_beside_a_takeoff_or_a_landing_only() {
+    let land = item(Action::Land { place: at(60.0, 0.0), altitude_m: 0.0, abort_m: None });
+    let takeoff = item(Action::Takeoff { altitude_m: 100.0 });
+    let (low, high) = (waypoint(20.0, 0.0, 200.0), waypoint(30.0, 0.0, 5_000.0));
+    let mut plane = Plane::flying();
+    for good in [vec![takeoff, low, high], vec![high, low, low, land], vec![takeoff, low, land]] {
+        plane.load(&plan(good)).unwrap();
+    }
+    for bad in [vec![low, high], vec![takeoff, high, low, high, land], vec![high, low]] {
+        let refused = plane.load(&plan(bad)).unwrap_err();
+        assert!(refused.to_string().contains("altitude 200.0 m is outside"), "{refused}");
+    }
+}
+
+#[test]
+fn a_landing_glides_along_its_line_and_flares() {
+    let land = item(Action::Land { place: at(60.0, 0.0), altitude_m: 0.0, abort_m: None });
+    let mut plane = Plane::begin(vec![waypoint(20.0, 0.0, 600.0), land]);
+    plane.fly_until(400.0, VehicleEvent::PlanItem(1));
+    while plane.altitude_m > 300.0 {
+        plane.tick();
+    }
+    let left_m = plane.distance_m(at(60.0, 0.0));
+    assert!((left_m - 300.0 / libm::tan(3_f64.to_radians())).abs() < 3_000.0, "{left_m} m");
+    while plane.altitude_m > 0.0 {
+        plane.tick();
+    }
+    assert!((-2.0..-0.1).contains(&plane.climb_m_s), "{} m/s", plane.climb_m_s);
+    assert!(plane.vehicle.navigation().cross_track_m.abs() < 5.0);
+    plane.vehicle.touch_down(&mut |kind| plane.events.push(kind));
+    assert!(plane.events.ends_with(&[VehicleEvent::ItemReached(1), COMPLETE]));
+}
+
+#[test]
+fn a_go_around_climbs_straight_ahead_and_flies_the_landing_again() {
+    let land = item(Action::Land { place: at(60.0, 0.0), altitude_m: 0.0, abort_m: None });
+    let items = vec![item(Action::LandStart), waypoint(20.0, 0.0, 600.0), land];
+    let mut plane = Plane::begin(items);
+    let rules = plane.rules;
+    assert_eq!(plane.vehicle.go_around(None, &rules), Err(VehicleRefusal::NoApproach));
+    plane.fly_until(600.0, VehicleEvent::PlanItem(2));
+    while plane.altitude_m > 100.0 {
+        plane.tick();
+    }
+    plane.events.clear();
+    plane.vehicle.go_around(None, &rules).unwrap();
+    plane.fly_until(60.0, VehicleEvent::PlanItem(1));
+    assert!((plane.altitude_m - 600.0).abs() < 31.0, "{} m", plane.altitude_m);
+    assert_eq!(plane.begun(), [0, 1]);
+}
+
+#[test]
+fn a_command_to_land_leaves_an_endless_loop() {
+    let land = item(Action::Land { place: at(60.0, 0.0), altitude_m: 0.0, abort_m: None });
+    let mut plane = Plane::begin(vec![
+        waypoint(10.0, 0.0, 5_000.0),
+        waypoint(30.0, 0.0, 5_000.0),
+        jump(0, None),
+        item(Action::LandStart),
+        waypoint(20.0, 0.0, 600.0),
+        land,
+    ]);
+    plane.fly(200.0);
+    let rules = plane.rules;
+    plane.vehicle.land(&rules, &mut |_| {}).unwrap();
+    plane.fly(1.0);
+    assert_eq!(plane.vehicle.navigation().item, 4);
+    plane
+        .load(&plan(vec![waypoint(10.0, 0.0, 5_000.0), waypoint(20.0, 0.0, 600.0), land]))
+        .unwrap();
+    plane.vehicle.land(&rules, &mut |_| {}).unwrap();
+    plane.fly(0.1);
+    assert_eq!(plane.vehicle.navigation().item, 1, "the point before");
+    plane.load(&plan(vec![waypoint(10.0, 0.0, 5_000.0)])).unwrap();
+    assert_eq!(plane.vehicle.land(&rules, &mut |_| {}), Err(VehicleRefusal::NoLanding));
+}
+
+#[test]
+fn items_behind_a_condition_wait_for_it_while_the_aircraft_flies_on() {
+    let speed = item(Action::ChangeSpeed { airspeed: Airspeed::True(240.0) });
+    let home = item(Action::SetHome { place: None });
+    for (until, left_km) in [(Condition::Seconds(50.0), 46.8), (Condition::Within(20_000.0), 20.0)]
+    {
+        let plan = vec![item(Action::Wait(until)), speed, home, waypoint(60.0, 0.0, 5_000.0)];
+        let mut plane = Plane::begin(plan);
+        plane.fly(1.0);
+        assert_eq!(plane.vehicle.navigation().item, 3);
+        assert_eq!(plane.demand().airspeed_m_s, 264.0);
+        while plane.demand().airspeed_m_s > 240.0 {
+            plane.tick();
+        }
+        let left_m = plane.distance_m(at(60.0, 0.0));
+        assert!((left_m - 1.0e3 * left_km).abs() < 300.0, "{left_m} m");
+        let home = plane.vehicle.navigation().home.unwrap();
+        assert!(plane.distance_m(home) < 300.0);
+    }
+    let mut plane = Plane::begin(vec![
+        item(Action::Wait(Condition::Seconds(1_000.0))),
+        speed,
+        waypoint(20.0, 0.0, 5_000.0),
+    ]);
+    plane.fly_until(200.0, COMPLETE);
+    plane.fly(1_000.0);
+    assert_eq!(plane.demand().airspeed_m_s, 264.0, "the point came first");
+}
+
+#[test]
+fn an_item_without_its_equipment_is_reported_once_however_often_it_is_passed() {
+    let items =
+        vec![item(Action::Pass), waypoint(20.0, 0.0, 5_000.0), waypoint(20.0, 40.0, 5_000.0)];
+    let mut plane = Plane::begin([items, vec![jump(0, Some(2))]].concat());
+    plane.fly_until(3_000.0, COMPLETE);
+    let passed = plane.events.iter().filter(|kind| **kind == VehicleEvent::ItemPassed(0)).count();
+    assert_eq!(passed, 1);
 }

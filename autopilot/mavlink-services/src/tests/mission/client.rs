@@ -37,6 +37,8 @@ pub struct Client {
     pub address: Address,
     pub identity: Identity,
     pub manner: Manner,
+    /// The list that it uploads, downloads and clears.
+    pub list: MavMissionType,
     /// Number of the datagram that is lost, from 1; 0 for none.
     pub lost: u32,
     pub count: u32,
@@ -50,7 +52,8 @@ impl Client {
 
     pub fn losing(manner: Manner, lost: u32) -> Self {
         let world = World::flying();
-        Self { world, address: address(14_550), identity: STATION, manner, lost, count: 0 }
+        let list = MavMissionType::MAV_MISSION_TYPE_MISSION;
+        Self { world, address: address(14_550), identity: STATION, manner, list, lost, count: 0 }
     }
 
     fn passes(&mut self) -> bool {
@@ -95,7 +98,7 @@ impl Client {
 
     /// Uploads; the result and id of the acknowledgement, `None` if none came.
     pub fn upload(&mut self, items: &[MISSION_ITEM_INT_DATA]) -> Option<(MavMissionResult, u32)> {
-        let mut last = count(items.len());
+        let mut last = count_of(items.len(), self.list);
         let mut tries = 0;
         'again: while tries < self.manner.tries {
             tries += 1;
@@ -124,19 +127,19 @@ impl Client {
         let list = MavMessage::MISSION_REQUEST_LIST(MISSION_REQUEST_LIST_DATA {
             target_system: 1,
             target_component: 1,
-            ..Default::default()
+            mission_type: self.list,
         });
         let counted = |got: &Got| got.read::<MISSION_COUNT_DATA>();
         let MISSION_COUNT_DATA { count, opaque_id, .. } = self.exchange(&list, counted)?;
         let mut items = Vec::new();
         for seq in 0..count {
-            let item = self.exchange(&request(seq), |got| {
+            let item = self.exchange(&request_of(seq, self.list), |got| {
                 got.read::<MISSION_ITEM_INT_DATA>().filter(|item| item.seq == seq)
             })?;
             items.push(item);
         }
         if self.manner.acknowledges {
-            self.send(&mission_ack(ACCEPTED));
+            self.send(&mission_ack_of(ACCEPTED, self.list));
         }
         Some((items, opaque_id))
     }
@@ -146,7 +149,7 @@ impl Client {
         let clear = MavMessage::MISSION_CLEAR_ALL(MISSION_CLEAR_ALL_DATA {
             target_system: 1,
             target_component: 1,
-            ..Default::default()
+            mission_type: self.list,
         });
         self.exchange(&clear, |got| Some(got.read::<MISSION_ACK_DATA>()?.mavtype))
     }
@@ -165,28 +168,42 @@ pub fn requested(got: &Got) -> Option<u16> {
 }
 
 pub fn count(items: usize) -> MavMessage {
+    count_of(items, MavMissionType::MAV_MISSION_TYPE_MISSION)
+}
+
+pub fn count_of(items: usize, mission_type: MavMissionType) -> MavMessage {
     MavMessage::MISSION_COUNT(MISSION_COUNT_DATA {
         count: u16::try_from(items).unwrap(),
         target_system: 1,
         target_component: 1,
+        mission_type,
         ..Default::default()
     })
 }
 
 pub fn request(seq: u16) -> MavMessage {
+    request_of(seq, MavMissionType::MAV_MISSION_TYPE_MISSION)
+}
+
+pub fn request_of(seq: u16, mission_type: MavMissionType) -> MavMessage {
     MavMessage::MISSION_REQUEST_INT(MISSION_REQUEST_INT_DATA {
         seq,
         target_system: 1,
         target_component: 1,
-        ..Default::default()
+        mission_type,
     })
 }
 
 pub fn mission_ack(result: MavMissionResult) -> MavMessage {
+    mission_ack_of(result, MavMissionType::MAV_MISSION_TYPE_MISSION)
+}
+
+pub fn mission_ack_of(result: MavMissionResult, mission_type: MavMissionType) -> MavMessage {
     MavMessage::MISSION_ACK(MISSION_ACK_DATA {
         target_system: 1,
         target_component: 1,
         mavtype: result,
+        mission_type,
         ..Default::default()
     })
 }

@@ -80,5 +80,5 @@ fn an_item_0_that_is_neither_is_refused_with_its_number() {
     let mut client = Client::new(QGC);
     let result = client.upload(&absolute(plan(home(25_000.0)))).unwrap().0;
     assert_eq!(result, MavMissionResult::MAV_MISSION_INVALID_PARAM7);
-    assert!(client.world.has_text("Mission refused: item 0: altitude"));
+    assert!(client.world.has_text("Mission refused: item 0: NAV_WAYPOINT (16): altitude"));
 }

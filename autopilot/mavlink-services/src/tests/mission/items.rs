@@ -101,17 +101,67 @@ fn speeds_altitudes_and_jumps_keep_their_numbers() {
 }
 
 #[test]
-fn a_takeoff_is_flown_as_a_waypoint_with_a_note() {
-    let (action, world) = taken(item(1, MavCmd::MAV_CMD_NAV_TAKEOFF, [15.0, 0.0, 0.0, f32::NAN]));
-    assert!(matches!(action, Action::Waypoint { .. }), "{action:?}");
-    assert!(
-        world.has_text("Mission item 1: takeoff is flown as a waypoint"),
-        "{:?}",
-        world.texts()
-    );
-    let mut here = item(1, MavCmd::MAV_CMD_NAV_TAKEOFF, [0.0; 4]);
+fn a_takeoff_climbs_to_its_altitude_wherever_its_place_is() {
+    let (action, _) = taken(item(1, MavCmd::MAV_CMD_NAV_TAKEOFF, [15.0, 0.0, 0.0, f32::NAN]));
+    assert_eq!(action, Action::Takeoff { altitude_m: 5_100.0 });
+    let mut here = item(1, MavCmd::MAV_CMD_NAV_VTOL_TAKEOFF, [0.0; 4]);
     (here.x, here.y) = (i32::MAX, i32::MAX);
-    assert_eq!(taken(here).0, Action::ChangeAltitude { altitude_m: 5_100.0 });
+    assert_eq!(taken(here).0, Action::Takeoff { altitude_m: 5_100.0 });
+}
+
+#[test]
+fn what_stations_write_where_nothing_is_meant_is_taken() {
+    for (command, params) in [
+        (MavCmd::MAV_CMD_NAV_WAYPOINT, [3.0, 0.0, -100.0, 0.0]),
+        // Radius and "heading required" exchanged, as in a plan of PX4.
+        (MavCmd::MAV_CMD_NAV_LOITER_TO_ALT, [75.0, 1.0, 0.0, f32::NAN]),
+        (MavCmd::MAV_CMD_NAV_LOITER_UNLIM, [0.0, 0.0, 50.0, f32::NAN]),
+        (MavCmd::MAV_CMD_NAV_SPLINE_WAYPOINT, [0.0; 4]),
+    ] {
+        let (action, world) = taken(item(1, command, params));
+        assert!(action.place().is_some_and(|place| place.latitude_rad > 0.6), "{action:?}");
+        assert!(world.has_text("Mission item 1: "), "{:?}", world.texts());
+    }
+    for (command, params) in [
+        (MavCmd::MAV_CMD_DO_CHANGE_SPEED, [1.0, -1.0, 60.0, 0.0]),
+        (MavCmd::MAV_CMD_DO_CHANGE_SPEED, [f32::NAN, f32::NAN, f32::NAN, f32::NAN]),
+        (MavCmd::MAV_CMD_DO_VTOL_TRANSITION, [4.0, 0.0, 0.0, 0.0]),
+        (MavCmd::MAV_CMD_CONDITION_YAW, [90.0, 10.0, 1.0, 0.0]),
+        (MavCmd::MAV_CMD_JUMP_TAG, [7.0, 0.0, 0.0, 0.0]),
+    ] {
+        assert_eq!(self::command(command, params), Action::Nothing);
+    }
+}
+
+#[test]
+fn an_altitude_above_the_terrain_counts_from_home() {
+    let mut above = waypoint(1);
+    above.frame = MavFrame::MAV_FRAME_GLOBAL_TERRAIN_ALT;
+    let (action, world) = taken(above);
+    assert_eq!(action.altitude_m(), Some(5_100.0));
+    assert!(world.has_text("Mission item 1: altitude above terrain"), "{:?}", world.texts());
+}
+
+#[test]
+fn items_for_equipment_that_is_not_on_board_are_reported_once_each_when_they_are_passed() {
+    let mut client = Client::new(QGC);
+    let camera = item(0, MavCmd::MAV_CMD_IMAGE_START_CAPTURE, [0.0; 4]);
+    let gripper = item(1, MavCmd::MAV_CMD_DO_GRIPPER, [1.0, 0.0, 0.0, 0.0]);
+    let circle = item(2, MavCmd::MAV_CMD_NAV_LOITER_UNLIM, [0.0; 4]);
+    assert_eq!(client.upload(&[camera, gripper, circle]).unwrap().0, ACCEPTED);
+    client.world.run_ms(100);
+    assert!(!client.world.has_text("passed"), "{:?}", client.world.texts());
+    client.world.send_command(300, [0.0; 7]);
+    client.world.run_ms(500);
+    let texts = client.world.texts();
+    let passed: Vec<&String> = texts.iter().filter(|text| text.contains("passed")).collect();
+    assert_eq!(
+        passed,
+        [
+            "Mission item 0 passed: IMAGE_START_CAPTURE (2000), not on board",
+            "Mission item 1 passed: DO_GRIPPER (211), not on board",
+        ]
+    );
 }
 
 #[test]
@@ -137,7 +187,9 @@ proptest! {
         bits in any::<[u32; 5]>(),
         x in any::<i32>(),
         y in any::<i32>(),
-        command in prop::sample::select(vec![16_u16, 17, 18, 19, 20, 21, 22, 30, 31, 93, 177, 178]),
+        command in prop::sample::select(vec![
+            16_u16, 17, 18, 19, 20, 21, 22, 30, 31, 36, 84, 85, 93, 112, 114, 177, 178, 179, 189, 601,
+        ]),
         frame in 0_u8..12,
         current in 0_u8..5,
     ) {

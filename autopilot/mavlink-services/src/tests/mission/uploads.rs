@@ -4,7 +4,8 @@ use super::client::*;
 use crate::codec::Identity;
 use crate::tests::world::*;
 use ::mavlink::dialects::common::{
-    MISSION_ACK_DATA, MISSION_ITEM_INT_DATA, MavMessage, MavMissionResult as R, MavResult,
+    MISSION_ACK_DATA, MISSION_ITEM_INT_DATA, MavMessage, MavMissionResult as R, MavMissionType,
+    MavResult,
 };
 use flight_management::command::Command;
 use flight_management::command::VehicleCommand;
@@ -102,6 +103,7 @@ fn a_second_ground_station_is_denied_until_the_first_is_done() {
         address: address(14_550),
         identity: STATION,
         manner: QGC,
+        list: MavMissionType::MAV_MISSION_TYPE_MISSION,
         lost: 0,
         count: 0,
     };

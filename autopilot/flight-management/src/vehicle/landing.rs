@@ -1,0 +1,121 @@
+//! Landing: a straight line over the ground, a glide down to the landing point, and a flare. It gives the same references as
+//! any leg: roll, altitude and airspeed. Whoever feels the ground ends it ([`super::Vehicle::touch_down`]).
+
+use flight_control::Demand;
+use flight_control::guidance::follow_line;
+
+use super::Situation;
+use super::geodesy::Site;
+use super::modes::{Flown, target};
+use super::request::{Airspeed, Place};
+
+/// The flare reduces the sink rate to that of the touchdown with this time constant, s.
+const FLARE_S: f64 = 5.0;
+/// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
+const STEEPEST: f64 = 0.176;
+/// Time constant with which the reference comes to lead the glide, s: twice the lag of the slowest altitude law.
+const LEAD_S: f64 = 20.0;
+
+/// An approach being flown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Approach {
+    from: Site,
+    to: Site,
+    /// Altitude of the landing point, m.
+    ground_m: f64,
+    /// Sink per distance.
+    slope: f64,
+    /// Altitude of a go-around, m.
+    abort_m: f64,
+    /// True airspeed before the approach, m/s.
+    cruise_m_s: f64,
+    /// How far the reference leads the glide so that the aircraft is on it, m.
+    lead_m: f64,
+    flare: Option<Flare>,
+    /// Course of a go-around, rad, once it has been commanded; `None` until its first tick.
+    around: Option<Option<f64>>,
+}
+
+/// The flare: the aircraft follows a path from where it begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Flare {
+    /// Altitude of the path, m.
+    path_m: f64,
+    /// How far the reference led the aircraft at the sink rate with which the flare began, s.
+    lead_s: f64,
+}
+
+impl Approach {
+    /// Along the line from a point. The glide is as steep as `FW_LND_ANG`, or as the altitude left needs where that is steeper.
+    pub fn new(
+        from: Site,
+        place: Place,
+        (ground_m, abort_m): (f64, Option<f64>),
+        situation: &Situation,
+        demand: &mut Demand,
+    ) -> Self {
+        let to = Site::at(place);
+        let rules = situation.rules;
+        let height_m = demand.altitude_m - ground_m;
+        let distance_m = situation.horizon().offset(&to).norm().max(1.0);
+        let shallow = libm::tan(rules.navigation.landing_angle_deg.to_radians());
+        let cruise_m_s = demand.airspeed_m_s;
+        let approach = Airspeed::Calibrated(rules.approach_airspeed_m_s());
+        demand.airspeed_m_s = approach.true_m_s(demand.altitude_m);
+        Self {
+            from,
+            to,
+            ground_m,
+            slope: shallow.max((height_m / distance_m).min(STEEPEST)),
+            abort_m: abort_m.unwrap_or(demand.altitude_m),
+            cruise_m_s,
+            lead_m: 0.0,
+            flare: None,
+            around: None,
+        }
+    }
+
+    pub fn go_around(&mut self, altitude_m: Option<f64>) {
+        self.abort_m = altitude_m.unwrap_or(self.abort_m);
+        self.around = Some(None);
+    }
+
+    /// One tick; `None` at the altitude of a go-around.
+    pub fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
+        let (rules, horizon) = (situation.rules, situation.horizon());
+        if let Some(course) = &mut self.around {
+            let course_rad = *course.get_or_insert_with(|| situation.course_rad());
+            demand.altitude_m = rules.nearest_altitude_m(self.abort_m);
+            demand.airspeed_m_s = self.cruise_m_s;
+            let left_m = demand.altitude_m - situation.altitude_m;
+            return (left_m > rules.altitude_reached_m())
+                .then(|| situation.hold_course(course_rad));
+        }
+        let (from, to) = (horizon.offset(&self.from), horizon.offset(&self.to));
+        let line = to - from;
+        let left_m = if line.norm() > 1.0 { to.dot(&line) / line.norm() } else { to.norm() };
+        let (altitude_m, touchdown_m_s) = (situation.altitude_m, rules.navigation.touchdown_m_s);
+        // There the sink rate of the flare is that of the glide.
+        let flare_m = FLARE_S * (situation.speed_m_s * self.slope - touchdown_m_s);
+        if self.flare.is_none() && altitude_m - self.ground_m > flare_m {
+            // Level until the glide begins, and never back up to it.
+            let glide_m = self.ground_m + self.slope * left_m.max(0.0);
+            if glide_m < demand.altitude_m + self.lead_m {
+                let change = (altitude_m - glide_m) * situation.dt_s / LEAD_S;
+                self.lead_m = (self.lead_m + change).min(rules.altitude_error_max_m).max(0.0);
+                demand.altitude_m = glide_m - self.lead_m;
+            }
+        } else {
+            let lead_s =
+                (altitude_m - demand.altitude_m) / (-situation.climb_m_s).max(touchdown_m_s);
+            let begun = Flare { path_m: altitude_m, lead_s: lead_s.clamp(0.0, LEAD_S) };
+            let flare = self.flare.get_or_insert(begun);
+            let height_m = (flare.path_m - self.ground_m).max(0.0);
+            let sink_m_s = height_m / FLARE_S + touchdown_m_s;
+            flare.path_m -= sink_m_s * situation.dt_s;
+            demand.altitude_m = flare.path_m - flare.lead_s * sink_m_s;
+        }
+        let steering = follow_line(&from, &to, &situation.velocity, &rules.guidance());
+        Some(Flown { steering, target: Some(target(&self.to, &to, demand.altitude_m, None)) })
+    }
+}
