@@ -22,7 +22,9 @@ use crate::atmosphere::Atmosphere;
 use crate::config::{self, gather};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
+use crate::geodesy::Geodetic;
 use crate::grade_file::SensorsTable;
+use crate::ground::{GroundSetup, GroundStart, SECTION as GROUND};
 use crate::range::{check_range, out_of_range};
 use crate::sensors::SensorSettings;
 use crate::setup::PlantSetup;
@@ -52,6 +54,8 @@ pub struct PlantPart {
     pub start: StartPart,
     /// The Earth model; WGS-84 if the file has none.
     pub earth: EarthModel,
+    /// The ground; without it the flight ends at altitude zero.
+    pub ground: Option<GroundSetup>,
     /// Wind and turbulence; calm if the file has none.
     pub wind: WindSettings,
     /// Wind over the altitude, added to the steady one; none if the file has none.
@@ -87,15 +91,19 @@ impl PlantPart {
     /// The flight of this scenario with an aircraft, as run number `run`.
     pub fn setup(
         &self,
-        airframe: Airframe,
+        mut airframe: Airframe,
         run: u64,
         period: ControlPeriod,
         step_us: u32,
     ) -> PlantSetup {
+        if self.ground.is_some() {
+            airframe.limits = airframe.limits.over_ground();
+        }
         PlantSetup {
             start: self.start.over(&airframe.design_point),
             airframe,
             earth: self.earth,
+            ground: self.ground,
             wind: self.wind,
             profile: self.profile.clone(),
             temperature_offset_k: self.temperature_offset_k,
@@ -170,6 +178,7 @@ struct PlantTable {
     #[serde(default)]
     control_step: Vec<ControlStepTable>,
     atmosphere: Option<AtmosphereTable>,
+    ground: Option<GroundTable>,
     wind: Option<WindTable>,
     date: Option<String>,
     sensors: Option<SensorsTable>,
@@ -189,6 +198,64 @@ struct WindTable {
     turbulence_m_s: f64,
     turbulence: Option<TurbulenceName>,
     level: Vec<WindLevel>,
+}
+
+/// A runway in a field that is level beside it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundTable {
+    latitude_deg: f64,
+    longitude_deg: f64,
+    elevation_m: f64,
+    heading_deg: f64,
+    length_m: f64,
+    slope_percent: Option<f64>,
+    friction: Option<f64>,
+    brakes: Option<f64>,
+    #[serde(default)]
+    start: GroundStartWord,
+    along_m: Option<f64>,
+}
+
+#[derive(Deserialize, Default, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum GroundStartWord {
+    #[default]
+    Air,
+    Parked,
+}
+
+impl GroundTable {
+    fn into_setup(self, start: &StartPart) -> Result<GroundSetup, Problem> {
+        let is_parked = self.start == GroundStartWord::Parked;
+        if !is_parked && self.along_m.is_some() {
+            return Err(problem!("[{GROUND}] along_m has no meaning without start = \"parked\""));
+        }
+        if is_parked && *start != StartPart::default() {
+            return Err(problem!(
+                "[plant.start] has no meaning beside [{GROUND}] start = \"parked\": the runway has the place and the heading"
+            ));
+        }
+        let setup = GroundSetup {
+            threshold: Geodetic {
+                latitude_rad: self.latitude_deg.to_radians(),
+                longitude_rad: self.longitude_deg.to_radians(),
+                altitude_m: self.elevation_m,
+            },
+            heading_rad: self.heading_deg.to_radians(),
+            length_m: self.length_m,
+            slope: 0.01 * self.slope_percent.unwrap_or(0.0),
+            friction: self.friction.unwrap_or(1.0),
+            // Otherwise an engine at idle would move it before anybody has a say.
+            brakes: self.brakes.unwrap_or(if is_parked { 1.0 } else { 0.0 }),
+            start: match is_parked {
+                true => GroundStart::Parked { along_m: self.along_m.unwrap_or(0.0) },
+                false => GroundStart::Air,
+            },
+        };
+        setup.check()?;
+        Ok(setup)
+    }
 }
 
 /// Missing values are those of the standard.
@@ -224,12 +291,14 @@ impl PlantTable {
             sensors.date = date.parse().map_err(|error| problem!("[plant] {error}"))?;
         }
         sensors.check(ControlPeriod::DEFAULT.as_micros())?;
+        let ground = self.ground.map(|ground| ground.into_setup(&self.start)).transpose()?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
             seed: self.seed.unwrap_or(SEED),
             duration_s: self.duration_s,
             start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
+            ground,
             wind,
             profile,
             temperature_offset_k,
