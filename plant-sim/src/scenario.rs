@@ -24,7 +24,7 @@ use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
 use crate::geodesy::Geodetic;
 use crate::grade_file::SensorsTable;
-use crate::ground::{GroundSetup, GroundStart, SECTION as GROUND};
+use crate::ground::{GroundSetup, GroundStart, Launch, SECTION as GROUND};
 use crate::range::{check_range, out_of_range};
 use crate::sensors::SensorSettings;
 use crate::setup::PlantSetup;
@@ -215,27 +215,48 @@ struct GroundTable {
     #[serde(default)]
     start: GroundStartWord,
     along_m: Option<f64>,
+    height_m: Option<f64>,
+    speed_m_s: Option<f64>,
+    pitch_deg: Option<f64>,
 }
 
-#[derive(Deserialize, Default, PartialEq)]
+#[derive(Deserialize, Default, Clone, Copy, PartialEq)]
 #[serde(rename_all = "snake_case")]
 enum GroundStartWord {
     #[default]
     Air,
     Parked,
+    Launched,
 }
 
 impl GroundTable {
     fn into_setup(self, start: &StartPart) -> Result<GroundSetup, Problem> {
-        let is_parked = self.start == GroundStartWord::Parked;
-        if !is_parked && self.along_m.is_some() {
-            return Err(problem!("[{GROUND}] along_m has no meaning without start = \"parked\""));
+        let keys = [
+            ("along_m", self.along_m, self.start != GroundStartWord::Air, false),
+            ("height_m", self.height_m, self.start == GroundStartWord::Launched, true),
+            ("speed_m_s", self.speed_m_s, self.start == GroundStartWord::Launched, true),
+            ("pitch_deg", self.pitch_deg, self.start == GroundStartWord::Launched, true),
+        ];
+        for (key, value, has_meaning, is_needed) in keys {
+            match (value, has_meaning) {
+                (Some(_), false) => {
+                    return Err(problem!("[{GROUND}] {key} has no meaning with this start"));
+                }
+                (None, true) if is_needed => {
+                    return Err(problem!("[{GROUND}]: {key} is missing"));
+                }
+                _ => {}
+            }
         }
-        if is_parked && *start != StartPart::default() {
+        if self.start != GroundStartWord::Air && *start != StartPart::default() {
             return Err(problem!(
-                "[plant.start] has no meaning beside [{GROUND}] start = \"parked\": the runway has the place and the heading"
+                "[plant.start] has no meaning beside the start of [{GROUND}]: the runway has the place and the heading"
             ));
         }
+        let along_m = self.along_m.unwrap_or(0.0);
+        // The keys of a launch are there, as checked above.
+        let [height_m, speed_m_s, pitch_deg] =
+            [self.height_m, self.speed_m_s, self.pitch_deg].map(Option::unwrap_or_default);
         let setup = GroundSetup {
             threshold: Geodetic {
                 latitude_rad: self.latitude_deg.to_radians(),
@@ -247,10 +268,19 @@ impl GroundTable {
             slope: 0.01 * self.slope_percent.unwrap_or(0.0),
             friction: self.friction.unwrap_or(1.0),
             // Otherwise an engine at idle would move it before anybody has a say.
-            brakes: self.brakes.unwrap_or(if is_parked { 1.0 } else { 0.0 }),
-            start: match is_parked {
-                true => GroundStart::Parked { along_m: self.along_m.unwrap_or(0.0) },
-                false => GroundStart::Air,
+            brakes: self.brakes.unwrap_or(match self.start {
+                GroundStartWord::Parked => 1.0,
+                _ => 0.0,
+            }),
+            start: match self.start {
+                GroundStartWord::Air => GroundStart::Air,
+                GroundStartWord::Parked => GroundStart::Parked { along_m },
+                GroundStartWord::Launched => GroundStart::Launched(Launch {
+                    along_m,
+                    height_m,
+                    speed_m_s,
+                    pitch_rad: pitch_deg.to_radians(),
+                }),
             },
         };
         setup.check()?;

@@ -277,20 +277,18 @@ impl Contacts {
         self.reach_m
     }
 
-    /// How much higher the body must be for its lowest point to touch, m; negative if all points are above the ground.
-    pub fn lift_m(&self, dynamics: &Dynamics, rigid: &RigidState, e: &Evaluation) -> f64 {
-        self.depths_m(dynamics, rigid, e).fold(f64::NEG_INFINITY, f64::max)
+    /// The point that is deepest in the ground and how deep, m; negative above it.
+    pub fn deepest(&self, dynamics: &Dynamics, rigid: &RigidState) -> (Name, f64) {
+        let deeper = |a: (Name, f64), b: (Name, f64)| if b.1 > a.1 { b } else { a };
+        let names = self.points.iter().map(|point| point.data.name);
+        let all = names.zip(self.depths_m(dynamics, rigid));
+        all.fold((Name::new_const(), f64::NEG_INFINITY), deeper)
     }
 
     /// Depths of all points in the ground, m.
-    fn depths_m(
-        &self,
-        dynamics: &Dynamics,
-        rigid: &RigidState,
-        e: &Evaluation,
-    ) -> impl Iterator<Item = f64> {
-        let under = self.under(&rigid.position, &e.place);
-        let up = e.motion.e_from_body.tr_mul(&under.up);
+    fn depths_m(&self, dynamics: &Dynamics, rigid: &RigidState) -> impl Iterator<Item = f64> {
+        let under = self.under(&rigid.position, &dynamics.earth().place(&rigid.position));
+        let up = rigid.e_from_body().tr_mul(&under.up);
         let shift_m = dynamics.shift_m();
         let depth = move |at_m: Vector3<f64>| -under.height_m - up.dot(&(at_m - shift_m));
         self.points.iter().map(move |point| depth(point.data.at_m.into()))
@@ -312,13 +310,13 @@ impl Contacts {
     }
 
     /// Energy in the springs at a state, J.
-    pub fn stored_j(&self, dynamics: &Dynamics, rigid: &RigidState, e: &Evaluation) -> f64 {
+    pub fn stored_j(&self, dynamics: &Dynamics, rigid: &RigidState) -> f64 {
         let of = |(point, depth_m): (&Point, f64)| {
             let ([x, y], depth_m) = (point.stretch_m, depth_m.max(0.0));
             0.5 * (point.data.spring_n_m * depth_m * depth_m
                 + point.data.grip_spring_n_m * (x * x + y * y))
         };
-        self.points.iter().zip(self.depths_m(dynamics, rigid, e)).map(of).sum()
+        self.points.iter().zip(self.depths_m(dynamics, rigid)).map(of).sum()
     }
 
     /// Finds the forces of the step that begins at this state, whose evaluation has none yet, and adds them to it. `positions` are

@@ -36,6 +36,30 @@ pub enum GroundStart {
     Air,
     /// At rest on the runway, this far from its threshold, m.
     Parked { along_m: f64 },
+    /// At the end of a catapult or out of a hand, the engine at idle.
+    Launched(Launch),
+}
+
+/// The state in which a launch releases the aircraft, wings level along the runway.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Launch {
+    /// Distance from the threshold, m.
+    pub along_m: f64,
+    /// Height of the centre of gravity above the ground, m.
+    pub height_m: f64,
+    /// Speed over the ground, along the nose, m/s.
+    pub speed_m_s: f64,
+    pub pitch_rad: f64,
+}
+
+impl GroundStart {
+    /// Distance from the threshold, m; `None` in the air.
+    pub fn along_m(&self) -> Option<f64> {
+        match self {
+            Self::Air => None,
+            Self::Parked { along_m } | Self::Launched(Launch { along_m, .. }) => Some(*along_m),
+        }
+    }
 }
 
 impl GroundSetup {
@@ -45,10 +69,11 @@ impl GroundSetup {
     pub fn check(&self) -> Result<(), Problem> {
         let Self { threshold, heading_rad, length_m, slope, friction, brakes, start } = self;
         let most_percent = 100.0 * Self::SLOPE_MAX;
-        let along_m = match start {
-            GroundStart::Air => 0.0,
-            GroundStart::Parked { along_m } => *along_m,
-        };
+        if let GroundStart::Launched(launch) = start {
+            check_range(SECTION, "height_m", launch.height_m, 0.0, 100.0)?;
+            check_range(SECTION, "speed_m_s", launch.speed_m_s, 0.0, 200.0)?;
+            check_range(SECTION, "pitch_deg", launch.pitch_rad.to_degrees(), -45.0, 80.0)?;
+        }
         for (key, value, min, max) in [
             ("latitude_deg", threshold.latitude_rad.to_degrees(), -89.0, 89.0),
             ("longitude_deg", threshold.longitude_rad.to_degrees(), -180.0, 180.0),
@@ -58,7 +83,7 @@ impl GroundSetup {
             ("slope_percent", 100.0 * slope, -most_percent, most_percent),
             ("friction", *friction, 0.0, 2.0),
             ("brakes", *brakes, 0.0, 1.0),
-            ("along_m", along_m, 0.0, *length_m),
+            ("along_m", start.along_m().unwrap_or(0.0), 0.0, *length_m),
         ] {
             check_range(SECTION, key, value, min, max)?;
         }

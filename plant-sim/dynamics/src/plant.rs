@@ -19,7 +19,6 @@ use crate::damage::PerPart;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::{Earth, Place, Slopes};
 use crate::faults::{Effects, FaultContext, Faults, ScheduledFault, micros};
-use crate::ground::{GroundSetup, GroundStart};
 use crate::release::{Controls, ReleaseSetup};
 use crate::sensors::{SensorSet, SensorSettings};
 use crate::servos::{self, Delayed, Servo};
@@ -101,8 +100,8 @@ impl Plant {
     fn trimmed(setup: &PlantSetup, known: Option<&Trim>) -> Result<Self, SetupError> {
         setup.check()?;
         let mut start = setup.start;
-        if let Some(GroundSetup { start: GroundStart::Parked { along_m }, .. }) = setup.ground
-            && let Some(ground) = &setup.ground
+        if let Some(ground) = &setup.ground
+            && let Some(along_m) = ground.start.along_m()
         {
             let here = ground.at(&Earth::new(setup.earth, ground.threshold), along_m);
             start = Start {
@@ -122,16 +121,19 @@ impl Plant {
         step_limit::check(&dynamics, &start, density, setup.step_us)?;
         let steady = wind::steady(&setup.wind);
         let mut contacts = setup.contacts(&dynamics)?;
-        let parked = match (&setup.ground, &mut contacts) {
-            (Some(ground), Some(contacts)) if ground.start != GroundStart::Air => {
-                Some(settling::parked(&dynamics, contacts, ground, &start, steady)?)
+        let on_runway = match (&setup.ground, &mut contacts) {
+            (Some(ground), Some(contacts)) => {
+                settling::on_runway(&dynamics, contacts, ground, &start, steady)?
             }
             _ => None,
         };
-        let trim = match parked.or(known.copied()) {
+        let trim = match on_runway.or(known.copied()) {
             Some(trim) => trim,
             None => trim::solve(&dynamics, &start, &steady).map_err(SetupError::Trim)?,
         };
+        if let (Some(ground), Some(contacts)) = (&setup.ground, &contacts) {
+            settling::check_clear(&dynamics, contacts, ground, &trim.rigid)?;
+        }
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
         let settings = PlantSettings {
             wind,
@@ -323,7 +325,7 @@ impl Plant {
             mass.mass_kg * rigid.velocity.0.norm_squared() + turning.dot(&(mass.inertia * turning));
         let height_m = height_m(Some(contacts), &self.state, &e.place);
         let potential = mass.mass_kg * e.place.gravity.norm() * height_m;
-        Some(0.5 * kinetic + potential + contacts.stored_j(&self.dynamics, rigid, e))
+        Some(0.5 * kinetic + potential + contacts.stored_j(&self.dynamics, rigid))
     }
 
     /// Position and motion of the aircraft, with its servos.

@@ -7,7 +7,8 @@ use crate::contact::Contacts;
 use crate::dynamics::{Dynamics, State, StepInputs};
 use crate::earth::Slopes;
 use crate::faults::Effects;
-use crate::ground::{GroundSetup, SECTION};
+use crate::geodesy::Geodetic;
+use crate::ground::{GroundSetup, GroundStart, SECTION};
 use crate::rigid_body::RigidState;
 use crate::start::Start;
 use crate::trim::Trim;
@@ -39,8 +40,7 @@ fn settle(
     state.rigid.rates = earth.rotation_in(&e_from_body);
     state.rigid.position = earth.position(&here);
     // The lowest point just touches.
-    let e = dynamics.present(state, inputs);
-    here.altitude_m += contacts.lift_m(dynamics, &state.rigid, &e);
+    here.altitude_m += contacts.deepest(dynamics, &state.rigid).1;
     state.rigid.position = earth.position(&here);
     let step_s = contacts.step_s();
     let keep = 1.0 / (1.0 + DAMPING_PER_S * step_s);
@@ -78,14 +78,17 @@ fn settle(
     ))
 }
 
-/// The flight that begins at rest: surfaces at zero, the engine at idle.
-pub fn parked(
+/// The flight that begins on the runway, surfaces at zero, the engine at idle; `None` if it begins in steady flight.
+pub fn on_runway(
     dynamics: &Dynamics,
     contacts: &mut Contacts,
     setup: &GroundSetup,
     start: &Start,
     steady: Ned,
-) -> Result<Trim, Problem> {
+) -> Result<Option<Trim>, Problem> {
+    if setup.start == GroundStart::Air {
+        return Ok(None);
+    }
     let earth = dynamics.earth();
     let position = earth.position(&start.geodetic());
     let place = earth.place(&position);
@@ -107,10 +110,23 @@ pub fn parked(
         slopes: Slopes::at(earth, &position, &place),
         effects: Effects::none(),
     };
-    settle(dynamics, contacts, setup, start, &inputs, &mut state)?;
+    match &setup.start {
+        GroundStart::Launched(launch) => {
+            let here =
+                Geodetic { altitude_m: start.altitude_m + launch.height_m, ..start.geodetic() };
+            let attitude =
+                EulerAngles { phi: 0.0, theta: launch.pitch_rad, psi: start.heading_rad };
+            let rigid = &mut state.rigid;
+            rigid.position = earth.position(&here);
+            rigid.q_e_from_body = earth.q_e_from_body(&here, &Attitude::from_euler(attitude));
+            rigid.velocity = Body::new(launch.speed_m_s, 0.0, 0.0);
+            rigid.rates = earth.rotation_in(&rigid.e_from_body());
+        }
+        _ => settle(dynamics, contacts, setup, start, &inputs, &mut state)?,
+    }
     let place = earth.place(&state.rigid.position);
     let present = dynamics.present(&state, &inputs);
-    Ok(Trim {
+    Ok(Some(Trim {
         alpha_rad: present.motion.air.alpha_rad,
         theta_rad: earth.attitude(&place, &state.rigid.q_e_from_body).euler().theta,
         elevator_rad: 0.0,
@@ -120,5 +136,28 @@ pub fn parked(
         positions,
         turn_rate_rad_s: 0.0,
         rigid: state.rigid,
-    })
+    }))
+}
+
+/// Refuses a start with a contact point in the ground.
+pub fn check_clear(
+    dynamics: &Dynamics,
+    contacts: &Contacts,
+    setup: &GroundSetup,
+    rigid: &RigidState,
+) -> Result<(), Problem> {
+    let (name, depth_m) = contacts.deepest(dynamics, rigid);
+    let altitude_m = dynamics.earth().place(&rigid.position).altitude_m;
+    let (key, is_m) = match &setup.start {
+        GroundStart::Parked { .. } => return Ok(()),
+        GroundStart::Launched(launch) => ("[plant.ground] height_m", launch.height_m),
+        GroundStart::Air => ("[plant.start] altitude_m", altitude_m),
+    };
+    if depth_m <= 0.0 {
+        return Ok(());
+    }
+    let least_m = is_m + depth_m;
+    Err(problem!(
+        "{key} = {is_m} puts the {name} {depth_m:.3} m into the ground; at least {least_m:.3} is possible there"
+    ))
 }

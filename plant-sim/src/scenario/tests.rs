@@ -466,16 +466,17 @@ fn a_ground_that_cannot_be_is_refused_with_key_value_and_range() {
         ),
         ("along_m = 50.0", "along_m = 3001", "along_m = 3001 is outside 0 to 3000"),
         ("length_m = 3000.0", "length_m = nan", "length_m = NaN is outside 10 to 20000"),
-        (
-            "start = \"parked\"",
-            "start = \"air\"",
-            "along_m has no meaning without start = \"parked\"",
-        ),
+        ("start = \"parked\"", "start = \"air\"", "along_m has no meaning with this start"),
     ] {
         assert_eq!(refusal(&text, from, to), format!("my.toml: [plant.ground] {refused}"));
     }
+    let launch = refusal(&text, "\"parked\"", "\"launched\"");
+    assert_eq!(launch, "my.toml: [plant.ground]: height_m is missing");
     let missing = refusal(&text, "heading_deg = 40.0\n", "");
     assert_eq!(missing, "my.toml: [plant.ground]: heading_deg is missing");
     let both = refusal(&text, "[plant.wind]", "[plant.start]\nheading_deg = 1.0\n[plant.wind]");
-    assert!(both.contains("[plant.start] has no meaning beside [plant.ground]"), "{both}");
+    assert!(
+        both.contains("[plant.start] has no meaning beside the start of [plant.ground]"),
+        "{both}"
+    );
 }

@@ -10,7 +10,7 @@ use crate::airframe::Airframe;
 use crate::dynamics::State;
 use crate::earth::EarthModel;
 use crate::geodesy::Geodetic;
-use crate::ground::GroundStart;
+use crate::ground::{GroundStart, Launch};
 use crate::setup::PlantSetup;
 use crate::tests::{F16, nominal};
 
@@ -83,12 +83,14 @@ fn empty_air(airframe: &mut Airframe) {
 }
 
 fn setup(airframe: Airframe, ground: GroundSetup, step_us: u32) -> PlantSetup {
-    PlantSetup {
+    let mut setup = PlantSetup {
         earth: EarthModel::Flat,
         ground: Some(ground),
         period: ControlPeriod::from_micros(step_us.max(1_000)).unwrap(),
         ..nominal(&airframe, step_us)
-    }
+    };
+    setup.start.altitude_m = setup.start.altitude_m.max(ELEVATION_M + 300.0);
+    setup
 }
 
 /// In a state over the ground: height of the centre of gravity, m, attitude, velocity NED, m/s, rates, rad/s, its engine off.
@@ -186,16 +188,9 @@ fn without_thrust_and_wind_the_energy_never_grows() {
     assert!(worst.0 < 1.0e-9, "{worst:?}");
 }
 
-/// How much lower the lowest point may be, m.
+/// Depth of the deepest point in the ground, m.
 fn lift_m(plant: &Plant) -> f64 {
-    let e = plant.dynamics().evaluate(
-        &plant.state().rigid,
-        &PerEffector::default(),
-        &Ned::zero(),
-        &crate::wind::Gust::none(),
-        &plant.dynamics().density_around(ELEVATION_M),
-    );
-    plant.contacts().unwrap().lift_m(plant.dynamics(), &plant.state().rigid, &e)
+    plant.contacts().unwrap().deepest(plant.dynamics(), &plant.state().rigid).1
 }
 
 #[test]
@@ -467,4 +462,31 @@ fn val_a_drop_and_a_braked_roll_are_those_of_jsbsim() {
         // Before a wheel slips its spring along the ground stretches by up to 8 cm, which JSBSim has none of.
         assert!((way_m - expected_m).abs() < 0.3, "{way_m} m, JSBSim {expected_m} m");
     }
+}
+
+#[test]
+fn a_launch_releases_it_over_the_runway_and_not_in_the_ground() {
+    let launch = Launch { along_m: 10.0, height_m: 1.5, speed_m_s: 18.0, pitch_rad: 0.15 };
+    let ground = |launch| GroundSetup { start: GroundStart::Launched(launch), ..runway() };
+    let mut plant = Plant::new(&setup(aircraft("aerosonde"), ground(launch), 1_000)).unwrap();
+    let (truth, expected) =
+        (plant.truth(), Ned::new(0.3_f64.cos(), 0.3_f64.sin(), -0.15_f64.tan()));
+    assert!((height_m(&plant) - 1.5).abs() < 1.0e-9, "{} m", height_m(&plant));
+    let velocity = expected.0 * (18.0 * 0.15_f64.cos());
+    assert!((truth.velocity.0 - velocity).norm() < 1.0e-9, "{:?}", truth.velocity);
+    seconds(&mut plant, 1.0, |_| {});
+    assert!(height_m(&plant) > 1.0, "{} m", height_m(&plant));
+
+    let low = Launch { height_m: 0.05, ..launch };
+    let refused = Plant::new(&setup(aircraft("aerosonde"), ground(low), 1_000)).unwrap_err();
+    let refused = refused.to_string();
+    assert!(
+        refused.starts_with("[plant.ground] height_m = 0.05 puts the rear left skid 0.08"),
+        "{refused}"
+    );
+    let mut buried = setup(aircraft("tvc_jet"), runway(), 1_000);
+    buried.start.altitude_m = 701.0;
+    buried.start.airspeed_m_s = 150.0;
+    let refused = Plant::new(&buried).unwrap_err().to_string();
+    assert!(refused.starts_with("[plant.start] altitude_m = 701 puts the"), "{refused}");
 }
