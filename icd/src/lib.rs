@@ -6,7 +6,8 @@
 //! * Body axes: x forward, y right, z down, origin at the centre of gravity.
 //! * NED: north, east, down at the place it is used. Local position is measured in the plane that
 //!   touches the Earth at the start point (altitude zero), so it does not follow the curvature.
-//! * Altitude is height above the WGS-84 ellipsoid, or above the plane on the flat Earth; the ground is 0 m.
+//! * Altitude is height above the WGS-84 ellipsoid, or above the plane on the flat Earth; the ground is 0 m where a
+//!   scenario has no other.
 //! * Body rates are relative to inertial space, as gyros measure them.
 //! * Angle of attack `alpha = atan2(w, u)` and sideslip `beta = asin(v / V)` of the air-relative velocity.
 //!

@@ -16,6 +16,7 @@ use crate::airframe::{AirData, Airframe, Mass, Nozzle};
 use crate::config::{self, gather};
 use crate::damage::{Fuel, Panels};
 use crate::derivatives::MachEffects;
+use crate::gear::{ContactPoint, Gear};
 use crate::limits::FlightLimits;
 use crate::range::check_range;
 use crate::servos::{Imperfections, SecondOrder, Servo};
@@ -74,6 +75,7 @@ pub struct AirframeFile<A> {
     #[serde(default)]
     damage: Panels,
     fuel: Option<Fuel>,
+    gear: Option<GearTable>,
     propulsion: Option<Propulsion>,
 }
 
@@ -233,6 +235,7 @@ impl<A> AirframeFile<A> {
             mach: self.mach,
             damage: self.damage,
             fuel: self.fuel,
+            gear: self.gear.map(GearTable::into_gear),
             design_point: self
                 .design_point
                 .map_or(Start::NOT_USED, |keys| keys.over(&Start::NOT_USED)),
@@ -363,6 +366,22 @@ impl EffectorTable {
 
 /// Damping ratio of a second-order servo whose file has none: the usual one, with an overshoot of 5 %.
 const DAMPING_RATIO: f64 = 0.7;
+
+/// `[gear]` as written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GearTable {
+    sink_max_m_s: f64,
+    bank_max_deg: f64,
+    contact: Vec<ContactPoint>,
+}
+
+impl GearTable {
+    fn into_gear(self) -> Gear {
+        let Self { sink_max_m_s, bank_max_deg, contact } = self;
+        Gear { sink_max_m_s, bank_max_rad: bank_max_deg.to_radians(), contacts: contact }
+    }
+}
 
 /// The table as written.
 #[derive(Clone, Copy, Deserialize)]

@@ -22,7 +22,9 @@ use crate::atmosphere::Atmosphere;
 use crate::config::{self, gather};
 use crate::earth::EarthModel;
 use crate::faults::ScheduledFault;
+use crate::geodesy::Geodetic;
 use crate::grade_file::SensorsTable;
+use crate::ground::{GroundSetup, GroundStart, Launch, SECTION as GROUND};
 use crate::range::{check_range, out_of_range};
 use crate::sensors::SensorSettings;
 use crate::setup::PlantSetup;
@@ -52,6 +54,8 @@ pub struct PlantPart {
     pub start: StartPart,
     /// The Earth model; WGS-84 if the file has none.
     pub earth: EarthModel,
+    /// The ground; without it the flight ends at altitude zero.
+    pub ground: Option<GroundSetup>,
     /// Wind and turbulence; calm if the file has none.
     pub wind: WindSettings,
     /// Wind over the altitude, added to the steady one; none if the file has none.
@@ -87,15 +91,19 @@ impl PlantPart {
     /// The flight of this scenario with an aircraft, as run number `run`.
     pub fn setup(
         &self,
-        airframe: Airframe,
+        mut airframe: Airframe,
         run: u64,
         period: ControlPeriod,
         step_us: u32,
     ) -> PlantSetup {
+        if self.ground.is_some() {
+            airframe.limits = airframe.limits.over_ground();
+        }
         PlantSetup {
             start: self.start.over(&airframe.design_point),
             airframe,
             earth: self.earth,
+            ground: self.ground,
             wind: self.wind,
             profile: self.profile.clone(),
             temperature_offset_k: self.temperature_offset_k,
@@ -170,6 +178,7 @@ struct PlantTable {
     #[serde(default)]
     control_step: Vec<ControlStepTable>,
     atmosphere: Option<AtmosphereTable>,
+    ground: Option<GroundTable>,
     wind: Option<WindTable>,
     date: Option<String>,
     sensors: Option<SensorsTable>,
@@ -189,6 +198,94 @@ struct WindTable {
     turbulence_m_s: f64,
     turbulence: Option<TurbulenceName>,
     level: Vec<WindLevel>,
+}
+
+/// A runway in a field that is level beside it.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundTable {
+    latitude_deg: f64,
+    longitude_deg: f64,
+    elevation_m: f64,
+    heading_deg: f64,
+    length_m: f64,
+    slope_percent: Option<f64>,
+    friction: Option<f64>,
+    brakes: Option<f64>,
+    #[serde(default)]
+    start: GroundStartWord,
+    along_m: Option<f64>,
+    height_m: Option<f64>,
+    speed_m_s: Option<f64>,
+    pitch_deg: Option<f64>,
+}
+
+#[derive(Deserialize, Default, Clone, Copy, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum GroundStartWord {
+    #[default]
+    Air,
+    Parked,
+    Launched,
+}
+
+impl GroundTable {
+    fn into_setup(self, start: &StartPart) -> Result<GroundSetup, Problem> {
+        let keys = [
+            ("along_m", self.along_m, self.start != GroundStartWord::Air, false),
+            ("height_m", self.height_m, self.start == GroundStartWord::Launched, true),
+            ("speed_m_s", self.speed_m_s, self.start == GroundStartWord::Launched, true),
+            ("pitch_deg", self.pitch_deg, self.start == GroundStartWord::Launched, true),
+        ];
+        for (key, value, has_meaning, is_needed) in keys {
+            match (value, has_meaning) {
+                (Some(_), false) => {
+                    return Err(problem!("[{GROUND}] {key} has no meaning with this start"));
+                }
+                (None, true) if is_needed => {
+                    return Err(problem!("[{GROUND}]: {key} is missing"));
+                }
+                _ => {}
+            }
+        }
+        if self.start != GroundStartWord::Air && *start != StartPart::default() {
+            return Err(problem!(
+                "[plant.start] has no meaning beside the start of [{GROUND}]: the runway has the place and the heading"
+            ));
+        }
+        let along_m = self.along_m.unwrap_or(0.0);
+        // The keys of a launch are there, as checked above.
+        let [height_m, speed_m_s, pitch_deg] =
+            [self.height_m, self.speed_m_s, self.pitch_deg].map(Option::unwrap_or_default);
+        let setup = GroundSetup {
+            threshold: Geodetic {
+                latitude_rad: self.latitude_deg.to_radians(),
+                longitude_rad: self.longitude_deg.to_radians(),
+                altitude_m: self.elevation_m,
+            },
+            heading_rad: self.heading_deg.to_radians(),
+            length_m: self.length_m,
+            slope: 0.01 * self.slope_percent.unwrap_or(0.0),
+            friction: self.friction.unwrap_or(1.0),
+            // Otherwise an engine at idle would move it before anybody has a say.
+            brakes: self.brakes.unwrap_or(match self.start {
+                GroundStartWord::Parked => 1.0,
+                _ => 0.0,
+            }),
+            start: match self.start {
+                GroundStartWord::Air => GroundStart::Air,
+                GroundStartWord::Parked => GroundStart::Parked { along_m },
+                GroundStartWord::Launched => GroundStart::Launched(Launch {
+                    along_m,
+                    height_m,
+                    speed_m_s,
+                    pitch_rad: pitch_deg.to_radians(),
+                }),
+            },
+        };
+        setup.check()?;
+        Ok(setup)
+    }
 }
 
 /// Missing values are those of the standard.
@@ -224,12 +321,14 @@ impl PlantTable {
             sensors.date = date.parse().map_err(|error| problem!("[plant] {error}"))?;
         }
         sensors.check(ControlPeriod::DEFAULT.as_micros())?;
+        let ground = self.ground.map(|ground| ground.into_setup(&self.start)).transpose()?;
         let faults = self.fault.iter().enumerate();
         Ok(PlantPart {
             seed: self.seed.unwrap_or(SEED),
             duration_s: self.duration_s,
             start: self.start,
             earth: self.earth.unwrap_or(EarthModel::Wgs84),
+            ground,
             wind,
             profile,
             temperature_offset_k,

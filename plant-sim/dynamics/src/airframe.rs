@@ -1,6 +1,6 @@
 //! The aircraft as data: an [`Airframe`] and the checks of its numbers.
 
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
 use icd::wire::Aircraft;
 use icd::{AxisGains, Effector, EffectorKind, EffectorList, PerEffector};
@@ -11,6 +11,7 @@ use crate::aerodynamics::{Aerodynamics, SurfaceDerivatives};
 use crate::damage::{Fuel, Panels, PerPart, Remainder};
 use crate::derivatives;
 use crate::derivatives::MachEffects;
+use crate::gear::Gear;
 use crate::limits::FlightLimits;
 use crate::range::{check_range, check_vector};
 use crate::rigid_body::MassProperties;
@@ -69,6 +70,9 @@ pub struct Airframe {
     pub damage: Panels,
     /// Fuel that burns; `None` where the mass stays.
     pub fuel: Option<Fuel>,
+    /// What touches the ground; `None` for an aircraft that only flies.
+    #[serde(default)]
+    pub gear: Option<Gear>,
     /// Start of a scenario without one, and design point of the controller's model.
     pub design_point: Start,
     /// Beyond these limits the aircraft counts as lost.
@@ -208,6 +212,10 @@ impl Airframe {
             mach.check()?;
         }
         self.damage.check()?;
+        if let Some(gear) = &self.gear {
+            gear.check()?;
+            self.check_steering(gear)?;
+        }
         if let Some(fuel) = &self.fuel {
             fuel.check(self.mass.mass_kg)?;
             // `without` also gives `None` where nothing is missing, hence the test for zero.
@@ -220,6 +228,24 @@ impl Airframe {
         self.design_point.check("design_point")?;
         self.limits.check()?;
         self.check_effectors()
+    }
+
+    /// Whether every wheel that is steered is so by a surface of the aircraft.
+    fn check_steering(&self, gear: &Gear) -> Result<(), Problem> {
+        let list = &self.effectors;
+        let surfaces = || list.all().filter(|e| list.is_angle(*e)).map(|e| list.name(e));
+        for contact in &gear.contacts {
+            let Some(steering) = contact.steering else { continue };
+            if !surfaces().any(|name| name == steering.effector.as_str()) {
+                let known = surfaces().collect::<Vec<_>>().join(", ");
+                return Err(problem!(
+                    "[gear.contact.{}] steering.effector = `{}`; the aircraft has the surfaces {known}",
+                    contact.name,
+                    steering.effector
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The surface on each part of the airframe that can be torn off.

@@ -14,7 +14,7 @@ use crate::earth::{Earth, Nearby, Place, Slopes};
 use crate::faults::Effects;
 use crate::integrator::rk4;
 use crate::propulsion::Jet;
-use crate::rigid_body::{self, MassProperties, RigidDerivative, RigidState, Wrench};
+use crate::rigid_body::{self, HeldForces, MassProperties, RigidDerivative, RigidState, Wrench};
 use crate::servos::{Inert, ServoDynamics};
 use crate::tables::thrust::EngineAir;
 use crate::wind::{Gust, WindProfile};
@@ -323,6 +323,13 @@ impl Dynamics {
         self.evaluate(&state.rigid, &effective, &inputs.wind, &inputs.gust, &inputs.density)
     }
 
+    /// Adds forces that are held during a step to the evaluation of a state.
+    pub fn support(&self, e: &mut Evaluation, held: &HeldForces) {
+        let more = held.wrench(&e.motion.e_from_body);
+        e.motion.wrench = e.motion.wrench.plus(&more);
+        e.motion.derivative.add(self.mass(), &more);
+    }
+
     /// Derivative of everything at a state inside the step that began at `start` with `present`.
     fn stage<const N: usize>(
         &self,
@@ -330,6 +337,7 @@ impl Dynamics {
         start: &Vector3<f64>,
         present: &Evaluation,
         inputs: &StepInputs,
+        push: impl Fn(&Matrix3<f64>, &mut RigidDerivative),
     ) -> [f64; N] {
         let state = State::from_array(x);
         let position = &state.rigid.position;
@@ -344,7 +352,9 @@ impl Dynamics {
         // A held lever makes the thrust follow the air in each stage. Otherwise the limits stay
         // those of the beginning of the step.
         let limits = self.jet.lever().is_none().then_some(present.motion.thrust_limits);
-        let motion = self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
+        let mut motion =
+            self.motion(&state.rigid, &effective, &inputs.gust, &nearby, density, limits);
+        push(&motion.e_from_body, &mut motion.derivative);
         self.with_servos(&motion.derivative, x, &state, inputs)
     }
 
@@ -385,14 +395,51 @@ impl Dynamics {
         inputs: &StepInputs,
         step_s: f64,
     ) -> State {
+        self.step_pushed(state, rates, present, inputs, step_s, |_, _| {})
+    }
+
+    /// The same with forces of the ground, which `present` has already.
+    #[cold]
+    pub fn step_on_ground(
+        &self,
+        state: &State,
+        rates: &mut PerEffector<f64>,
+        present: &Evaluation,
+        inputs: &StepInputs,
+        step_s: f64,
+        held: &HeldForces,
+    ) -> State {
+        let push = |e_from_body: &Matrix3<f64>, derivative: &mut RigidDerivative| {
+            derivative.add(self.mass(), &held.wrench(e_from_body));
+        };
+        self.step_pushed(state, rates, present, inputs, step_s, push)
+    }
+
+    /// The same with what else pushes in every stage but the first.
+    #[inline]
+    fn step_pushed(
+        &self,
+        state: &State,
+        rates: &mut PerEffector<f64>,
+        present: &Evaluation,
+        inputs: &StepInputs,
+        step_s: f64,
+        push: impl Fn(&Matrix3<f64>, &mut RigidDerivative),
+    ) -> State {
         if !self.inert.is_empty() {
-            return self.step_with_rates(state, rates, present, inputs, step_s);
+            return self.step_with_rates(state, rates, present, inputs, step_s, push);
         }
         // RK4 works on every number four times, so an aircraft with few effectors gets the shorter
         // array.
         match self.airframe.effectors.len() {
-            ..=8 => self.step_of::<FEW_STATES>(&state.to_array(), state, present, inputs, step_s).0,
-            _ => self.step_of::<STATES>(&state.to_array(), state, present, inputs, step_s).0,
+            ..=8 => {
+                let x = state.to_array::<FEW_STATES>();
+                self.step_of(&x, state, present, inputs, step_s, push).0
+            }
+            _ => {
+                let x = state.to_array::<STATES>();
+                self.step_of(&x, state, present, inputs, step_s, push).0
+            }
         }
     }
 
@@ -405,10 +452,11 @@ impl Dynamics {
         present: &Evaluation,
         inputs: &StepInputs,
         step_s: f64,
+        push: impl Fn(&Matrix3<f64>, &mut RigidDerivative),
     ) -> State {
         let mut x: [f64; STATES_WITH_RATES] = state.to_array();
         x[STATES..].copy_from_slice(rates.as_array());
-        let (mut next, x) = self.step_of(&x, state, present, inputs, step_s);
+        let (mut next, x) = self.step_of(&x, state, present, inputs, step_s, push);
         for inert in &self.inert {
             let (e, effect) = (inert.effector, inputs.effects.of(inert.effector));
             // A servo that a fault holds or moves has no rate of its own.
@@ -428,11 +476,12 @@ impl Dynamics {
         present: &Evaluation,
         inputs: &StepInputs,
         step_s: f64,
+        push: impl Fn(&Matrix3<f64>, &mut RigidDerivative),
     ) -> (State, [f64; N]) {
         // The first stage is the evaluation that the caller has already made.
         let k1 = self.with_servos(&present.motion.derivative, x, state, inputs);
         let start = &state.rigid.position;
-        let x = rk4(x, &k1, step_s, |x| self.stage(x, start, present, inputs));
+        let x = rk4(x, &k1, step_s, |x| self.stage(x, start, present, inputs, &push));
         let next = State::from_array(&x);
         // RK4 does not keep the length of the quaternion.
         (State { rigid: next.rigid.normalised(), ..next }, x)

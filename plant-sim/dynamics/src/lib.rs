@@ -18,19 +18,22 @@
 //! | where does a fault act? | [`faults`], and nowhere else |
 //! | when is the aircraft lost? | [`limits`], with the numbers of the airframe file |
 //! | what are the numbers of the aircraft? | [`airframe`] |
-//! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`] |
+//! | which forces act? | [`aerodynamics`], [`propulsion`], [`earth`], [`contact`] |
 //! | what is the motion? | [`rigid_body`], assembled in [`dynamics`] |
 
 pub mod aerodynamics;
 pub mod airframe;
 pub mod atmosphere;
+pub mod contact;
 pub mod damage;
 mod date;
 pub mod derivatives;
 pub mod dynamics;
 pub mod earth;
 pub mod faults;
+pub mod gear;
 pub mod geodesy;
+pub mod ground;
 pub mod integrator;
 pub mod limits;
 pub mod noise;
@@ -41,6 +44,7 @@ pub mod release;
 pub mod rigid_body;
 pub mod sensors;
 pub mod servos;
+pub mod settling;
 pub mod setup;
 pub mod start;
 pub mod step_limit;
@@ -53,9 +57,12 @@ pub mod wind;
 mod tests;
 
 pub use airframe::Airframe;
+pub use contact::ContactFailure;
 pub use date::Date;
 pub use earth::EarthModel;
 pub use faults::ScheduledFault;
+pub use gear::Gear;
+pub use ground::{GroundSetup, GroundStart};
 pub use limits::{Attained, Exceeded, FlightLimits};
 pub use plant::Plant;
 pub use release::ReleaseSetup;

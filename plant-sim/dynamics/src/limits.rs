@@ -10,6 +10,9 @@ use crate::range::check_range;
 
 const SECTION: &str = "limits";
 
+/// Deeper than any ground, m.
+const ALTITUDE_MIN_M: f64 = -1_000.0;
+
 /// Beyond any of these, at any time, the aircraft is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FlightLimits {
@@ -69,6 +72,13 @@ impl FlightLimits {
         altitude_min_m: 0.0,
     };
 
+    /// The same of a flight over a ground, where the limits of the gear take the place of the altitude and an aircraft at rest in wind
+    /// has any angle of attack and sideslip.
+    #[must_use]
+    pub fn over_ground(self) -> Self {
+        Self { alpha_rad: PI, beta_rad: PI, altitude_min_m: ALTITUDE_MIN_M, ..self }
+    }
+
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
     pub fn are_exceeded(&self, at: &Attained) -> bool {
         self.exceeded(at).is_some()
@@ -105,7 +115,7 @@ impl FlightLimits {
             // radians.
             check_range(SECTION, key, tidy(angle.to_degrees()), 1.0, max)?;
         }
-        check_range(SECTION, "altitude_min_m", self.altitude_min_m, 0.0, 25_000.0)
+        check_range(SECTION, "altitude_min_m", self.altitude_min_m, ALTITUDE_MIN_M, 25_000.0)
     }
 }
 

@@ -14,13 +14,15 @@ use icd::{Actuators, Effector, FaultReply, FaultRequest, Ned, PerEffector, Senso
 
 use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
+use crate::contact::{ContactFailure, Contacts};
 use crate::damage::PerPart;
 use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
-use crate::earth::{Earth, Slopes};
+use crate::earth::{Earth, Place, Slopes};
 use crate::faults::{Effects, FaultContext, Faults, ScheduledFault, micros};
 use crate::release::{Controls, ReleaseSetup};
 use crate::sensors::{SensorSet, SensorSettings};
 use crate::servos::{self, Delayed, Servo};
+use crate::settling;
 use crate::setup::{self, PlantSetup, SetupError};
 use crate::start::Start;
 use crate::step_limit;
@@ -37,8 +39,8 @@ pub const REPORTS_MAX: usize = 256;
 /// loop { sense(); (controller); advance(&commands) }
 /// ```
 ///
-/// No call fails or panics after [`Plant::new`]. The flight is over when the aircraft is at or below
-/// altitude zero at the end of a period. It is also over, in its last valid state, if the state
+/// No call fails or panics after [`Plant::new`]. Without a ground in its setup the flight is over when the aircraft is at or below
+/// altitude zero at the end of a period; with one, when a limit of its gear is passed ([`Plant::crash`]). It is also over, in its last valid state, if the state
 /// stops being finite ([`Plant::is_broken`]): an absurd airframe can cause that, and no later number would be
 /// meaningful.
 #[derive(Debug, Clone)]
@@ -64,6 +66,8 @@ pub struct Plant {
     sensors: SensorSet,
     reports: VecDeque<PlantReport>,
     reports_dropped: u64,
+    /// With the ground of the setup.
+    contacts: Option<Box<Contacts>>,
     on_ground: bool,
     broken: Option<&'static str>,
 }
@@ -95,18 +99,41 @@ impl Plant {
 
     fn trimmed(setup: &PlantSetup, known: Option<&Trim>) -> Result<Self, SetupError> {
         setup.check()?;
-        let earth = Earth::new(setup.earth, setup.start.geodetic());
+        let mut start = setup.start;
+        if let Some(ground) = &setup.ground
+            && let Some(along_m) = ground.start.along_m()
+        {
+            let here = ground.at(&Earth::new(setup.earth, ground.threshold), along_m);
+            start = Start {
+                altitude_m: here.altitude_m,
+                heading_rad: ground.heading_rad,
+                latitude_rad: here.latitude_rad,
+                longitude_rad: here.longitude_rad,
+                ..start
+            };
+        }
+        let earth = Earth::new(setup.earth, start.geodetic());
         let dynamics = Dynamics::new(setup.airframe.clone(), earth)?
             .in_air(Atmosphere::new(setup.temperature_offset_k))
             .in_wind(setup.profile.clone());
-        let start = dynamics.earth().place(&dynamics.earth().position(&setup.start.geodetic()));
-        let density = dynamics.atmosphere().air(start.geopotential_altitude_m).density;
-        step_limit::check(&dynamics, &setup.start, density, setup.step_us)?;
+        let place = dynamics.earth().place(&dynamics.earth().position(&start.geodetic()));
+        let density = dynamics.atmosphere().air(place.geopotential_altitude_m).density;
+        step_limit::check(&dynamics, &start, density, setup.step_us)?;
         let steady = wind::steady(&setup.wind);
-        let trim = match known {
-            Some(trim) => *trim,
-            None => trim::solve(&dynamics, &setup.start, &steady).map_err(SetupError::Trim)?,
+        let mut contacts = setup.contacts(&dynamics)?;
+        let on_runway = match (&setup.ground, &mut contacts) {
+            (Some(ground), Some(contacts)) => {
+                settling::on_runway(&dynamics, contacts, ground, &start, steady)?
+            }
+            _ => None,
         };
+        let trim = match on_runway.or(known.copied()) {
+            Some(trim) => trim,
+            None => trim::solve(&dynamics, &start, &steady).map_err(SetupError::Trim)?,
+        };
+        if let (Some(ground), Some(contacts)) = (&setup.ground, &contacts) {
+            settling::check_clear(&dynamics, contacts, ground, &trim.rigid)?;
+        }
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;
         let settings = PlantSettings {
             wind,
@@ -119,7 +146,7 @@ impl Plant {
             period_us: period.as_micros(),
             step_us: *step_us,
         };
-        Self::begin(dynamics, trim, &settings)
+        Self::begin(dynamics, trim, &settings, contacts)
     }
 
     /// Begins a flight without a controller, in any state. Its control period is its step.
@@ -148,7 +175,7 @@ impl Plant {
             period_us: *step_us,
             step_us: *step_us,
         };
-        Self::begin(dynamics, trim, &settings)
+        Self::begin(dynamics, trim, &settings, None)
     }
 
     /// Begins with a trim that was found.
@@ -156,6 +183,7 @@ impl Plant {
         dynamics: Dynamics,
         trim: Trim,
         settings: &PlantSettings<'_>,
+        contacts: Option<Box<Contacts>>,
     ) -> Result<Self, SetupError> {
         let PlantSettings { sensors, faults, seed, run, period_us, step_us, .. } = *settings;
         let (state, steady) = (trim.state(), wind::steady(settings.wind));
@@ -167,7 +195,7 @@ impl Plant {
         let place = dynamics.earth().place(&state.rigid.position);
         let turbulent = turbulence.step(&Surroundings {
             airspeed_m_s: settings.airspeed_m_s,
-            height_m: place.altitude_m,
+            height_m: height_m(contacts.as_deref(), &state, &place),
             attitude: dynamics.earth().attitude(&place, &state.rigid.q_e_from_body),
             wind: dynamics.wind(&steady, place.geopotential_altitude_m),
         });
@@ -205,6 +233,7 @@ impl Plant {
             step_us: u64::from(step_us),
             on_ground: false,
             broken: None,
+            contacts,
             dynamics,
             trim,
             time,
@@ -267,6 +296,36 @@ impl Plant {
     /// The aircraft, the air and the Earth.
     pub fn dynamics(&self) -> &Dynamics {
         &self.dynamics
+    }
+
+    /// The contact points over the ground of the setup.
+    pub fn contacts(&self) -> Option<&Contacts> {
+        self.contacts.as_deref()
+    }
+
+    /// The limit of the gear whose violation has ended the flight.
+    pub fn crash(&self) -> Option<ContactFailure> {
+        self.contacts.as_ref()?.failure().filter(|_| self.on_ground)
+    }
+
+    /// Sets the brakes, 0 to 1.
+    pub fn set_brakes(&mut self, brakes: f64) {
+        if let Some(contacts) = &mut self.contacts {
+            contacts.set_brakes(brakes);
+            self.observe();
+        }
+    }
+
+    /// Kinetic and potential energy over the ground and energy in the springs of the gear, J; `None` without a ground.
+    pub fn mechanical_energy_j(&self) -> Option<f64> {
+        let (contacts, rigid, e) = (self.contacts.as_ref()?, &self.state.rigid, &self.present);
+        let (mass, earth) = (self.dynamics.mass(), self.dynamics.earth());
+        let turning = rigid.rates.0 - earth.rotation_in(&e.motion.e_from_body).0;
+        let kinetic =
+            mass.mass_kg * rigid.velocity.0.norm_squared() + turning.dot(&(mass.inertia * turning));
+        let height_m = height_m(Some(contacts), &self.state, &e.place);
+        let potential = mass.mass_kg * e.place.gravity.norm() * height_m;
+        Some(0.5 * kinetic + potential + contacts.stored_j(&self.dynamics, rigid))
     }
 
     /// Position and motion of the aircraft, with its servos.
@@ -344,7 +403,7 @@ impl Plant {
         let airspeed_m_s = self.truth.airspeed_m_s;
         let turbulence = self.turbulence.step(&Surroundings {
             airspeed_m_s,
-            height_m: self.truth.altitude_m,
+            height_m: height_m(self.contacts.as_deref(), &before, &self.present.place),
             attitude: self.truth.attitude,
             wind: self.dynamics.wind(&self.inputs.wind, self.present.place.geopotential_altitude_m),
         });
@@ -362,7 +421,11 @@ impl Plant {
             // apart.
             self.touch_down();
         }
-        if !self.on_ground && self.truth.altitude_m <= 0.0 {
+        let is_down = match &self.contacts {
+            None => self.truth.altitude_m <= 0.0,
+            Some(contacts) => contacts.failure().is_some(),
+        };
+        if !self.on_ground && is_down {
             self.touch_down();
         }
     }
@@ -406,8 +469,20 @@ impl Plant {
             // At least a microsecond, or an event that is overdue would stop the time.
             let next_us = grid_us.min(end_us).min(event_us.min(arrival_us).max(now_us + 1));
             let step_s = SimTime::from_micros(next_us - now_us).as_seconds();
-            let Self { dynamics, state, rates, present, inputs, .. } = self;
-            *state = dynamics.step(state, rates, present, inputs, step_s);
+            let Self { dynamics, state, rates, present, inputs, contacts, .. } = self;
+            *state = match contacts {
+                None => dynamics.step(state, rates, present, inputs, step_s),
+                Some(contacts) => {
+                    let next = match contacts.held() {
+                        None => dynamics.step(state, rates, present, inputs, step_s),
+                        Some(held) => {
+                            dynamics.step_on_ground(state, rates, present, inputs, step_s, held)
+                        }
+                    };
+                    contacts.finish_step(&state.rigid, &next.rigid);
+                    next
+                }
+            };
             now_us = next_us;
             self.time = SimTime::from_micros(now_us);
             // A fault at the same microsecond finds the command that has just arrived.
@@ -422,7 +497,7 @@ impl Plant {
             }
             // At the end of the period `observe` does this, with the next gust.
             if now_us < end_us {
-                self.present = self.dynamics.present(&self.state, &self.inputs);
+                self.evaluate();
             }
         }
     }
@@ -469,9 +544,18 @@ impl Plant {
         Ok(())
     }
 
+    /// Forces and motion of this instant, with those of the ground.
+    fn evaluate(&mut self) {
+        let Self { dynamics, state, inputs, present, contacts, .. } = self;
+        *present = dynamics.present(state, inputs);
+        if let Some(contacts) = contacts {
+            contacts.solve(dynamics, &state.rigid, &state.positions, present);
+        }
+    }
+
     /// Data of this instant that sensors, judges and the next step share, computed once.
     fn observe(&mut self) {
-        self.present = self.dynamics.present(&self.state, &self.inputs);
+        self.evaluate();
         let altitude_m = self.present.place.geopotential_altitude_m;
         if !self.inputs.density.covers(altitude_m) {
             self.inputs.density = self.dynamics.density_around(altitude_m);
@@ -600,8 +684,15 @@ impl Plant {
         rigid.position += rigid.e_from_body() * moved;
         rigid.velocity.0 += rigid.rates.0.cross(&moved);
         // The step that comes begins with the forces on what is left.
-        self.present = self.dynamics.present(&self.state, &self.inputs);
+        self.evaluate();
     }
+}
+
+/// Height above the ground, without one above altitude zero, m.
+fn height_m(contacts: Option<&Contacts>, state: &State, place: &Place) -> f64 {
+    let elevation_m =
+        |contacts: &Contacts| contacts.under(&state.rigid.position, place).elevation_m;
+    contacts.map_or(place.altitude_m, |contacts| place.altitude_m - elevation_m(contacts))
 }
 
 fn push(reports: &mut VecDeque<PlantReport>, dropped: &mut u64, report: PlantReport) {

@@ -78,6 +78,43 @@ impl Wrench {
     }
 }
 
+/// Forces at points of the body that keep their direction in frame E during a step.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct HeldForces {
+    /// Their sum, N, frame E.
+    force: Vector3<f64>,
+    /// Sum of the products of place (m, body axes, from the centre of gravity) and force (N, frame E).
+    levers: Matrix3<f64>,
+}
+
+impl HeldForces {
+    /// Adds a force, N, frame E, at a place from the centre of gravity, m, body axes.
+    pub fn add(&mut self, at: &Vector3<f64>, force: &Vector3<f64>) {
+        self.force += force;
+        self.levers += at * force.transpose();
+    }
+
+    /// Force and moment on a body in this attitude.
+    #[inline]
+    pub fn wrench(&self, e_from_body: &Matrix3<f64>) -> Wrench {
+        // Of every product r x f the matrix has the terms r_i f_j, once f is in body axes.
+        let m = self.levers * e_from_body;
+        Wrench {
+            force: Body(e_from_body.tr_mul(&self.force)),
+            moment: Body::new(m.m23 - m.m32, m.m31 - m.m13, m.m12 - m.m21),
+        }
+    }
+}
+
+impl RigidDerivative {
+    /// Adds what more forces and moments do.
+    #[inline]
+    pub fn add(&mut self, mass: &MassProperties, more: &Wrench) {
+        self.velocity.0 += more.force.0 * mass.per_mass;
+        self.rates.0 += mass.inertia_inverse * more.moment.0;
+    }
+}
+
 impl RigidState {
     /// The values in a row for the integrator: position, quaternion, velocity, rates.
     #[inline]

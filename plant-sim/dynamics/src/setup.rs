@@ -9,11 +9,14 @@ use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
+use crate::contact::Contacts;
+use crate::dynamics::Dynamics;
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
+use crate::ground::{GroundSetup, SECTION};
 use crate::sensors::SensorSettings;
 use crate::start::Start;
-use crate::step_limit::TooQuick;
+use crate::step_limit::{self, TooQuick};
 use crate::wind::{DiscreteGust, WindProfile, WindSettings, check_gusts};
 
 /// Longest default integration step, µs.
@@ -39,6 +42,9 @@ pub struct PlantSetup {
     /// Start position and motion.
     pub start: Start,
     pub earth: EarthModel,
+    /// The ground; without it the flight ends at altitude zero.
+    #[serde(default)]
+    pub ground: Option<GroundSetup>,
     pub wind: WindSettings,
     /// Wind over the altitude, added to the steady one.
     pub profile: WindProfile,
@@ -89,6 +95,16 @@ impl PlantSetup {
         }
         self.airframe.check()?;
         self.start.check("plant.start")?;
+        if let Some(ground) = &self.ground {
+            ground.check()?;
+            if self.airframe.gear.is_none() {
+                let name = self.airframe.name;
+                return Err(problem!(
+                    "[{SECTION}] needs [gear] in the airframe file; {name} has none"
+                )
+                .into());
+            }
+        }
         self.wind.check()?;
         self.profile.check()?;
         Atmosphere::check(self.temperature_offset_k)?;
@@ -102,6 +118,18 @@ impl PlantSetup {
             .into());
         }
         Ok(())
+    }
+
+    /// The contact points over the ground; `None` without one. Refused where the steps are too long for them.
+    pub(crate) fn contacts(
+        &self,
+        dynamics: &Dynamics,
+    ) -> Result<Option<Box<Contacts>>, SetupError> {
+        let (Some(gear), Some(ground)) = (&self.airframe.gear, &self.ground) else {
+            return Ok(None);
+        };
+        step_limit::check_contacts(gear, dynamics.mass(), self.step_us)?;
+        Ok(Some(Box::new(Contacts::new(gear, ground, dynamics, self.step_us))))
     }
 
     /// Checks that a controller's model is of this aircraft.

@@ -2,10 +2,14 @@
 
 use host_io::problem::{Problem, problem};
 use icd::{Body, PerEffector};
+use nalgebra::Vector3;
 
 use crate::aerodynamics::{Aerodynamics, AirState, Geometry};
 use crate::airframe::Airframe;
+use crate::contact;
 use crate::dynamics::Dynamics;
+use crate::gear::Gear;
+use crate::rigid_body::MassProperties;
 use crate::start::Start;
 
 /// Largest product of rate and step. RK4 is stable up to 2.78; the rest is room for flight that is faster and lower than
@@ -16,10 +20,10 @@ const RATE_TIMES_STEP_MAX: f64 = 1.0;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("{problem}")]
 pub struct TooQuick {
-    /// Key of the airframe file whose value is too small.
+    /// Key of the airframe file whose value is too small, of a contact point too large.
     pub key: &'static str,
-    /// Smallest value with which the motion is slow enough.
-    pub min: f64,
+    /// Smallest value with which the motion is slow enough, of a contact point the largest.
+    pub limit: f64,
     pub problem: Problem,
 }
 
@@ -72,7 +76,45 @@ pub fn check(
                  {altitude_m} m the {motion} would change at {rate:.0} 1/s, and an integration step of {step_us} us can follow \
                  {rate_max:.0} 1/s; at least {min:.4} is needed"
             );
-            return Err(Box::new(TooQuick { key, min, problem }));
+            return Err(Box::new(TooQuick { key, limit: min, problem }));
+        }
+    }
+    Ok(())
+}
+
+/// Checks each contact point at its effective mass: the natural frequencies of its springs across and along the ground and the rate of
+/// its damper, 1/s, against the step.
+///
+/// # Errors
+/// [`TooQuick`] with the key whose value would have to be smaller.
+pub fn check_contacts(
+    gear: &Gear,
+    mass: &MassProperties,
+    step_us: u32,
+) -> Result<(), Box<TooQuick>> {
+    let rate_max = RATE_TIMES_STEP_MAX * 1.0e6 / f64::from(step_us);
+    for contact in &gear.contacts {
+        let at = contact.at_m.into();
+        let (across, along) = (
+            contact::per_effective_mass(mass, &at, &Vector3::z()),
+            contact::per_effective_mass_along(mass, &at),
+        );
+        for (key, value, per_kg, is_square) in [
+            ("spring_n_m", contact.spring_n_m, across, true),
+            ("damper_n_s_m", contact.damper_n_s_m, across, false),
+            ("grip_spring_n_m", contact.grip_spring_n_m, along, true),
+        ] {
+            let rate = if is_square { (value * per_kg).sqrt() } else { value * per_kg };
+            if rate > rate_max {
+                let most = if is_square { rate_max * rate_max } else { rate_max } / per_kg;
+                let (name, kg) = (contact.name, 1.0 / per_kg);
+                let problem = problem!(
+                    "[gear.contact.{name}] {key} = {value} is too large for its effective mass of {kg:.4} kg: the point would move \
+                     at {rate:.0} 1/s, and an integration step of {step_us} us can follow {rate_max:.0} 1/s; at most {most:.4} is \
+                     possible"
+                );
+                return Err(Box::new(TooQuick { key, limit: most, problem }));
+            }
         }
     }
     Ok(())
@@ -157,13 +199,13 @@ mod tests {
                     other => panic!("{key} = {value}: {other:?}"),
                 };
                 assert_eq!(refused.key, key);
-                assert!(refused.min > value, "{refused}");
-                let enough = refused.min * 1.001;
+                assert!(refused.limit > value, "{refused}");
+                let enough = refused.limit * 1.001;
                 let flown = fly(|airframe| change(airframe, enough), step_us);
                 // Another motion may be the next one.
                 match flown {
                     Err(SetupError::TooQuick(next)) => {
-                        assert!(next.min > enough || next.key != key);
+                        assert!(next.limit > enough || next.key != key);
                     }
                     // So light an aircraft may have no level flight.
                     Err(SetupError::Trim(_)) => {}

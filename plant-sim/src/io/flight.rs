@@ -192,9 +192,12 @@ impl Flight<'_> {
         wall: Duration,
     ) -> Result<FlightEnd, FlightEnd> {
         let t_s = self.plant.time().as_seconds();
-        match self.plant.broken_by() {
-            None => info!(t_s, "the aircraft is on the ground; the plant waits for a restart"),
-            Some(quantity) => error!(
+        match (self.plant.broken_by(), self.plant.crash()) {
+            (None, None) => {
+                info!(t_s, "the aircraft is on the ground; the plant waits for a restart");
+            }
+            (None, Some(crash)) => info!(t_s, %crash, "crash; the plant waits for a restart"),
+            (Some(quantity), _) => error!(
                 t_s,
                 quantity,
                 airframe = self.airframe,

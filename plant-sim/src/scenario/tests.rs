@@ -426,3 +426,57 @@ fn the_air_of_a_flight_has_levels_of_turbulence_shear_and_another_temperature() 
     let calm = part(&text.replace("\"moderate\"", "\"none\"")).unwrap().plant;
     assert_eq!(calm.wind.turbulence, None);
 }
+
+const GROUND: &str = r#"
+[plant.ground]
+latitude_deg = 34.9
+longitude_deg = -117.9
+elevation_m = 700.0
+heading_deg = 40.0
+length_m = 3000.0
+slope_percent = 1.0
+start = "parked"
+along_m = 50.0
+"#;
+
+#[test]
+fn the_ground_of_a_scenario_is_read_and_a_parked_aircraft_has_its_brakes_on() {
+    let read = |text: &str| {
+        Scenario::from_toml("my.toml", text, &tvc_jet::effectors()).unwrap().plant.ground
+    };
+    let ground = read(&format!("{NOMINAL}{GROUND}")).unwrap();
+    assert_eq!(ground.start, GroundStart::Parked { along_m: 50.0 });
+    assert_eq!((ground.slope, ground.friction, ground.brakes), (0.01, 1.0, 1.0));
+    let in_air = GROUND.replace("start = \"parked\"\nalong_m = 50.0\n", "");
+    let ground = read(&format!("{NOMINAL}{in_air}")).unwrap();
+    assert_eq!((ground.start, ground.brakes), (GroundStart::Air, 0.0));
+    assert_eq!(read(NOMINAL), None);
+}
+
+#[test]
+fn a_ground_that_cannot_be_is_refused_with_key_value_and_range() {
+    let text = format!("{NOMINAL}{GROUND}");
+    for (from, to, refused) in [
+        ("latitude_deg = 34.9", "latitude_deg = 95.0", "latitude_deg = 95 is outside -89 to 89"),
+        ("slope_percent = 1.0", "slope_percent = 11", "slope_percent = 11 is outside -10 to 10"),
+        (
+            "elevation_m = 700.0",
+            "elevation_m = 1e6",
+            "elevation_m = 1000000 is outside -450 to 9000",
+        ),
+        ("along_m = 50.0", "along_m = 3001", "along_m = 3001 is outside 0 to 3000"),
+        ("length_m = 3000.0", "length_m = nan", "length_m = NaN is outside 10 to 20000"),
+        ("start = \"parked\"", "start = \"air\"", "along_m has no meaning with this start"),
+    ] {
+        assert_eq!(refusal(&text, from, to), format!("my.toml: [plant.ground] {refused}"));
+    }
+    let launch = refusal(&text, "\"parked\"", "\"launched\"");
+    assert_eq!(launch, "my.toml: [plant.ground]: height_m is missing");
+    let missing = refusal(&text, "heading_deg = 40.0\n", "");
+    assert_eq!(missing, "my.toml: [plant.ground]: heading_deg is missing");
+    let both = refusal(&text, "[plant.wind]", "[plant.start]\nheading_deg = 1.0\n[plant.wind]");
+    assert!(
+        both.contains("[plant.start] has no meaning beside the start of [plant.ground]"),
+        "{both}"
+    );
+}
