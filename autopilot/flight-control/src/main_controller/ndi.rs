@@ -186,8 +186,8 @@ impl Law for Ndi {
         let gains = Vector3::new(self.gains.k_p, self.gains.k_q, self.gains.k_r);
         let acceleration = gains.component_mul(&(demanded - input.state.rates));
         let needed = acceleration - input.model.bare_airframe(input.state, input.at);
-        // A model whose surfaces cannot turn the aircraft about each axis is left at rest.
-        let inverse = self.effectiveness(input).try_inverse().unwrap_or_else(Matrix3::zeros);
+        let effectiveness = self.effectiveness(input);
+        let inverse = effectiveness.try_inverse().unwrap_or_else(|| without_axes(effectiveness));
         let surfaces = inverse * needed;
         MainCommand {
             aileron_rad: surfaces.x,
@@ -225,6 +225,21 @@ impl Law for Ndi {
     }
 }
 
+/// The inverse for the axes whose command turns the aircraft; without a rudder the yaw is left to the airframe. Zero if the columns
+/// that there are depend on each other.
+fn without_axes(effectiveness: Matrix3<f64>) -> Matrix3<f64> {
+    let is_missing = |axis: usize| effectiveness.column(axis).amax() == 0.0;
+    let mut completed = effectiveness;
+    for axis in (0..3).filter(|axis| is_missing(*axis)) {
+        completed[(axis, axis)] = 1.0;
+    }
+    let mut inverse = completed.try_inverse().unwrap_or_else(Matrix3::zeros);
+    for axis in (0..3).filter(|axis| is_missing(*axis)) {
+        inverse.row_mut(axis).fill(0.0);
+    }
+    inverse
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -256,5 +271,16 @@ mod tests {
         let gains = Vector3::new(4.0, 4.0, 3.0);
         let error = given - gains.component_mul(&(demanded - state.rates));
         assert!(error.norm() < 1.0e-12, "{error} rad/s2");
+    }
+
+    #[test]
+    fn without_a_rudder_roll_and_pitch_are_inverted_and_the_rudder_stays_at_rest() {
+        let mut effectiveness = Matrix3::new(-8.0, 0.1, 0.0, 0.2, -5.0, 0.0, -0.5, 0.0, 0.0);
+        let commands = without_axes(effectiveness) * Vector3::new(1.0, 2.0, 3.0);
+        let given = effectiveness * commands;
+        assert!((given.x - 1.0).abs() < 1.0e-12 && (given.y - 2.0).abs() < 1.0e-12, "{given}");
+        assert_eq!(commands.z, 0.0);
+        effectiveness.set_column(1, &effectiveness.column(0).clone_owned());
+        assert_eq!(without_axes(effectiveness), Matrix3::zeros());
     }
 }
