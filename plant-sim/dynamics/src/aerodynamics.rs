@@ -152,21 +152,14 @@ impl Aero {
     /// Keys of the drag terms that may be negative.
     pub(crate) const LINEAR_DRAG: [&str; 2] = ["c_drag_alpha", "c_drag_lift"];
 
-    /// Drag without sideslip and stall, at a linear angle of attack (rad) and its lift.
+    /// Drag without sideslip and stall, at a linear angle of attack (rad) and its lift. A published line is for positive angles; where it
+    /// would push the aircraft, the drag is zero.
     #[inline]
     pub(crate) fn polar(&self, alpha_rad: f64, lift: f64) -> f64 {
-        self.c_drag_zero
+        let drag = self.c_drag_zero
             + self.c_drag_induced * lift * lift
-            + (self.c_drag_alpha * alpha_rad + self.c_drag_lift * lift)
-    }
-
-    /// The linear angle of attack where the polar has its minimum, if that is inside its range.
-    pub(crate) fn least_drag(&self) -> Option<f64> {
-        let slope = self.c_lift_alpha;
-        let linear = self.c_drag_alpha + self.c_drag_lift * slope;
-        let lift = -linear / (2.0 * self.c_drag_induced * slope);
-        let alpha_rad = (lift - self.c_lift_zero) / slope;
-        (alpha_rad.abs() <= self.alpha_max_rad).then_some(alpha_rad)
+            + (self.c_drag_alpha * alpha_rad + self.c_drag_lift * lift);
+        drag.max(0.0)
     }
 }
 
