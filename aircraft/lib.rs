@@ -20,6 +20,8 @@ pub const AIRFRAMES: &[(&str, &str)] = &[
     ("tvc_jet_mach", MACH_AIRFRAME),
     ("f16", F16_AIRFRAME),
     ("aerosonde", AEROSONDE_AIRFRAME),
+    ("aerosonde_vtail", include_str!("aerosonde_vtail/airframe.toml")),
+    ("skywalker_x8", include_str!("skywalker_x8/airframe.toml")),
 ];
 
 /// Written by `sitl aircraft linearize`, as every model here.
@@ -32,6 +34,8 @@ pub const MODELS: &[(&str, &str)] = &[
     ("tvc_jet_mach", DEFAULT_MODEL),
     ("f16", include_str!("f16/model.toml")),
     ("aerosonde", AEROSONDE_MODEL),
+    ("aerosonde_vtail", include_str!("aerosonde_vtail/model.toml")),
+    ("skywalker_x8", include_str!("skywalker_x8/model.toml")),
 ];
 
 /// The geometry files by the names of their aircraft. The jet with Mach effects looks like the jet.
@@ -40,5 +44,7 @@ pub const GEOMETRIES: &[(&str, &str)] = &[
     ("tvc_jet_mach", JET_GEOMETRY),
     ("f16", include_str!("f16/geometry.toml")),
     ("aerosonde", include_str!("aerosonde/geometry.toml")),
+    ("aerosonde_vtail", include_str!("aerosonde_vtail/geometry.toml")),
+    ("skywalker_x8", include_str!("skywalker_x8/geometry.toml")),
 ];
 const JET_GEOMETRY: &str = include_str!("tvc_jet/geometry.toml");

@@ -11,8 +11,8 @@ sed -e 's/^name = "aerosonde"/name = "payload"/' -e 's/^mass_kg = .*/mass_kg = 1
   aircraft/aerosonde/airframe.toml >"$folder/airframe.toml"
 aircraft="--airframe $folder/airframe.toml --model $folder/model.toml"
 
-# What the controller knows: derived from the plant at its design point.
-"$sitl" aircraft linearize --airframe "$folder/airframe.toml" --out "$folder/model.toml"
+# What the controller knows, with its gains, speeds, radii and limits, checked by margins and flights: model.toml and report.md.
+"$sitl" aircraft new --airframe "$folder/airframe.toml" --out "$folder"
 # shellcheck disable=SC2086
 {
   "$sitl" aircraft margins $aircraft --law lqr --compensator neso

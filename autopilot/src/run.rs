@@ -10,6 +10,7 @@ use host_io::{LinkSocket, Stop, process};
 use tokio::sync::watch;
 use tracing::{info, warn};
 
+use crate::config;
 use crate::io::HERE;
 use crate::io::gcs_link::{ControlEnded, GcsConfig, GcsLink, Logs};
 use crate::io::plant_link::{GroundChannels, PlantLink, RECEIVE_TIMEOUT, channels};
@@ -46,6 +47,11 @@ pub fn run(args: &AutopilotArgs) -> Result<(), Problem> {
     summaries.iter().flatten().for_each(|summary| info!("{summary}"));
     let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
     let (settings, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
+    // The launcher has told its operator.
+    let inherited = config::inherited(&model_file.aircraft, &parameters);
+    if let Some(inherited) = inherited.filter(|_| !args.with_parent) {
+        warn!("{inherited}");
+    }
     let address = args.plant_link.unwrap_or_else(|| args.instance.plant_link());
     let socket =
         LinkSocket::listen("autopilot", "plant link", address, args.wait, RECEIVE_TIMEOUT)?;

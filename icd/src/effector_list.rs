@@ -190,6 +190,10 @@ named! {
         NozzleYaw = "nozzle_yaw",
         /// Thrust, newton.
         Engine = "engine",
+        /// Surface at the trailing edge of a wing without tail, for pitch and roll.
+        Elevon = "elevon",
+        /// Surface of a V-tail, for pitch and yaw.
+        Ruddervator = "ruddervator",
     }
 }
 
@@ -202,6 +206,16 @@ impl EffectorKind {
     /// Whether it is a nozzle angle.
     pub const fn is_nozzle(self) -> bool {
         matches!(self, Self::NozzlePitch | Self::NozzleYaw)
+    }
+
+    /// Kinds that have the role of this one on an aircraft without it.
+    const fn stands_in(self) -> &'static [Self] {
+        match self {
+            Self::Aileron => &[Self::Elevon],
+            Self::Elevator => &[Self::Elevon, Self::Ruddervator],
+            Self::Rudder => &[Self::Ruddervator, Self::Elevon],
+            _ => &[],
+        }
     }
 
     /// Whether it is an aerodynamic surface.
@@ -491,13 +505,20 @@ impl EffectorList {
         self.all().find(named).or_else(|| self.by_role(key))
     }
 
-    /// The only effector of a kind on a side.
+    /// The only effector of a kind on a side; where the aircraft has none of this kind, that of a kind that stands in, for one in the
+    /// centre the left one.
     fn by_role(&self, key: &str) -> Option<Effector> {
-        let (role_side, role_kind) = role(key)?;
-        let of_role = |effector: &Effector| {
-            self.entry(*effector).is_some_and(|e| (e.side, e.kind) == (role_side, role_kind))
+        let (side, kind) = role(key)?;
+        let is_there = |kind: &EffectorKind| self.of_kind(*kind).next().is_some();
+        let stands_in = kind.stands_in().iter().copied();
+        let found = core::iter::once(kind).chain(stands_in).find(is_there)?;
+        let side = match side {
+            LateralSide::Centre if found != kind => LateralSide::Left,
+            side => side,
         };
-        let mut all = self.all().filter(of_role);
+        let kind = found;
+        let on_side = |effector: &Effector| self.entry(*effector).is_some_and(|e| e.side == side);
+        let mut all = self.of_kind(kind).filter(on_side);
         // Of two effectors the word would not say which.
         all.next().filter(|_| all.next().is_none())
     }

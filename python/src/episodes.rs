@@ -262,18 +262,16 @@ impl Common {
     fn compensation(&self, action: &[f64]) -> Compensation {
         let airframe = &self.setup.plant.airframe;
         let (list, servos) = (&airframe.effectors, &airframe.servos);
-        let travel = |kind: EffectorKind| {
-            list.all()
-                .find(|effector| list.kind(*effector) == Some(kind))
-                .map_or(0.0, |effector| servos[effector].max)
+        let travel = |effector: Option<Effector>| effector.map_or(0.0, |e| servos[e].max);
+        let of = |place: usize, effector| {
+            action.get(place).copied().unwrap_or(0.0).clamp(-1.0, 1.0) * travel(effector)
         };
-        let of = |place: usize, kind| {
-            action.get(place).copied().unwrap_or(0.0).clamp(-1.0, 1.0) * travel(kind)
-        };
+        // Ailerons, or the elevons of an aircraft without them.
+        let rolls = list.all().find(|effector| airframe.gains[*effector].roll != 0.0);
         Compensation {
-            aileron_rad: of(0, EffectorKind::Aileron),
-            nozzle_pitch_rad: of(1, EffectorKind::NozzlePitch),
-            nozzle_yaw_rad: of(2, EffectorKind::NozzleYaw),
+            aileron_rad: of(0, rolls),
+            nozzle_pitch_rad: of(1, list.only(EffectorKind::NozzlePitch)),
+            nozzle_yaw_rad: of(2, list.only(EffectorKind::NozzleYaw)),
         }
     }
 

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,9 +16,12 @@ from gymnasium.vector import AutoresetMode  # noqa: E402
 import two_step  # noqa: E402
 import two_step.gym  # noqa: E402
 
+# Every shipped aircraft with a model of its own.
+AIRFRAMES = sorted(file.parent.name for file in Path(__file__).parents[2].glob("aircraft/*/model.toml"))
+
 
 @pytest.mark.parametrize("task", two_step.gym.TASKS)
-@pytest.mark.parametrize("airframe", ["tvc_jet", "f16", "aerosonde"])
+@pytest.mark.parametrize("airframe", AIRFRAMES)
 @pytest.mark.parametrize("action", ["redundant", "all"])
 def test_the_checker_finds_nothing(task, airframe, action):
     with warnings.catch_warnings():

@@ -86,7 +86,8 @@ fn default_faults(airframe: &Airframe) -> Vec<String> {
         let degrees = (0.5 * airframe.servos[first].max).to_degrees();
         Some(format!("{} stuck at {degrees:.1} deg", list.name(first)))
     };
-    let kinds = [EffectorKind::Elevator, EffectorKind::Rudder, EffectorKind::Aileron];
+    use EffectorKind::{Aileron, Elevator, Elevon, Rudder, Ruddervator};
+    let kinds = [Elevator, Elevon, Ruddervator, Rudder, Aileron];
     let mut faults: Vec<String> = kinds.into_iter().filter_map(half).collect();
     // QGroundControl shows three buttons at a time, and the repair should be one of them.
     faults.insert(faults.len().min(2), "Everything OK: all".to_owned());

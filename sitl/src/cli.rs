@@ -32,6 +32,7 @@ use lab_studies::geometry::{self, DrawArgs};
 use lab_studies::linearize::{self, LinearizeArgs};
 use lab_studies::margins::{self, MarginsArgs};
 use lab_studies::mission::{self, MissionOptions};
+use lab_studies::new::{self, NewArgs};
 use lab_studies::sensor_errors::{self, SensorErrorsArgs};
 use lab_studies::trimmable::{self, TrimmableArgs};
 use lab_studies::turbulence::{self, TurbulenceArgs};
@@ -206,6 +207,8 @@ enum StudyCommand {
 enum AircraftCommand {
     /// Derive the controller's model from the plant at its design trim
     Linearize(LinearizeArgs),
+    /// Make the model of a new aircraft with all its parameters, check it by margins and flights, and report what is weak
+    New(NewArgs),
     /// Design the gains of a law from the controller's model
     #[command(subcommand)]
     Design(DesignCommand),
@@ -365,6 +368,7 @@ fn specified(words: &[OsString]) -> Result<lab_campaign::Command, clap::Error> {
 fn run_aircraft(command: &AircraftCommand, program: &Path) -> Result<(), Box<dyn Error>> {
     match command {
         AircraftCommand::Linearize(args) => linearize::run(args)?,
+        AircraftCommand::New(args) => new::run(args)?,
         AircraftCommand::Design(DesignCommand::Lqr(args)) => design::run(args)?,
         AircraftCommand::Margins(args) => margins::run(args)?,
         AircraftCommand::Trimmable(args) => trimmable::run(args)?,
@@ -453,6 +457,7 @@ mod tests {
             "replay a.ulg",
             "live --speed 2",
             "aircraft linearize",
+            "aircraft new --airframe my.toml --out my",
             "aircraft fmu --airframe f16 --out f16.fmu",
             "study jams --out x",
             "help jams",

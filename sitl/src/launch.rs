@@ -59,7 +59,7 @@ pub fn run(args: &LaunchArgs, program: &Path) -> Result<(), Problem> {
     stop.on_signals_and_suspension(suspend).at(HERE)?;
     let options = args.check()?;
     let mut screen = Screen::new(args.pace(), options.advice.clone());
-    if let Some(note) = &options.note {
+    for note in options.note.iter().chain(&options.inherited) {
         screen.message(note).at(HERE)?;
     }
     let arrangement = if args.is_as_fast_as_possible() {

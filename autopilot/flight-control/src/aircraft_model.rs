@@ -191,6 +191,10 @@ table! {
     }
 }
 
+/// Sums over the effectors that each law divides by.
+const ROLL_PER_COMMAND: &str = "effector.c_roll times roll (of all effectors)";
+const PITCH_PER_COMMAND: &str = "effector.c_pitch times pitch (of all effectors)";
+
 /// The first number of a model that the laws cannot fly with.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AircraftModelError {
@@ -216,6 +220,11 @@ impl fmt::Display for AircraftModelError {
         }
         if !effector.is_empty() {
             write!(f, "effector `{effector}`: ")?;
+        }
+        match *key {
+            ROLL_PER_COMMAND if *value == 0.0 => f.write_str("no effector rolls: ")?,
+            PITCH_PER_COMMAND if *value == 0.0 => f.write_str("no effector pitches: ")?,
+            _ => {}
         }
         write!(f, "{key} = {value} is outside {min} to {max}")
     }
@@ -269,11 +278,11 @@ impl AircraftModel {
         // The compensator divides by the aileron command's roll moment and by the inertia's determinant.
         let roll = effectors.per_command(&effectors.c_roll, |gains| gains.roll);
         // Negative, as the signs of `icd` want it: otherwise every law would feed its error back the wrong way.
-        check("effector.c_roll times roll (of all effectors)", roll, -10.0, -1.0e-6)?;
+        check(ROLL_PER_COMMAND, roll, -10.0, -1.0e-6)?;
         // The trim of level flight divides by the elevator command's pitching moment and by the slope of the lift
         // with the elevators that balance it.
         let pitch = effectors.per_command(&effectors.c_pitch, |gains| gains.pitch);
-        check("effector.c_pitch times pitch (of all effectors)", pitch, -10.0, -1.0e-6)?;
+        check(PITCH_PER_COMMAND, pitch, -10.0, -1.0e-6)?;
         let trimmed = -self.airframe.c_pitch_alpha / pitch;
         let lift = effectors.per_command(&effectors.c_lift, |gains| gains.pitch);
         let slope = self.lift.c_lift_alpha + lift * trimmed;
@@ -332,7 +341,8 @@ mod tests {
     fn an_aileron_without_roll_moment_is_refused() {
         let mut aircraft = testing::aircraft_model();
         aircraft.effectors.c_roll = PerEffector::default();
-        assert!(aircraft.validate().is_err());
+        let error = aircraft.validate().unwrap_err().to_string();
+        assert!(error.starts_with("no effector rolls: effector.c_roll times roll"), "{error}");
     }
 
     #[test]

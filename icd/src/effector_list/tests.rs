@@ -138,3 +138,25 @@ fn an_effector_is_found_by_its_role_where_it_is_the_only_one_of_it() {
     let list = EffectorList::new(entries).unwrap();
     assert_eq!(list.by_key("left_aileron"), None);
 }
+
+#[test]
+fn an_elevon_stands_in_for_aileron_and_elevator_and_a_ruddervator_for_the_elevator() {
+    let renamed = |kind| {
+        let mut all = entries();
+        for (entry, name) in all[..2].iter_mut().zip(["left flaperon", "right flaperon"]) {
+            (entry.kind, entry.name) = (kind, Name::from(name).unwrap());
+        }
+        (all[0].partner, all[1].partner) = (Some(all[1].name), Some(all[0].name));
+        // Without elevators and rudder.
+        all.drain(2..5);
+        EffectorList::new(all).unwrap()
+    };
+    let (elevons, v_tail) = (renamed(EffectorKind::Elevon), renamed(EffectorKind::Ruddervator));
+    for key in ["left_elevator", "left_aileron", "left elevon", "rudder"] {
+        assert_eq!(elevons.by_key(key), Some(Effector::FIRST), "{key}");
+    }
+    for key in ["left_elevator", "rudder"] {
+        assert_eq!(v_tail.by_key(key), Some(Effector::FIRST), "{key}");
+    }
+    assert!(v_tail.lacks("left_aileron") && !v_tail.lacks("right_elevator"));
+}

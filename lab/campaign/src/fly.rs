@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::num::NonZero;
 use std::str::FromStr;
 
+use autopilot::config;
 use host_io::console;
 use host_io::problem::Problem;
 use lab_engine::builder::preset_note;
@@ -43,17 +44,20 @@ impl Shard {
     }
 }
 
-/// Presets of the estimator that were set against the fitted sensors: of the first flight of each aircraft with each law.
-fn preset_notes(plan: &Plan) -> BTreeSet<String> {
+/// Presets of the estimator that were set against the fitted sensors, and values of the jet that another aircraft has: of the first
+/// flight of each aircraft with each law.
+fn setup_notes(plan: &Plan) -> BTreeSet<String> {
     let laws = plan.laws().len();
     let first = (0..plan.aircraft.len()).map(|airframe| plan.flights_of(airframe).start * laws);
     let runs = first.flat_map(|first| first..first + laws);
     // A run that cannot be flown has its own message.
     let setups = runs.filter_map(|number| plan.setup(&plan.run(number as u64).ok()?).ok());
-    let note = |setup: FlightSetup| {
-        preset_note(setup.parameters.gains.selection.estimator, &setup.plant.sensors)
+    let notes = |setup: FlightSetup| {
+        let preset = setup.parameters.gains.selection.estimator;
+        let preset = preset_note(preset, &setup.plant.sensors);
+        preset.into_iter().chain(config::inherited(&setup.model, &setup.parameters))
     };
-    setups.filter_map(note).collect()
+    setups.flat_map(notes).collect()
 }
 
 /// Flies every part that is not there yet, of the whole campaign or of a shard; gives the number of runs flown.
@@ -73,7 +77,7 @@ pub fn fly(plan: &Plan, store: &RunStore, shard: Option<Shard>) -> Result<u64, P
         // Nobody may read any more.
         let _ = writeln!(console::err(), "{} of {all} runs are there already", all - runs);
     }
-    for note in preset_notes(plan).into_iter().chain(plan.notes()) {
+    for note in setup_notes(plan).into_iter().chain(plan.notes()) {
         let _ = writeln!(console::err(), "{note}");
     }
     let total = usize::try_from(runs).unwrap_or(usize::MAX);

@@ -84,6 +84,11 @@ impl Named {
         Self::new(name.to_owned(), Cow::Borrowed(text))
     }
 
+    /// A text that the program made.
+    pub fn given(name: &str, text: String) -> Self {
+        Self::new(name.to_owned(), Cow::Owned(text))
+    }
+
     fn new(name: String, text: Cow<'static, str>) -> Self {
         Self { name, text, table: OnceLock::new() }
     }

@@ -258,7 +258,9 @@ mod tests {
                 let surface = &model.effectors;
                 let (axis, sign) = match list.kind(effector).unwrap() {
                     EffectorKind::Aileron => (0, surface.c_roll[effector]),
-                    EffectorKind::Elevator => (1, surface.c_pitch[effector]),
+                    EffectorKind::Elevator | EffectorKind::Elevon | EffectorKind::Ruddervator => {
+                        (1, surface.c_pitch[effector])
+                    }
                     EffectorKind::Rudder => (2, surface.c_yaw[effector]),
                     EffectorKind::NozzlePitch => (1, 1.0),
                     EffectorKind::NozzleYaw => (2, 1.0),

@@ -2,7 +2,7 @@
 
 use flight_control::AltitudeLimit;
 use icd::units::STANDARD_GRAVITY_M_S2;
-use icd::{Body, EffectorKind};
+use icd::{AxisGains, Body};
 use lab_engine::FlightSetup;
 use lab_engine::flight::Tick;
 use plant_sim::Airframe;
@@ -118,11 +118,14 @@ fn steady_turn(airframe: &Airframe, at: &Last) -> Option<SteadyTurn> {
     }
     // The upper end, with which the wing carries the weight for sure.
     let (elevator_rad, thrust_n, _) = balanced(high);
-    let largest =
-        |kind| airframe.effectors.of_kind(kind).map(|e| airframe.servos[e].max).fold(0.0, f64::max);
+    // The largest command that an effector follows to its end.
+    let largest = |gain: fn(&AxisGains) -> f64| {
+        let follows = airframe.effectors.all().filter(|e| gain(&airframe.gains[*e]) != 0.0);
+        follows.map(|e| airframe.servos[e].max / gain(&airframe.gains[e]).abs()).fold(0.0, f64::max)
+    };
     let used = [
-        elevator_rad.abs() / largest(EffectorKind::Elevator),
-        thrust_n / largest(EffectorKind::Engine),
+        elevator_rad.abs() / largest(|gains| gains.pitch),
+        thrust_n / largest(|gains| gains.thrust),
     ];
     let has_reserve = used.iter().all(|used| *used <= 1.0 - RESERVE);
     Some(SteadyTurn { elevator_rad, thrust_n, has_reserve })

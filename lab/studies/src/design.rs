@@ -24,15 +24,34 @@ use host_io::problem::{Problem, problem};
 /// By this line a file of gains is recognised as one of this program, which it may write over.
 pub const MARK: &str = "# Written by `sitl aircraft design lqr`";
 
-/// Largest values that are acceptable (Bryson's rule: Q = diag(1/x²), R = diag(1/u²)): climb rate 25 m/s, airspeed
-/// 5 m/s, pitch angle 0.1 rad, pitch rate 0.1 rad/s, altitude 60 m, its integral 1000 m s, integral of airspeed 75 m.
-const LONGITUDINAL_STATES: [f64; 7] = [25.0, 5.0, 0.1, 0.1, 60.0, 1_000.0, 75.0];
-/// Elevator 0.1 rad, thrust per mass 1.5 m/s².
-const LONGITUDINAL_INPUTS: [f64; 2] = [0.1, 1.5];
-/// Sideslip 0.2 rad, roll rate 0.5 rad/s, yaw rate 0.2 rad/s, roll angle 0.15 rad, its integral 10 rad s.
-const LATERAL_STATES: [f64; 5] = [0.2, 0.5, 0.2, 0.15, 10.0];
-/// Aileron 0.2 rad, rudder 0.1 rad.
-const LATERAL_INPUTS: [f64; 2] = [0.2, 0.1];
+/// Largest values that are acceptable (Bryson's rule: Q = diag(1/x²), R = diag(1/u²)).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights {
+    /// Climb rate, airspeed, pitch angle, pitch rate, altitude, and the integrals of altitude and airspeed error.
+    pub longitudinal_states: [f64; 7],
+    /// Elevator, thrust per mass.
+    pub longitudinal_inputs: [f64; 2],
+    /// Sideslip, roll rate, yaw rate, roll angle, its integral.
+    pub lateral_states: [f64; 5],
+    /// Aileron, rudder.
+    pub lateral_inputs: [f64; 2],
+    /// Largest altitude error that the regulator sees, m.
+    pub error_max_m: f64,
+}
+
+impl Weights {
+    /// Those of `sitl aircraft design lqr`, chosen for the paper's jet: climb rate 25 m/s, airspeed 5 m/s, pitch angle 0.1 rad, pitch
+    /// rate 0.1 rad/s, altitude 60 m, its integral 1000 m s, integral of airspeed 75 m; elevator 0.1 rad, thrust per mass 1.5 m/s²;
+    /// sideslip 0.2 rad, roll rate 0.5 rad/s, yaw rate 0.2 rad/s, roll angle 0.15 rad, its integral 10 rad s; aileron 0.2 rad,
+    /// rudder 0.1 rad.
+    pub const JET: Self = Self {
+        longitudinal_states: [25.0, 5.0, 0.1, 0.1, 60.0, 1_000.0, 75.0],
+        longitudinal_inputs: [0.1, 1.5],
+        lateral_states: [0.2, 0.5, 0.2, 0.15, 10.0],
+        lateral_inputs: [0.2, 0.1],
+        error_max_m: Gains::REFERENCE.lqr.error_max_m,
+    };
+}
 
 /// Half width of the differences.
 const DIFFERENCE: f64 = 1.0e-4;
@@ -59,10 +78,15 @@ pub struct DesignArgs {
 /// Designs and writes a file of gains.
 pub fn run(args: &DesignArgs) -> Result<(), Box<dyn Error>> {
     let aircraft = config::named_model(&args.model)?.aircraft;
-    let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT)?);
+    let text = to_toml(&design(&aircraft, ControlPeriod::DEFAULT, &Weights::JET)?);
     file::write(&args.out, text.as_bytes(), MARK.as_bytes())
         .map_err(|problem| format!("--out {}: {problem}", args.out.display()))?;
     print_line!("wrote {}; fly it with --gains {0} --law lqr", args.out.display());
+    if !aircraft.aircraft.starts_with(DEFAULT_NAME) {
+        print_line!(
+            "Its weights are those of {DEFAULT_NAME}; `sitl aircraft new` scales them to the aircraft."
+        );
+    }
     Ok(())
 }
 
@@ -70,12 +94,16 @@ fn no_solution(motion: &str) -> Problem {
     problem!("the discrete Riccati equation of the {motion} motion has no solution with this model")
 }
 
-/// The gains for this model.
-pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGains, Problem> {
+/// The gains for this model with these weights.
+pub fn design(
+    aircraft: &AircraftModel,
+    period: ControlPeriod,
+    weights: &Weights,
+) -> Result<LqrGains, Problem> {
     let model = DesignModel::new(*aircraft);
     let h = period.as_seconds();
     let system = discretise(&longitudinal(&model), h);
-    let k = regulator(&system, &LONGITUDINAL_STATES, &LONGITUDINAL_INPUTS)
+    let k = regulator(&system, &weights.longitudinal_states, &weights.longitudinal_inputs)
         .ok_or_else(|| no_solution("longitudinal"))?;
     let row = |i: usize| LongitudinalRow {
         climb: k[(i, 0)],
@@ -88,7 +116,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
     };
     let (elevator, thrust) = (row(0), row(1));
     let system = discretise(&lateral(&model), h);
-    let k = regulator(&system, &LATERAL_STATES, &LATERAL_INPUTS)
+    let k = regulator(&system, &weights.lateral_states, &weights.lateral_inputs)
         .ok_or_else(|| no_solution("lateral"))?;
     let row = |i: usize| LateralRow {
         beta: k[(i, 0)],
@@ -98,7 +126,7 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
         phi_i: k[(i, 4)],
     };
     let (aileron, rudder) = (row(0), row(1));
-    let error_max_m = Gains::REFERENCE.lqr.error_max_m;
+    let error_max_m = weights.error_max_m;
     let mut gains = Gains {
         lqr: LqrGains { elevator, thrust, aileron, rudder, error_max_m },
         ..Gains::REFERENCE
@@ -109,6 +137,33 @@ pub fn design(aircraft: &AircraftModel, period: ControlPeriod) -> Result<LqrGain
         (tunable.set)(&mut gains, value);
     }
     Ok(gains.lqr)
+}
+
+/// Gains of the PID's altitude law on climb rate, pitch angle, pitch rate, altitude and its integral, and of its roll law on roll
+/// rate, roll angle and its integral: regulators of the same motions with one command each.
+pub(crate) fn pid(
+    model: &DesignModel,
+    period: ControlPeriod,
+    weights: &Weights,
+) -> Result<([f64; 5], [f64; 3]), Problem> {
+    let (h, all) = (period.as_seconds(), weights.longitudinal_states);
+    // Without airspeed and its integral, and without thrust.
+    let kept = [0, 2, 3, 4, 5];
+    let (a, b) = longitudinal(model);
+    let a = Square::<5>::from_fn(|i, j| a[(kept[i], kept[j])]);
+    let b = SMatrix::<f64, 5, 1>::from_fn(|i, _| b[(kept[i], 0)]);
+    let [elevator, _] = weights.longitudinal_inputs;
+    let altitude = regulator(&discretise(&(a, b), h), &kept.map(|i| all[i]), &[elevator])
+        .ok_or_else(|| no_solution("longitudinal"))?;
+    let (all, kept) = (weights.lateral_states, [1, 3, 4]);
+    let (a, b) = lateral(model);
+    let a = Square::<3>::from_fn(|i, j| a[(kept[i], kept[j])]);
+    let b = SMatrix::<f64, 3, 1>::from_fn(|i, _| b[(kept[i], 0)]);
+    let [aileron, _] = weights.lateral_inputs;
+    let roll = regulator(&discretise(&(a, b), h), &kept.map(|i| all[i]), &[aileron])
+        .ok_or_else(|| no_solution("lateral"))?;
+    // u = -K x.
+    Ok((std::array::from_fn(|i| -altitude[i]), std::array::from_fn(|i| -roll[i])))
 }
 
 /// The gains as the file that `--gains` reads.
@@ -137,7 +192,10 @@ type Square<const N: usize> = SMatrix<f64, N, N>;
 type System<const N: usize, const M: usize> = (Square<N>, SMatrix<f64, N, M>);
 
 /// Slope of the model's angular acceleration along a change of the state.
-fn slope(model: &DesignModel, change: impl Fn(&mut NavigationState, f64)) -> Vector3<f64> {
+pub(crate) fn slope(
+    model: &DesignModel,
+    change: impl Fn(&mut NavigationState, f64),
+) -> Vector3<f64> {
     let at = |d: f64| {
         let mut state = *model.design_point();
         change(&mut state, d);
@@ -147,10 +205,13 @@ fn slope(model: &DesignModel, change: impl Fn(&mut NavigationState, f64)) -> Vec
 }
 
 /// Angular acceleration per rad of a command of the main controller.
-fn per_command(model: &DesignModel, of: impl Fn(&mut flight_control::MainCommand)) -> Vector3<f64> {
+pub(crate) fn per_command(
+    model: &DesignModel,
+    of: impl Fn(&mut flight_control::MainCommand, f64),
+) -> Vector3<f64> {
     let at = model.condition(model.design_point());
     let mut command = flight_control::MainCommand::default();
-    of(&mut command);
+    of(&mut command, DIFFERENCE);
     let mixer = flight_control::mixer::Mixer::new(&model.aircraft().effectors);
     let positions = mixer.mix_main_only(&command);
     model.surfaces(&at, &positions) / DIFFERENCE
@@ -174,7 +235,7 @@ fn longitudinal(model: &DesignModel) -> System<7, 2> {
     let g_n_v = 2.0 * G_M_S2 / v;
     let m_alpha = slope(model, |state, d| state.alpha += d).y;
     let m_q = slope(model, |state, d| state.rates.y += d).y;
-    let m_e = per_command(model, |command| command.elevator_rad = DIFFERENCE).y;
+    let m_e = per_command(model, |command, d| command.elevator_rad = d).y;
     #[rustfmt::skip]
     let a = Square::<7>::from_row_slice(&[
         -g_n_alpha / v,   g_n_v, g_n_alpha, g_n_q, 0.0, 0.0, 0.0,
@@ -198,8 +259,8 @@ fn lateral(model: &DesignModel) -> System<5, 2> {
     let beta = slope(model, |state, d| state.beta += d);
     let p = slope(model, |state, d| state.rates.x += d);
     let r = slope(model, |state, d| state.rates.z += d);
-    let a_c = per_command(model, |command| command.aileron_rad = DIFFERENCE);
-    let r_c = per_command(model, |command| command.rudder_rad = DIFFERENCE);
+    let a_c = per_command(model, |command, d| command.aileron_rad = d);
+    let r_c = per_command(model, |command, d| command.rudder_rad = d);
     #[rustfmt::skip]
     let a = Square::<5>::from_row_slice(&[
         0.0,    alpha, -1.0, G_M_S2 / v,       0.0,
@@ -277,11 +338,17 @@ mod tests {
         let aircraft = config::aircraft_model("tvc_jet.toml", aircraft::DEFAULT_MODEL).unwrap();
         let model = DesignModel::new(aircraft);
         let system = discretise(&longitudinal(&model), 0.002);
-        let k = regulator(&system, &LONGITUDINAL_STATES, &LONGITUDINAL_INPUTS).unwrap();
+        let k = regulator(
+            &system,
+            &Weights::JET.longitudinal_states,
+            &Weights::JET.longitudinal_inputs,
+        )
+        .unwrap();
         let poles = (system.0 - system.1 * k).complex_eigenvalues();
         assert!(poles.iter().all(|z| z.re.hypot(z.im) < 1.0), "{poles}");
         let system = discretise(&lateral(&model), 0.002);
-        let k = regulator(&system, &LATERAL_STATES, &LATERAL_INPUTS).unwrap();
+        let k =
+            regulator(&system, &Weights::JET.lateral_states, &Weights::JET.lateral_inputs).unwrap();
         let poles = (system.0 - system.1 * k).complex_eigenvalues();
         assert!(poles.iter().all(|z| z.re.hypot(z.im) < 1.0), "{poles}");
         // A plant of one state with a known answer: p = 1 + p - p²/(1 + p) is the golden ratio.
@@ -293,7 +360,7 @@ mod tests {
     #[test]
     fn the_shipped_gains_are_those_of_the_shipped_model() {
         let aircraft = config::aircraft_model("tvc_jet.toml", aircraft::DEFAULT_MODEL).unwrap();
-        let designed = design(&aircraft, ControlPeriod::DEFAULT).unwrap();
+        let designed = design(&aircraft, ControlPeriod::DEFAULT, &Weights::JET).unwrap();
         let (text, shipped) = (to_toml(&designed), to_toml(&LqrGains::REFERENCE));
         assert_eq!(
             text, shipped,
@@ -306,7 +373,7 @@ mod tests {
         let mut aircraft = config::aircraft_model("tvc_jet.toml", aircraft::DEFAULT_MODEL).unwrap();
         aircraft.effectors.c_pitch = icd::PerEffector::default();
         aircraft.effectors.c_lift = icd::PerEffector::default();
-        let refused = design(&aircraft, ControlPeriod::DEFAULT);
+        let refused = design(&aircraft, ControlPeriod::DEFAULT, &Weights::JET);
         assert_eq!(refused, Err(no_solution("longitudinal")));
     }
 }

@@ -10,6 +10,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use autopilot::config;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::ScriptArgs;
 use flight_control::gains::name_of;
@@ -247,7 +248,8 @@ impl FlyArgs {
     fn fly(&self) -> Result<bool, Problem> {
         let setup = self.setup()?;
         let preset = setup.parameters.gains.selection.estimator;
-        if let Some(note) = preset_note(preset, &setup.plant.sensors) {
+        let inherited = config::inherited(&setup.model, &setup.parameters);
+        for note in preset_note(preset, &setup.plant.sensors).into_iter().chain(inherited) {
             // Nobody may read it.
             let _ = writeln!(console::err(), "{note}");
         }

@@ -1,9 +1,9 @@
 //! Commands that fly, measure and draw: one flight ([`fly`]), what an aircraft can do ([`margins`], [`trimmable`]), the
-//! controller's model and gains ([`linearize`], [`design`]), and studies of single parts.
+//! controller's model and gains ([`linearize`], [`design`], [`new`]), and studies of single parts.
 //!
 //! ```text
 //! configuration, settings ─> closed_loop ─> fly, mission, margins ─> table, chart, page
-//! plant ─> linearize, design ─> the controller's model and gains
+//! plant ─> linearize, design, new ─> the controller's model, gains, parameters
 //! plant ─> actuators, sensor_errors, turbulence ─> chart
 //! ```
 //!
@@ -18,6 +18,7 @@ pub mod geometry;
 pub mod linearize;
 pub mod margins;
 pub mod mission;
+pub mod new;
 pub mod sensor_errors;
 pub mod trimmable;
 pub mod turbulence;

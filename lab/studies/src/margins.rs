@@ -25,6 +25,7 @@ use plant_sim::servos::Servo;
 use closed_loop::ClosedLoop;
 use lab_engine::builder::SetupOptions;
 use lab_engine::configuration::AircraftArgs;
+use lab_engine::flight::FlightSetup;
 use lab_judges::loops::{Linear, Margins};
 use lab_report::runner;
 
@@ -32,6 +33,8 @@ mod closed_loop;
 
 /// Half width of the differences, and disturbance of the flights.
 const AMPLITUDE: f64 = 1.0e-4;
+/// Growth from which on a motion of the closed loop counts as unstable, 1/s: a doubling in ten minutes.
+const UNSTABLE_1_S: f64 = 1.0e-3;
 /// How far inside and outside a margin the flights are.
 const INSIDE: f64 = 0.9;
 const OUTSIDE: f64 = 1.1;
@@ -234,16 +237,8 @@ impl MarginsArgs {
         let settled = ClosedLoop::settled(&setup).map_err(|error| format!("{name}: {error}"))?;
         let linear = settled.linearise(self.amplitude);
         let period_s = self.period_ms.as_seconds();
-        let mut kinds: Vec<EffectorKind> = Vec::new();
-        for kind in settled.effectors().iter().filter_map(|effector| list.kind(*effector)) {
-            if !kinds.contains(&kind) {
-                kinds.push(kind);
-            }
-        }
         let mut rows = Vec::new();
-        for kind in kinds {
-            let of_kind = |i: &usize| list.kind(settled.effectors()[*i]) == Some(kind);
-            let group: Vec<usize> = (0..settled.effectors().len()).filter(of_kind).collect();
+        for (kind, group) in groups(&settled, &list) {
             if !linear.commands_any(&group) {
                 // No law commands it.
                 continue;
@@ -270,6 +265,39 @@ impl Laws {
         let own = own.filter(|_| self.main == MainLaw::Own).map(OwnLaw::name);
         (own.unwrap_or(name_of(MainLaw::NAMES, self.main)), compensator)
     }
+}
+
+/// Loops of a setup: margins by kind of effector, and how many motions of the closed loop grow.
+pub(crate) struct SetupLoops {
+    pub(crate) margins: Vec<(&'static str, Margins)>,
+    pub(crate) unstable: usize,
+}
+
+/// Margins of the laws that a setup selects, by its linearisation alone.
+pub(crate) fn loops(setup: &FlightSetup) -> Result<SetupLoops, Box<dyn Error>> {
+    let settled = ClosedLoop::settled(setup)?;
+    let linear = settled.linearise(AMPLITUDE);
+    let period_s = setup.plant.period.as_seconds();
+    let groups = groups(&settled, &setup.plant.airframe.effectors);
+    let commanded = groups.into_iter().filter(|(_, group)| linear.commands_any(group));
+    let margins = commanded.map(|(kind, group)| (kind.key(), linear.margins(&group, period_s)));
+    let eigenvalues = linear.eigenvalues(period_s).ok_or("the eigenvalues were not found")?;
+    // The integral of an attitude on which nothing acts stays where it is.
+    let unstable = eigenvalues.iter().filter(|s| s.re > UNSTABLE_1_S).count();
+    Ok(SetupLoops { margins: margins.collect(), unstable })
+}
+
+/// The effectors of each kind, by their place among the commands.
+fn groups(settled: &ClosedLoop, list: &EffectorList) -> Vec<(EffectorKind, Vec<usize>)> {
+    let mut groups: Vec<(EffectorKind, Vec<usize>)> = Vec::new();
+    for (place, effector) in settled.effectors().iter().enumerate() {
+        let Some(kind) = list.kind(*effector) else { continue };
+        match groups.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, group)) => group.push(place),
+            None => groups.push((kind, vec![place])),
+        }
+    }
+    groups
 }
 
 /// Flies a little inside and a little outside of each margin.
@@ -508,9 +536,9 @@ mod tests {
     #[test]
     fn a_law_of_the_program_has_its_name_and_the_ganged_nozzle_needs_one() {
         let own = OwnLaw::new("mine", || Silent);
-        let name = |main| Laws { main, compensator: None }.names(Some(&own));
-        assert_eq!(name(MainLaw::Own), ("mine", "off"));
-        assert_eq!(name(MainLaw::Pid), ("pid", "off"));
+        let names = |main| Laws { main, compensator: None }.names(Some(&own));
+        assert_eq!(names(MainLaw::Own), ("mine", "off"));
+        assert_eq!(names(MainLaw::Pid), ("pid", "off"));
         let words = ["margins", "--airframe", "aerosonde", "--ftc", "off"];
         let args = Command::try_parse_from(words).unwrap().args;
         let all = args.all_laws(&args.aircraft.airframe().unwrap().effectors);

@@ -88,6 +88,12 @@ derivatives! {
         c_drag_zero: "CD0",
         /// Drag for the square of the lift without the elevators.
         c_drag_induced: "kCD",
+        /// Drag of the angle of attack, 1/rad: the linear term of a polar over it.
+        #[serde(default)]
+        c_drag_alpha: "CDa",
+        /// Drag for the lift without the surfaces: the linear term of a polar over it.
+        #[serde(default)]
+        c_drag_lift: "CDL",
         /// Drag of the squared sideslip, 1/rad².
         c_drag_beta: "CDb",
         /// Flat-plate drag beyond the linear range.
@@ -139,6 +145,21 @@ derivatives! {
         c_yaw: "Cnd",
         /// Yaw for the roll.
         yaw_per_roll: "rCnd",
+    }
+}
+
+impl Aero {
+    /// Keys of the drag terms that may be negative.
+    pub(crate) const LINEAR_DRAG: [&str; 2] = ["c_drag_alpha", "c_drag_lift"];
+
+    /// Drag without sideslip and stall, at a linear angle of attack (rad) and its lift. A published line is for positive angles; where it
+    /// would push the aircraft, the drag is zero.
+    #[inline]
+    pub(crate) fn polar(&self, alpha_rad: f64, lift: f64) -> f64 {
+        let drag = self.c_drag_zero
+            + self.c_drag_induced * lift * lift
+            + (self.c_drag_alpha * alpha_rad + self.c_drag_lift * lift);
+        drag.max(0.0)
     }
 }
 
@@ -256,10 +277,7 @@ pub fn coefficients(
     // The order of these sums is part of the bits of every recorded flight.
     let clean = Coefficients {
         lift,
-        drag: a.c_drag_zero
-            + a.c_drag_induced * lift * lift
-            + a.c_drag_beta * beta * beta
-            + a.c_drag_stall * stall,
+        drag: a.polar(alpha, lift) + a.c_drag_beta * beta * beta + a.c_drag_stall * stall,
         side: a.c_side_beta * beta + (a.c_side_p * p + a.c_side_r * r),
         roll: a.c_roll_beta * beta + (a.c_roll_p * p + a.c_roll_r * r),
         pitch: a.c_pitch_zero + a.c_pitch_alpha * alpha + a.c_pitch_q * q,

@@ -31,13 +31,15 @@ use crate::range::check_range;
 const LARGEST: f64 = 1_000.0;
 
 /// Letter of a kind of surface in names of derivatives, as the `e` in `Cmde`.
-const LETTERS: [(char, EffectorKind); 6] = [
+const LETTERS: [(char, EffectorKind); 8] = [
     ('a', EffectorKind::Aileron),
     ('e', EffectorKind::Elevator),
     ('r', EffectorKind::Rudder),
     ('f', EffectorKind::Flap),
     ('s', EffectorKind::Spoiler),
     ('c', EffectorKind::Canard),
+    ('v', EffectorKind::Elevon),
+    ('t', EffectorKind::Ruddervator),
 ];
 
 /// Location of a derivative: one number of the aircraft, or the same one of each surface of a kind.
@@ -123,8 +125,9 @@ pub fn check(aero: &Aero, airframe: &Airframe) -> Result<(), Problem> {
 
 impl<T> Derivative<T> {
     fn check(&self, section: &str, set: &mut T) -> Result<(), Problem> {
-        // A negative drag would feed energy to the aircraft.
-        let min = if self.key.starts_with("c_drag") { 0.0 } else { -LARGEST };
+        // A negative drag would feed energy to the aircraft. A polar with linear terms ends at zero.
+        let is_drag = self.key.starts_with("c_drag") && !Aero::LINEAR_DRAG.contains(&self.key);
+        let min = if is_drag { 0.0 } else { -LARGEST };
         check_range(section, self.key, *(self.field)(set), min, LARGEST)
     }
 }
@@ -247,6 +250,39 @@ mod tests {
             assert!(changed.change_derivative(name, |value| *value += 1.0), "{name}");
             assert!(changed != nominal && !seen.contains(&changed), "{name} shares a field");
             seen.push(changed);
+        }
+    }
+
+    #[test]
+    fn a_polar_with_linear_terms_is_the_published_one_and_never_pushes() {
+        let text = |terms: &str| {
+            let kept = |line: &&str| {
+                !line.starts_with("c_drag_zero") && !line.starts_with("c_drag_induced")
+            };
+            let lines: Vec<&str> = aircraft::AEROSONDE_AIRFRAME.lines().filter(kept).collect();
+            let text = lines.join("\n").replace("c_drag_beta", &format!("{terms}\nc_drag_beta"));
+            Airframe::from_toml("polar.toml", &text)
+        };
+        let polar = text(
+            "c_drag_zero = 0.03\nc_drag_alpha = 0.3\nc_drag_lift = -0.02\nc_drag_induced = 0.05",
+        )
+        .unwrap();
+        let aero = polar.aero.derivatives().unwrap();
+        let air = AirState {
+            airspeed_m_s: 25.0,
+            alpha_rad: 0.1,
+            beta_rad: 0.0,
+            rates: icd::Body::zero(),
+        };
+        let surfaces = Surfaces::new(&polar.effectors, &polar.surface_derivatives);
+        let c = coefficients(aero, &surfaces, &air, &PerEffector::default());
+        let expected = 0.03 + 0.3 * 0.1 - 0.02 * c.lift + 0.05 * c.lift * c.lift;
+        assert!((c.drag - expected).abs() < 1.0e-15, "{} {expected}", c.drag);
+        // A line over the angle of attack alone crosses zero at -0.1 rad.
+        let line = text("c_drag_zero = 0.03\nc_drag_alpha = 0.3\nc_drag_induced = 0.0").unwrap();
+        let aero = line.aero.derivatives().unwrap();
+        for (alpha_rad, drag) in [(0.1, 0.06), (-0.05, 0.015), (-0.1, 0.0), (-0.3, 0.0)] {
+            assert!((aero.polar(alpha_rad, 0.0) - drag).abs() < 1.0e-15, "{alpha_rad} rad");
         }
     }
 

@@ -814,6 +814,7 @@ fn released(
         thrust_n: e.motion.thrust_n,
         positions,
         turn_rate_rad_s: 0.0,
+        beta_rad: e.motion.air.beta_rad,
         rigid,
     };
     Ok((trim, airspeed_m_s))

@@ -21,8 +21,11 @@ const STEPS_MAX: u32 = 40;
 /// Largest accepted residual, m/s² and rad/s²: a thousand roundings of one g.
 const TOLERANCE: f64 = 1.0e-11;
 
-/// Singular values below this count as zero, as for a missing control.
+/// Slopes and singular values below this count as zero, as for a missing control.
 const SINGULAR: f64 = 1.0e-9;
+
+/// Smallest singular value of lateral slopes of unit length below which they depend on each other: sine of half a degree.
+const DEPENDENT: f64 = 1.0e-2;
 
 /// Longest Newton step in angle of attack, rad: the bent aerodynamics must not make the search diverge.
 const ALPHA_STEP_MAX_RAD: f64 = 0.1;
@@ -34,13 +37,14 @@ const NEAREST_STEPS_MAX: u32 = 200;
 const TURN_RATE_MAX_RAD_S: f64 = 0.1;
 
 /// Names and units of the unknowns, and the number of units in one SI unit.
-const QUANTITIES: [(&str, &str, f64); 6] = [
+const QUANTITIES: [(&str, &str, f64); UNKNOWNS] = [
     ("angle of attack", "deg", DEG_PER_RAD),
     ("elevator command", "deg", DEG_PER_RAD),
     ("thrust", "N", 1.0),
     ("aileron command", "deg", DEG_PER_RAD),
     ("rudder command", "deg", DEG_PER_RAD),
     ("turn rate", "deg/s", DEG_PER_RAD),
+    ("sideslip", "deg", DEG_PER_RAD),
 ];
 
 /// Names and units of the accelerations that should be zero.
@@ -53,7 +57,8 @@ const ACCELERATIONS: [(&str, &str); 6] = [
     ("r'", "rad/s2"),
 ];
 
-/// Steady flight at constant altitude: wings level, no sideslip, still nozzle.
+/// Steady flight at constant altitude: wings level, still nozzle, and no sideslip unless the aircraft lacks an effector that
+/// would prevent it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Trim {
     /// Angle of attack, rad.
@@ -73,6 +78,8 @@ pub struct Trim {
     /// Rate of the heading, rad/s: on a rotating Earth the turn that balances the Coriolis force. Zero on the
     /// flat Earth.
     pub turn_rate_rad_s: f64,
+    /// Sideslip, rad: zero, except where roll and yaw cannot both be balanced by effectors.
+    pub beta_rad: f64,
     /// The body in this flight.
     pub rigid: RigidState,
 }
@@ -89,8 +96,16 @@ impl Trim {
     }
 }
 
-/// In the order of the unknowns: angle of attack, elevator, thrust, aileron, rudder, turn rate.
-type Unknowns = SVector<f64, 6>;
+/// Angle of attack, elevator, thrust, aileron, rudder, turn rate, sideslip.
+const UNKNOWNS: usize = 7;
+/// Accelerations, in the order of [`ACCELERATIONS`].
+const EQUATIONS: usize = 6;
+/// Index of the sideslip, which is an unknown only where the others are not enough.
+const SIDESLIP: usize = 6;
+
+type Unknowns = SVector<f64, UNKNOWNS>;
+type Residual = SVector<f64, EQUATIONS>;
+type Jacobian = SMatrix<f64, EQUATIONS, UNKNOWNS>;
 
 /// Inputs of the search besides the aircraft.
 struct LevelSearch<'a> {
@@ -104,13 +119,16 @@ struct LevelSearch<'a> {
     density: LocalDensity,
     /// Geopotential altitude, m.
     altitude_m: f64,
+    /// Largest sideslip of the search, rad; zero where it is no unknown.
+    sideslip_max_rad: f64,
 }
 
 /// Searches steady level flight at the start, in this steady wind (m/s, where it blows to).
 ///
 /// Airspeed and heading are those of the aircraft in the air; over the ground the wind is added. Newton's
 /// method with a numerical Jacobian. On the flat Earth the lateral unknowns come out exactly zero, because
-/// mirrored flights have mirrored bits.
+/// mirrored flights have mirrored bits. Where the effectors cannot balance roll and yaw independently, the sideslip becomes an
+/// unknown as well, and each step is the one of minimum norm.
 pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Problem> {
     let earth = dynamics.earth();
     let place = earth.place(&earth.position(&start.geodetic()));
@@ -121,7 +139,16 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
     let density = dynamics.density_around(altitude_m);
     // Newton needs slopes, and a thrust at its limit has none. `held` checks the limits at the end.
     let (dynamics, climb_rad) = (&dynamics.with_any_thrust(), libm::asin(sine));
-    let search = LevelSearch { dynamics, start, wind, total_wind, climb_rad, density, altitude_m };
+    let mut search = LevelSearch {
+        dynamics,
+        start,
+        wind,
+        total_wind,
+        climb_rad,
+        density,
+        altitude_m,
+        sideslip_max_rad: 0.0,
+    };
     let mut x = Unknowns::zeros();
     // An ordinary angle of attack inside the linear range.
     x[0] = 0.03;
@@ -129,15 +156,15 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
         let engine = &dynamics.airframe().servos[engine];
         x[2] = 0.5 * (engine.min + engine.max);
     }
+    if !search.balances_roll_and_yaw(&x) {
+        search.sideslip_max_rad = dynamics.airframe().limits.beta_rad;
+    }
     let mut residual = search.residual(&x);
     for _ in 0..STEPS_MAX {
         if residual.amax() < TOLERANCE {
             return search.held(&x);
         }
-        let jacobian = search.jacobian(&x);
-        // An aircraft that lacks a control has a singular Jacobian; then the shortest step is used.
-        let shortest = || jacobian.svd(true, true).solve(&residual, SINGULAR).ok();
-        let Some(step) = jacobian.lu().solve(&residual).or_else(shortest) else { break };
+        let Some(step) = search.step(&search.jacobian(&x), &residual) else { break };
         let scale = (ALPHA_STEP_MAX_RAD / step[0].abs()).min(1.0);
         x -= step * scale;
         residual = search.residual(&x);
@@ -149,8 +176,9 @@ pub fn solve(dynamics: &Dynamics, start: &Start, wind: &Ned) -> Result<Trim, Pro
         return search.held(&x);
     }
     let Start { airspeed_m_s, altitude_m, .. } = *start;
+    let lacks = search.lacks(&x);
     Err(problem!(
-        "no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {nearest}"
+        "no steady level flight found at {airspeed_m_s} m/s and {altitude_m} m: {lacks}{nearest}"
     ))
 }
 
@@ -186,8 +214,8 @@ impl LevelSearch<'_> {
     }
 
     fn trim(&self, x: &Unknowns) -> Trim {
-        let theta_rad = x[0] + self.climb_rad;
-        let (rigid, _) = self.rigid(x[0], x[5]);
+        let theta_rad = self.theta_rad(x);
+        let (rigid, _) = self.rigid(x);
         Trim {
             alpha_rad: x[0],
             theta_rad,
@@ -197,21 +225,36 @@ impl LevelSearch<'_> {
             thrust_n: x[2],
             positions: self.dynamics.airframe().follow([x[3], x[1], x[4], x[2]]),
             turn_rate_rad_s: x[5],
+            beta_rad: x[SIDESLIP],
             rigid,
         }
     }
 
-    /// The body at this angle of attack and turn rate, and its rates relative to the local NED axes.
-    fn rigid(&self, alpha_rad: f64, turn_rate: f64) -> (RigidState, Vector3<f64>) {
+    /// Pitch angle at which the velocity through the air has the slope of the flight path: with sideslip only part of the airspeed
+    /// is in the plane of symmetry.
+    fn theta_rad(&self, x: &Unknowns) -> f64 {
+        if x[SIDESLIP] == 0.0 {
+            return x[0] + self.climb_rad;
+        }
+        let sine = libm::sin(self.climb_rad) / libm::cos(x[SIDESLIP]);
+        x[0] + libm::asin(sine.clamp(-1.0, 1.0))
+    }
+
+    /// The body in this flight, and its rates relative to the local NED axes.
+    fn rigid(&self, x: &Unknowns) -> (RigidState, Vector3<f64>) {
+        let (alpha_rad, turn_rate) = (x[0], x[5]);
         let (start, earth) = (self.start, self.dynamics.earth());
         let here = start.geodetic();
         let attitude = Attitude::from_euler(EulerAngles {
             phi: 0.0,
-            theta: alpha_rad + self.climb_rad,
+            theta: self.theta_rad(x),
             psi: start.heading_rad,
         });
         let (sin_alpha, cos_alpha) = libm::sincos(alpha_rad);
-        let air = Vector3::new(start.airspeed_m_s * cos_alpha, 0.0, start.airspeed_m_s * sin_alpha);
+        let (sin_beta, cos_beta) = libm::sincos(x[SIDESLIP]);
+        let in_plane = start.airspeed_m_s * cos_beta;
+        let across = start.airspeed_m_s * sin_beta;
+        let air = Vector3::new(in_plane * cos_alpha, across, in_plane * sin_alpha);
         let wind = attitude.to_body(self.total_wind).0;
         let velocity = Body(air + wind);
         let ground = attitude.to_ned(velocity).0;
@@ -229,28 +272,83 @@ impl LevelSearch<'_> {
 
     /// Accelerations that are zero in steady flight: of the air-relative velocity, because a steady wind
     /// is constant in NED and so rotates in body axes; and of the rates.
-    fn residual(&self, x: &Unknowns) -> Unknowns {
-        let (rigid, relative) = self.rigid(x[0], x[5]);
+    fn residual(&self, x: &Unknowns) -> Residual {
+        let (rigid, relative) = self.rigid(x);
         let positions = self.trim(x).positions();
         let e = self.dynamics.evaluate(&rigid, &positions, self.wind, &Gust::none(), &self.density);
         let wind_body = e.motion.e_from_body.tr_mul(&(e.place.e_from_ned * self.total_wind.0));
         let linear = e.motion.derivative.velocity.0 + relative.cross(&wind_body);
         let angular = e.motion.derivative.rates.0;
-        Unknowns::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+        Residual::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
     }
 
-    fn jacobian(&self, x: &Unknowns) -> SMatrix<f64, 6, 6> {
+    /// A column of zeros for the sideslip where it is no unknown.
+    fn jacobian(&self, x: &Unknowns) -> Jacobian {
         // The thrust counts in newton, and a smaller step of it would drown in rounding.
-        jacobian(x, [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6], |x| self.residual(x))
+        let steps = [1.0e-5, 1.0e-5, 1.0, 1.0e-5, 1.0e-5, 1.0e-6, 1.0e-5];
+        let mut slopes = jacobian(x, steps, |x| self.residual(x));
+        if self.sideslip_max_rad == 0.0 {
+            slopes.column_mut(SIDESLIP).fill(0.0);
+        }
+        slopes
+    }
+
+    /// Newton's step; the shortest one where several solve the equations.
+    fn step(&self, slopes: &Jacobian, residual: &Residual) -> Option<Unknowns> {
+        let shortest = || {
+            let mut step = slopes.svd(true, true).solve(residual, SINGULAR).ok()?;
+            // What moves nothing stays where it is, without the rounding of the decomposition.
+            for (i, column) in slopes.column_iter().enumerate() {
+                step[i] *= f64::from(u8::from(column.amax() > 0.0));
+            }
+            Some(step)
+        };
+        if self.sideslip_max_rad > 0.0 {
+            return shortest();
+        }
+        let square: SMatrix<f64, EQUATIONS, EQUATIONS> = slopes.fixed_columns::<6>(0).into();
+        square.lu().solve(residual).map(|step| step.push(0.0)).or_else(shortest)
+    }
+
+    /// Whether aileron, rudder and turn rate can make the accelerations sideways, in roll and in yaw zero at once.
+    fn balances_roll_and_yaw(&self, x: &Unknowns) -> bool {
+        let slopes = self.jacobian(x);
+        let [v, p, r] = [1, 3, 5];
+        let lateral = SMatrix::<f64, 3, 3>::from_fn(|i, j| slopes[([v, p, r][i], 3 + j)]);
+        let mut unit = lateral;
+        for mut column in unit.column_iter_mut() {
+            column /= column.norm().max(f64::MIN_POSITIVE);
+        }
+        unit.singular_values().min() > DEPENDENT
+    }
+
+    /// What the aircraft lacks for a steady flight, in words; empty if it has all.
+    fn lacks(&self, x: &Unknowns) -> String {
+        let slopes = self.jacobian(x);
+        let has =
+            |acceleration: usize, unknown: usize| slopes[(acceleration, unknown)].abs() > SINGULAR;
+        let mut lacks = Vec::new();
+        if !has(4, 1) {
+            lacks.push("no effector pitches");
+        }
+        if !has(3, 3) && !has(3, 4) {
+            lacks.push("no effector rolls");
+        }
+        if self.dynamics.jet().engine().is_none() {
+            lacks.push("no engine");
+        }
+        lacks.into_iter().map(|what| format!("{what}, ")).collect()
     }
 
     /// If there is no steady level flight: the flight that comes closest to it, its residual, and what prevents a steady one in words.
     ///
     /// Least squares of the residuals with every unknown inside its range (Levenberg and Marquardt, projected).
-    fn nearest(&self) -> (Unknowns, Unknowns, String) {
+    fn nearest(&self) -> (Unknowns, Residual, String) {
         let [low, high] = self.ranges();
         let inside = |x: Unknowns| x.zip_zip_map(&low, &high, |x, low, high| x.max(low).min(high));
-        let mut x = inside(Unknowns::new(0.05, 0.0, 0.5 * (low[2] + high[2]), 0.0, 0.0, 0.0));
+        let mut x = Unknowns::zeros();
+        (x[0], x[2]) = (0.05, 0.5 * (low[2] + high[2]));
+        let mut x = inside(x);
         let mut residual = self.residual(&x);
         let mut damping = 1.0e-3;
         for _ in 0..NEAREST_STEPS_MAX {
@@ -268,7 +366,7 @@ impl LevelSearch<'_> {
                 }
             }
             let mut normal = jacobian.tr_mul(&jacobian);
-            for i in 0..6 {
+            for i in 0..UNKNOWNS {
                 // A control that the aircraft lacks has a zero here, which would make the matrix
                 // singular.
                 normal[(i, i)] += damping * normal[(i, i)].max(1.0e-12);
@@ -315,19 +413,21 @@ impl LevelSearch<'_> {
         let alpha = airframe.limits.alpha_rad;
         let [aileron, elevator, rudder] = [0, 1, 2].map(command);
         let turn = [-TURN_RATE_MAX_RAD_S, TURN_RATE_MAX_RAD_S];
-        let all = [[-alpha, alpha], elevator, self.thrust_range_n(), aileron, rudder, turn];
+        let sideslip = [-self.sideslip_max_rad, self.sideslip_max_rad];
+        let thrust = self.thrust_range_n();
+        let all = [[-alpha, alpha], elevator, thrust, aileron, rudder, turn, sideslip];
         [0, 1].map(|end| Unknowns::from(all.map(|range| range[end])))
     }
 }
 
 /// Slopes of the residuals by central differences. The steps of the unknowns are large enough to be above rounding, and small against
 /// the curvature.
-fn jacobian<const N: usize>(
+fn jacobian<const M: usize, const N: usize>(
     x: &SVector<f64, N>,
     steps: [f64; N],
-    residual: impl Fn(&SVector<f64, N>) -> SVector<f64, N>,
-) -> SMatrix<f64, N, N> {
-    let mut jacobian = SMatrix::<f64, N, N>::zeros();
+    residual: impl Fn(&SVector<f64, N>) -> SVector<f64, M>,
+) -> SMatrix<f64, M, N> {
+    let mut jacobian = SMatrix::<f64, M, N>::zeros();
     for (i, step) in steps.into_iter().enumerate() {
         let (mut above, mut below) = (*x, *x);
         above[i] += step;

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use aircraft::AIRFRAMES;
+use autopilot::config;
 use autopilot::own_law::OwnLaw;
 use autopilot::run::AutopilotArgs;
 use clap::{Args, Command};
@@ -137,6 +138,8 @@ pub(super) struct Options {
     pub(super) plant: Vec<String>,
     /// What the operator has to know at the start.
     pub(super) note: Option<String>,
+    /// What the aircraft has of the jet.
+    pub(super) inherited: Option<String>,
     /// What can be broken.
     pub(super) advice: Option<Advice>,
 }
@@ -179,6 +182,7 @@ impl LaunchArgs {
             autopilot: of_autopilot.words_for::<AutopilotArgs>(),
             plant: words,
             note: None,
+            inherited: None,
             advice: Advice::of(&setup.airframe),
         };
         let mut autopilot: AutopilotArgs = parse("sitl autopilot", &options.autopilot)?;
@@ -193,6 +197,7 @@ impl LaunchArgs {
         let mut with_gains = fitted;
         let laws = &autopilot.laws;
         laws.apply(&mut with_gains, laws.gains_text()?.as_deref(), &model.aircraft)?;
+        options.inherited = config::inherited(&model.aircraft, &parameters);
         let preset = parameters.gains.selection.estimator;
         let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
         let expected = with_gains.gains.selection.estimator;

@@ -166,7 +166,7 @@ fn run_pages(is_run: fn(&[String]) -> bool) {
 fn is_quick(words: &[String]) -> bool {
     let commands: Vec<&str> = words.iter().skip(1).map(String::as_str).collect();
     let is_single = !words.iter().any(|word| word.contains(".."));
-    matches!(commands[..], ["fly", ..] | ["aircraft", "linearize" | "design" | "draw", ..])
+    matches!(commands[..], ["fly", ..] | ["aircraft", "linearize" | "new" | "design" | "draw", ..])
         && is_single
 }
 

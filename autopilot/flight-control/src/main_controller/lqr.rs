@@ -99,8 +99,8 @@ impl LqrGains {
 const ELEVATOR_INTEGRAL_MAX: f64 = 0.2;
 /// Largest aileron of the roll integrator, rad.
 const AILERON_INTEGRAL_MAX: f64 = 0.2;
-/// The altitude integrator runs while the error is below this, m.
-const ALTITUDE_BAND_M: f64 = 60.0;
+/// The altitude integrator runs while the error is below this part of the largest that the law sees.
+const ALTITUDE_BAND: f64 = 0.3;
 
 /// The regulator: gains, integrals of the errors, and the trim about which it flies.
 #[derive(Debug, Clone)]
@@ -137,7 +137,9 @@ impl Lqr {
         let LqrGains { elevator, thrust, aileron, .. } = &self.gains;
         let altitude = state.altitude_m - references.altitude_m;
         // Too high asks for positive elevator, which lowers the nose.
-        if altitude.abs() < ALTITUDE_BAND_M && !saturated.elevator.blocks(altitude) {
+        if altitude.abs() < ALTITUDE_BAND * self.gains.error_max_m
+            && !saturated.elevator.blocks(altitude)
+        {
             let most = bound(ELEVATOR_INTEGRAL_MAX, elevator.altitude_i);
             self.altitude.add(altitude * h, most);
         }

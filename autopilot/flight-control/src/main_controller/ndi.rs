@@ -49,16 +49,23 @@ gain_set! {
 
 /// Largest roll rate of the roll integrator, rad/s.
 const ROLL_INTEGRAL_MAX: f64 = 0.2;
-/// Largest climb rate of the altitude integrator, m/s.
-const CLIMB_INTEGRAL_MAX: f64 = 20.0;
-/// The altitude integrator runs while the error is below this, m.
-const ALTITUDE_BAND_M: f64 = 60.0;
+/// The altitude integrator runs while the error asks for less than this part of the largest climb rate.
+const ALTITUDE_BAND: f64 = 0.2;
 /// Largest demanded flight-path angle, rad.
 const GAMMA_MAX: f64 = 0.5;
+/// Volume that the columns of the effectiveness span, of unit length each, above which they count as independent.
+const INDEPENDENT: f64 = 1.0e-3;
 /// Cosine of the bank up to which lift makes up for it, as in [`mod@crate::design_model::level_turn`].
 const LEVEL_COSINE: f64 = 0.5;
 /// Deflection with which the effectiveness is taken, rad: inside every travel.
 const PROBE_RAD: f64 = 0.01;
+
+impl NdiGains {
+    /// Largest climb rate of the altitude integrator, m/s.
+    fn climb_integral_max_m_s(&self) -> f64 {
+        self.climb_max_m_s / 3.0
+    }
+}
 
 /// The dynamic inversion: gains and three integrators.
 #[derive(Debug, Clone)]
@@ -94,10 +101,10 @@ impl Ndi {
         let v = aircraft.geometry.chord_m / (2.0 * at.chord_time);
         let error = references.altitude_m - state.altitude_m;
         // Positive elevator lowers the nose.
-        if error.abs() < ALTITUDE_BAND_M && !saturated.elevator.blocks(-error) {
-            self.climb.add(gains.k_hi * error * h, CLIMB_INTEGRAL_MAX);
-        }
         let most = gains.climb_max_m_s;
+        if error.abs() < ALTITUDE_BAND * most / gains.k_h && !saturated.elevator.blocks(-error) {
+            self.climb.add(gains.k_hi * error * h, gains.climb_integral_max_m_s());
+        }
         let climb = (gains.k_h * error).clamp(-most, most) + self.climb.value();
         let path = |climb: f64| libm::asin((climb / v).clamp(-1.0, 1.0));
         let gamma = path(state.climb_rate_m_s());
@@ -186,9 +193,7 @@ impl Law for Ndi {
         let gains = Vector3::new(self.gains.k_p, self.gains.k_q, self.gains.k_r);
         let acceleration = gains.component_mul(&(demanded - input.state.rates));
         let needed = acceleration - input.model.bare_airframe(input.state, input.at);
-        // A model whose surfaces cannot turn the aircraft about each axis is left at rest.
-        let inverse = self.effectiveness(input).try_inverse().unwrap_or_else(Matrix3::zeros);
-        let surfaces = inverse * needed;
+        let surfaces = inverse_of(self.effectiveness(input)) * needed;
         MainCommand {
             aileron_rad: surfaces.x,
             elevator_rad: surfaces.y,
@@ -212,7 +217,7 @@ impl Law for Ndi {
             if slope == 0.0 { 0.0 } else { (at(command) - at(&zero)) / slope }
         };
         self.roll.start(solve(|c| c.aileron_rad, 0.01), ROLL_INTEGRAL_MAX);
-        self.climb.start(solve(|c| c.elevator_rad, 0.1), CLIMB_INTEGRAL_MAX);
+        self.climb.start(solve(|c| c.elevator_rad, 0.1), self.gains.climb_integral_max_m_s());
         let aircraft = input.model.aircraft();
         let most = aircraft.effectors.thrust_range_n()[1] / aircraft.mass.mass_kg;
         self.speed.start(solve(|c| c.thrust_n, 0.1), most);
@@ -223,6 +228,34 @@ impl Law for Ndi {
             visit(integral.state());
         }
     }
+}
+
+/// The inverse. Where the columns are not independent, an axis whose command turns nothing is left to the airframe, else the yaw;
+/// where the others depend on each other as well, nothing moves.
+fn inverse_of(effectiveness: Matrix3<f64>) -> Matrix3<f64> {
+    let inverse = |matrix: Matrix3<f64>| matrix.try_inverse().filter(|_| is_independent(&matrix));
+    if let Some(inverse) = inverse(effectiveness) {
+        return inverse;
+    }
+    let turns = |axis: usize| effectiveness.column(axis).amax() > 0.0;
+    let all_turn = (0..3).all(turns);
+    let is_left = |axis: &usize| if all_turn { *axis == 2 } else { !turns(*axis) };
+    let mut completed = effectiveness;
+    for axis in (0..3).filter(is_left) {
+        completed.column_mut(axis).fill(0.0);
+        completed[(axis, axis)] = 1.0;
+    }
+    let mut inverse = inverse(completed).unwrap_or_else(Matrix3::zeros);
+    for axis in (0..3).filter(is_left) {
+        inverse.row_mut(axis).fill(0.0);
+    }
+    inverse
+}
+
+/// Whether no column is nearly a sum of the others.
+fn is_independent(matrix: &Matrix3<f64>) -> bool {
+    let volume = matrix.column_iter().map(|column| column.norm()).product::<f64>();
+    matrix.determinant().abs() > INDEPENDENT * volume
 }
 
 #[cfg(test)]
@@ -256,5 +289,21 @@ mod tests {
         let gains = Vector3::new(4.0, 4.0, 3.0);
         let error = given - gains.component_mul(&(demanded - state.rates));
         assert!(error.norm() < 1.0e-12, "{error} rad/s2");
+    }
+
+    #[test]
+    fn without_a_rudder_roll_and_pitch_are_inverted_and_the_rudder_stays_at_rest() {
+        let mut effectiveness = Matrix3::new(-8.0, 0.1, 0.0, 0.2, -5.0, 0.0, -0.5, 0.0, 0.0);
+        let commands = inverse_of(effectiveness) * Vector3::new(1.0, 2.0, 3.0);
+        let given = effectiveness * commands;
+        assert!((given.x - 1.0).abs() < 1.0e-12 && (given.y - 2.0).abs() < 1.0e-12, "{given}");
+        assert_eq!(commands.z, 0.0);
+        effectiveness.set_column(1, &effectiveness.column(0).clone_owned());
+        assert_eq!(inverse_of(effectiveness), Matrix3::zeros());
+        // A rudder that also rolls, in place of ailerons.
+        let rudder = Vector3::new(0.3, 0.0, -7.0);
+        let rolls = Matrix3::from_columns(&[-rudder, Vector3::new(0.0, -5.0, 0.0), rudder]);
+        let given = rolls * (inverse_of(rolls) * Vector3::new(1.0, 2.0, 3.0));
+        assert!((given.x - 1.0).abs() < 1.0e-12 && (given.y - 2.0).abs() < 1.0e-12, "{given}");
     }
 }

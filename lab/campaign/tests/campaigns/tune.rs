@@ -160,7 +160,8 @@ fn the_regulators_of_the_campaign_over_aircraft_are_those_of_the_design() {
     let spec = SpecFile::read("aircraft").expect("it comes with the program").spec;
     for airframe in spec.airframe.iter().filter(|airframe| airframe.name != "tvc_jet") {
         let model = config::named_model(Path::new(&airframe.name)).expect("a shipped model");
-        let gains = design::design(&model.aircraft, ControlPeriod::DEFAULT).expect("a solution");
+        let gains = design::design(&model.aircraft, ControlPeriod::DEFAULT, &design::Weights::JET)
+            .expect("a solution");
         let designed: toml::Table = design::to_toml(&gains).parse().expect("TOML");
         assert_eq!(airframe.set, designed, "{}", airframe.name);
     }

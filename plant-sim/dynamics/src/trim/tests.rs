@@ -144,9 +144,104 @@ fn the_nearest_flight_names_the_limits_and_the_residual() {
         climb_rad: 0.0,
         density: LocalDensity::of(&Atmosphere::STANDARD, 1_500.0),
         altitude_m: 1_500.0,
+        sideslip_max_rad: 0.0,
     };
     let (_, residual, text) = search.nearest();
     assert!(text.starts_with("the angle of attack is at its limit of 25 deg, and u' = "), "{text}");
     // It sinks: the acceleration down is positive.
     assert!(residual[2] > 0.01, "{text}");
+}
+
+/// The Aerosonde, its file changed, at its design point over this Earth.
+fn aerosonde(model: EarthModel, change: impl Fn(String) -> String) -> Result<Trim, Problem> {
+    let text = change(aircraft::AEROSONDE_AIRFRAME.to_owned());
+    let airframe = Airframe::from_toml("changed.toml", &text)?;
+    let start = airframe.design_point;
+    let earth = Earth::new(model, start.geodetic());
+    solve(&Dynamics::new(airframe, earth).unwrap(), &start, &Ned::zero())
+}
+
+/// Without the `[[effector]]` of this name.
+fn without(text: &str, name: &str) -> String {
+    let parts: Vec<&str> = text.split("[[effector]]\n").collect();
+    let kept = parts.iter().filter(|part| !part.starts_with(&format!("name = \"{name}\"")));
+    kept.copied().collect::<Vec<_>>().join("[[effector]]\n")
+}
+
+#[test]
+fn without_a_rudder_the_sideslip_balances_the_yaw_and_with_one_there_is_none() {
+    for model in [EarthModel::Flat, EarthModel::Wgs84] {
+        let whole = aerosonde(model, |text| text).unwrap();
+        assert_eq!(whole.beta_rad, 0.0);
+        assert!(whole.rudder_rad != 0.0, "it balances the torque of the propeller");
+        let trim = aerosonde(model, |text| without(&text, "rudder")).unwrap();
+        assert_eq!(trim.rudder_rad, 0.0);
+        // The adverse yaw of the aileron that holds the torque, over the weathercock stability: some tenths of a degree.
+        let beta_deg = trim.beta_rad.to_degrees().abs();
+        assert!((1.0e-3..1.0).contains(&beta_deg), "{beta_deg} deg");
+        assert!((trim.thrust_n / whole.thrust_n - 1.0).abs() < 0.01, "{} N", trim.thrust_n);
+    }
+}
+
+#[test]
+fn elevons_a_v_tail_one_elevator_and_a_canard_are_trimmed_like_the_aircraft_with_elevators() {
+    let whole = aerosonde(EarthModel::Wgs84, |text| text).unwrap();
+    // The ailerons pitch as well, with a tenth of the moment of the elevators, which are gone.
+    let elevons = |text: String| {
+        let text = without(&without(&without(&text, "rudder"), "left elevator"), "right elevator");
+        let text = text.replace("gains = { roll = -1.0 }", "gains = { roll = -1.0, pitch = 1.0 }");
+        let text = text.replace("gains = { roll = 1.0 }", "gains = { roll = 1.0, pitch = 1.0 }");
+        text.replace("c_side = 0.0375 ", "c_pitch = -0.495\nc_side = 0.0375 ")
+            .replace("c_side = -0.0375", "c_pitch = -0.495\nc_side = -0.0375")
+    };
+    // Each panel has a part of the rudder's moment; both together pitch.
+    let v_tail = |text: String| {
+        without(&text, "rudder")
+            .replacen("gains = { pitch = 1.0 }", "gains = { pitch = 1.0, yaw = 1.0 }", 1)
+            .replacen("gains = { pitch = 1.0 }", "gains = { pitch = 1.0, yaw = -1.0 }", 1)
+            .replace("c_roll = 0.0045 ", "c_yaw = -0.035\nc_side = 0.1\nc_roll = 0.0045 ")
+            .replace("c_roll = -0.0045", "c_yaw = 0.035\nc_side = -0.1\nc_roll = -0.0045")
+    };
+    let one = |text: String| {
+        let text = without(&text, "right elevator").replace("partner = \"right elevator\"\n", "");
+        text.replace(
+            "name = \"left elevator\"\nkind = \"elevator\"\nside = \"left\"",
+            "name = \"elevator\"\nkind = \"elevator\"",
+        )
+        .replace("c_pitch = -0.495", "c_pitch = -0.99")
+    };
+    let canard = |text: String| {
+        one(text)
+            .replace("kind = \"elevator\"", "kind = \"canard\"")
+            .replace("gains = { pitch = 1.0 }", "gains = { pitch = -1.0 }")
+            .replace("c_pitch = -0.99", "c_pitch = 0.99")
+    };
+    for (name, change) in [
+        ("elevons", &elevons as &dyn Fn(String) -> String),
+        ("V-tail", &v_tail),
+        ("one elevator", &one),
+        ("canard", &canard),
+    ] {
+        let trim = aerosonde(EarthModel::Wgs84, change).unwrap();
+        // The lift of the surfaces differs, that of a canard in its sign: this changes the angle of attack by 0.005 rad at most.
+        assert!((trim.elevator_rad - whole.elevator_rad).abs() < 0.015, "{name}: {trim:?}");
+        assert!(trim.beta_rad.abs() < 0.02, "{name}: {trim:?}");
+        assert_eq!(trim.beta_rad == 0.0, trim.rudder_rad != 0.0, "{name}: {trim:?}");
+    }
+}
+
+#[test]
+fn a_refusal_names_what_the_aircraft_lacks() {
+    let refusal = |change: &dyn Fn(String) -> String| {
+        aerosonde(EarthModel::Flat, change).unwrap_err().to_string()
+    };
+    let no_pitch = refusal(&|text| without(&without(&text, "left elevator"), "right elevator"));
+    assert!(no_pitch.contains("200 m: no effector pitches, "), "{no_pitch}");
+    // The engine's table is the last of the effectors, and that of its propeller goes with it.
+    let no_engine = refusal(&|text| {
+        let end = text.find("[air_data]").unwrap();
+        format!("{}{}", without(&text, "engine"), &text[end..])
+    });
+    assert!(no_engine.contains("no engine, "), "{no_engine}");
+    assert!(!no_engine.contains("singular"), "{no_engine}");
 }
