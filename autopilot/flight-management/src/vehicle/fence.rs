@@ -4,10 +4,11 @@
 use flight_control::guidance::Horizontal;
 use serde::{Deserialize, Serialize};
 
+use super::Situation;
 use super::geodesy::{Horizon, Site};
-use super::request::Place;
+pub use super::request::{Breach, FenceAction, FenceChange};
+use super::request::{Place, VehicleRefusal};
 use super::rules::{RADIUS_MAX_M, check_place, within};
-use super::{Situation, VehicleRefusal};
 
 /// Vertices and circles that a fence may have in all.
 pub const VERTICES_MAX: usize = 200;
@@ -189,31 +190,6 @@ fn cross((a, b): (Horizontal, Horizontal), (c, d): (Horizontal, Horizontal)) -> 
     side(&a, &b, &c) * side(&a, &b, &d) < 0.0 && side(&c, &d, &a) * side(&c, &d, &b) < 0.0
 }
 
-/// Why a place is beyond the fence.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Breach {
-    /// Outside of every area to stay in.
-    Outside,
-    /// In an area to stay out of.
-    Exclusion,
-    High,
-    Low,
-}
-
-/// What happens at a breach (parameter `GF_ACTION`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum FenceAction {
-    /// There is no fence.
-    Nothing,
-    Report,
-    #[default]
-    Hold,
-    Return,
-    Terminate,
-    /// The landing of the plan, or Return without one.
-    Land,
-}
-
 /// Watches the fence in flight.
 #[derive(Debug, Clone, Default)]
 pub struct FenceWatch {
@@ -222,13 +198,6 @@ pub struct FenceWatch {
     breach: Option<Breach>,
     inside_s: f64,
     waited_s: f64,
-}
-
-/// A change that the watch has seen.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FenceChange {
-    Breached(Breach),
-    Back,
 }
 
 impl FenceWatch {

@@ -2,7 +2,6 @@
 
 use core::fmt;
 
-use super::fence::FenceChange;
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
 use icd::Ned;
@@ -120,6 +119,38 @@ pub enum LinkLossAction {
     /// Circle at the present position.
     Hold,
     Return,
+}
+
+/// Why a place is beyond the fence.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Breach {
+    /// Outside of every area to stay in.
+    Outside,
+    /// In an area to stay out of.
+    Exclusion,
+    High,
+    Low,
+}
+
+/// What happens at a breach (parameter `GF_ACTION`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum FenceAction {
+    /// There is no fence.
+    Nothing,
+    Report,
+    #[default]
+    Hold,
+    Return,
+    Terminate,
+    /// The landing of the plan, or Return without one.
+    Land,
+}
+
+/// A change that the watch has seen.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FenceChange {
+    Breached(Breach),
+    Back,
 }
 
 /// Why the vehicle refuses a command. The text is for the operator.

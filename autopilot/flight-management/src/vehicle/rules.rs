@@ -5,8 +5,7 @@ use flight_control::design_model::atmosphere;
 use flight_control::{Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
-use super::fence::FenceAction;
-use super::request::{Airspeed, Place, Reference, VehicleRefusal};
+use super::request::{Airspeed, FenceAction, Place, Reference, VehicleRefusal};
 
 /// Parameters of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
