@@ -135,6 +135,7 @@ pub fn on_runway(
         thrust_n: present.motion.thrust_n,
         positions,
         turn_rate_rad_s: 0.0,
+        beta_rad: present.motion.air.beta_rad,
         rigid: state.rigid,
     }))
 }
