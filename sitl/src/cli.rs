@@ -251,7 +251,10 @@ fn command() -> clap::Command {
         false => arg.hide(true),
     };
     // Its first screen has some options; the help of `live` has the rest.
-    with_short_help(without_models(Cli::command()).mut_args(hide).disable_help_flag(true))
+    let short = Cli::command()
+        .mut_args(hide)
+        .mut_arg("airframe", |arg| arg.help("Name of an aircraft, or a file [default: tvc_jet]"));
+    with_short_help(without_models(short).disable_help_flag(true))
 }
 
 /// Commands of an aircraft alone, which refuse `--model`.

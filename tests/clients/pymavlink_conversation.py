@@ -127,8 +127,8 @@ def mission(s, c):
     c.expect("mission: upload", upload(s, items) == 0)
     bad = [(16, GLOBAL_INT, leg, *at[0], 90_000.0)]
     c.expect("mission: an altitude outside the limits is refused", upload(s, bad) not in (0, None))
-    bad = [(21, GLOBAL_INT, leg, *at[0], 0.0)]
-    c.expect("mission: landing is unsupported", upload(s, bad) == 3)
+    bad = [(9999, GLOBAL_INT, leg, *at[0], 0.0)]
+    c.expect("mission: an unknown command is unsupported", upload(s, bad) == 3)
     mark = len(s.messages)
     s.mav.mission_request_list_send(1, 1, 0)
     count = s.wait_for("MISSION_COUNT") or s.of("MISSION_COUNT", mark)[-1]

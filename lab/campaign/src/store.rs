@@ -150,7 +150,8 @@ impl RunStore {
         if matches!(file::read_text(&path, TEXT_MAX), Err(problem) if problem.is_not_found()) {
             // Plain fields always become text.
             let text = toml::to_string(&store.head).unwrap_or_default();
-            let mut new = NewFile::begin(&path, |_| false).at(path.display())?;
+            // Another campaign may have made it just now: it is compared below, and never replaced.
+            let mut new = NewFile::begin(&path, |_| true).at(path.display())?;
             write!(new, "{HEAD}\n\n{text}").at(path.display())?;
             // Of two campaigns that begin in the same moment one makes the file; both compare with what it says.
             let _ = new.finish_if_free().at(path.display())?;

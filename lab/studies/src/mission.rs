@@ -115,6 +115,46 @@ pub struct Flown {
     pub track: Vec<TrackPoint>,
     /// Events of the plan, with their times, s.
     pub events: Vec<(f64, EventKind)>,
+    /// If the flight has ended on the ground.
+    pub touchdown: Option<Touchdown>,
+}
+
+/// The last control period above the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Touchdown {
+    /// Simulation time, s.
+    pub t_s: f64,
+    /// Where.
+    pub place: Place,
+    /// Rate of descent, m/s.
+    pub sink_m_s: f64,
+    /// True airspeed, m/s.
+    pub airspeed_m_s: f64,
+    /// Roll angle, rad.
+    pub roll_rad: f64,
+}
+
+impl Touchdown {
+    fn of(tick: &Tick<'_>) -> Self {
+        let (truth, motion) = (tick.plant.truth(), tick.snapshot.motion());
+        Self {
+            t_s: tick.exchange.time.as_seconds(),
+            place: Place::of(motion),
+            sink_m_s: -motion.climb_rate_m_s(),
+            airspeed_m_s: truth.airspeed_m_s,
+            roll_rad: truth.euler().phi,
+        }
+    }
+
+    /// The landing of a plan whose point is the nearest, and the distance from it, m.
+    pub fn landing(&self, plan: &Plan) -> Option<(u16, f64)> {
+        let here = Horizon::at(self.place);
+        let lands = |(number, item): (u16, &Item)| match item.action {
+            Action::Land { place, .. } => Some((number, here.offset(&Site::at(place)).norm())),
+            _ => None,
+        };
+        (0..).zip(&plan.items).filter_map(lands).min_by(|a, b| a.1.total_cmp(&b.1))
+    }
 }
 
 /// A plan with all that a plan can have, around the start of a setup: two legs that climb, a turn on a slow circle, a
@@ -188,8 +228,8 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 /// Flies commands until some time after the plan is complete, and keeps the track.
 pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Problem> {
     let mut flown = Flown::default();
-    let mut over_s = f64::INFINITY;
-    let _ = watch_with_commands(setup, commands, |tick| {
+    let (mut over_s, mut last) = (f64::INFINITY, None);
+    let end = watch_with_commands(setup, commands, |tick| {
         let t_s = tick.exchange.time.as_seconds();
         flown.events.extend(tick.events.iter().map(|event| (t_s, event.kind)));
         let complete = EventKind::Vehicle(VehicleEvent::PlanComplete);
@@ -199,8 +239,10 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         if tick.exchange.step.is_multiple_of(TRACK_EVERY) {
             flown.track.push(TrackPoint::of(tick));
         }
+        last = Some(Touchdown::of(tick));
         if t_s < over_s { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })?;
+    flown.touchdown = last.filter(|_| end.on_ground);
     Ok(flown)
 }
 
@@ -288,13 +330,34 @@ pub fn run(options: &MissionOptions) -> Result<(), Problem> {
             EventKind::Vehicle(VehicleEvent::ItemPassed(item)) => {
                 print_line!("{t_s:.0} s: item {item} passed: {}, not on board", file.name(*item));
             }
-            EventKind::GroundContact => print_line!("{t_s:.0} s: ground contact"),
+            EventKind::Vehicle(VehicleEvent::PlanComplete) => {
+                print_line!("{t_s:.0} s: the plan is complete");
+            }
             _ => {}
+        }
+    }
+    match flown.touchdown {
+        Some(touchdown) => print_line!("{}", described(&touchdown, &plan)),
+        None => {
+            let end = flown.track.last();
+            let (t_s, item) = end.map_or((0.0, 0), |point| (point.t_s, point.item));
+            print_line!("{t_s:.0} s: still in the air, item {item}");
         }
     }
     write_figure(&folder, &figure(&plan, start(&setup), &flown))?;
     print_line!("wrote {}", folder.path().display());
     Ok(())
+}
+
+fn described(touchdown: &Touchdown, plan: &Plan) -> String {
+    let Touchdown { t_s, sink_m_s, airspeed_m_s, roll_rad, .. } = *touchdown;
+    let at =
+        touchdown.landing(plan).map(|(item, m)| format!(", {m:.0} m from that of item {item}"));
+    format!(
+        "{t_s:.0} s: touchdown{}, sink rate {sink_m_s:.2} m/s, airspeed {airspeed_m_s:.1} m/s, roll {:.1} deg",
+        at.unwrap_or_default(),
+        roll_rad.to_degrees()
+    )
 }
 
 /// Height of the plan view, in the unit of the chart's width.
