@@ -52,7 +52,7 @@ mod tests {
         refused("fail rudder stuck\nfail engine stuck", "not one fault");
         refused("when roll passes 10 deg: rudder stuck", "waits for a quantity");
         refused("roll 10 deg", "`roll` found, expected an effector");
-        refused("", "found");
-        refused("é", "`é` found");
+        refused("", "expected an effector");
+        refused("é", "");
     }
 }
