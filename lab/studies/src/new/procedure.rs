@@ -51,13 +51,13 @@ const DIGITS: usize = 3;
 pub struct Performance {
     /// Lowest true airspeed of level flight at the design altitude, m/s.
     pub slowest_m_s: f64,
-    /// Highest one with [`THRUST_PART`] of the thrust, m/s.
+    /// Highest one with `THRUST_PART` of the thrust, m/s.
     pub fastest_m_s: f64,
-    /// Climb rate with [`CLIMB_PART`] of the power at the design airspeed, m/s.
+    /// Climb rate with `CLIMB_PART` of the power at the design airspeed, m/s.
     pub climb_m_s: f64,
     /// Sink rate at the design airspeed with the least thrust, m/s.
     pub sink_m_s: f64,
-    /// Altitude where [`CLIMB_PART`] of the power still gives a third of that climb, m.
+    /// Altitude where `CLIMB_PART` of the power still gives a third of that climb, m.
     pub ceiling_m: f64,
 }
 
