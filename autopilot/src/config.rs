@@ -94,15 +94,15 @@ mod tests {
     use aircraft::DEFAULT_MODEL;
 
     #[test]
-    fn what_another_aircraft_has_of_the_jet_is_told_by_name() {
+    fn what_another_aircraft_has_of_the_jet_is_named() {
         let other = DEFAULT_MODEL.replace("aircraft = \"tvc_jet\"", "aircraft = \"kite\"");
         let kite = model("kite.toml", &other).unwrap();
-        let told = inherited(&kite.aircraft, &kite.defaults).unwrap();
+        let note = inherited(&kite.aircraft, &kite.defaults).unwrap();
         assert!(
-            told.starts_with("kite has the values of tvc_jet for ALT_SLEW, ROL_LAG, "),
-            "{told}"
+            note.starts_with("kite has the values of tvc_jet for ALT_SLEW, ROL_LAG, "),
+            "{note}"
         );
-        assert!(told.contains(" YAW_KR, ") && !told.contains("NDI_"), "{told}");
+        assert!(note.contains(" YAW_KR, ") && !note.contains("NDI_"), "{note}");
         let mut all_own = kite.defaults;
         for name in of_aircraft(MainLaw::Pid) {
             let row = table().iter().find(|row| row.name == name).unwrap();

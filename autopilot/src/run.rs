@@ -47,7 +47,7 @@ pub fn run(args: &AutopilotArgs) -> Result<(), Problem> {
     summaries.iter().flatten().for_each(|summary| info!("{summary}"));
     let saved = kept.as_ref().map_or(model_file.defaults, |kept| kept.parameters);
     let (settings, parameters) = args.control_setup_over(&model_file.aircraft, &saved)?;
-    // The launcher has told its operator.
+    // The launcher reports it to its operator.
     let inherited = config::inherited(&model_file.aircraft, &parameters);
     if let Some(inherited) = inherited.filter(|_| !args.with_parent) {
         warn!("{inherited}");

@@ -91,14 +91,11 @@ impl PlantPart {
     /// The flight of this scenario with an aircraft, as run number `run`.
     pub fn setup(
         &self,
-        mut airframe: Airframe,
+        airframe: Airframe,
         run: u64,
         period: ControlPeriod,
         step_us: u32,
     ) -> PlantSetup {
-        if self.ground.is_some() {
-            airframe.limits = airframe.limits.over_ground();
-        }
         PlantSetup {
             start: self.start.over(&airframe.design_point),
             airframe,
@@ -230,29 +227,36 @@ enum GroundStartWord {
 }
 
 impl GroundTable {
-    fn into_setup(self, start: &StartPart) -> Result<GroundSetup, Problem> {
-        let keys = [
-            ("along_m", self.along_m, self.start != GroundStartWord::Air, false),
-            ("height_m", self.height_m, self.start == GroundStartWord::Launched, true),
-            ("speed_m_s", self.speed_m_s, self.start == GroundStartWord::Launched, true),
-            ("pitch_deg", self.pitch_deg, self.start == GroundStartWord::Launched, true),
-        ];
-        for (key, value, has_meaning, is_needed) in keys {
-            match (value, has_meaning) {
+    /// Refuses keys that the start does not use, and names those that it lacks.
+    fn check_start(&self, start: &StartPart) -> Result<(), Problem> {
+        let is_launched = self.start == GroundStartWord::Launched;
+        let is_in_air = self.start == GroundStartWord::Air;
+        if self.along_m.is_some() && is_in_air {
+            return Err(problem!("[{GROUND}] along_m has no meaning with this start"));
+        }
+        for (key, value) in [
+            ("height_m", self.height_m),
+            ("speed_m_s", self.speed_m_s),
+            ("pitch_deg", self.pitch_deg),
+        ] {
+            match (value, is_launched) {
                 (Some(_), false) => {
                     return Err(problem!("[{GROUND}] {key} has no meaning with this start"));
                 }
-                (None, true) if is_needed => {
-                    return Err(problem!("[{GROUND}]: {key} is missing"));
-                }
+                (None, true) => return Err(problem!("[{GROUND}]: {key} is missing")),
                 _ => {}
             }
         }
-        if self.start != GroundStartWord::Air && *start != StartPart::default() {
+        if !is_in_air && *start != StartPart::default() {
             return Err(problem!(
                 "[plant.start] has no meaning beside the start of [{GROUND}]: the runway has the place and the heading"
             ));
         }
+        Ok(())
+    }
+
+    fn into_setup(self, start: &StartPart) -> Result<GroundSetup, Problem> {
+        self.check_start(start)?;
         let along_m = self.along_m.unwrap_or(0.0);
         // The keys of a launch are there, as checked above.
         let [height_m, speed_m_s, pitch_deg] =
@@ -267,7 +271,7 @@ impl GroundTable {
             length_m: self.length_m,
             slope: 0.01 * self.slope_percent.unwrap_or(0.0),
             friction: self.friction.unwrap_or(1.0),
-            // Otherwise an engine at idle would move it before anybody has a say.
+            // Otherwise an engine at idle would move it at once.
             brakes: self.brakes.unwrap_or(match self.start {
                 GroundStartWord::Parked => 1.0,
                 _ => 0.0,

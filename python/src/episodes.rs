@@ -189,7 +189,7 @@ impl Lane {
             }
             let is_over = flight.step(inputs.drain(..)).is_none();
             let at = flight.plant().truth().into();
-            if is_over || common.setup.plant.airframe.limits.are_exceeded(&at) {
+            if is_over || common.setup.plant.limits().are_exceeded(&at) {
                 gave.terminated = true;
                 break;
             }

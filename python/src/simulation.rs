@@ -83,7 +83,7 @@ pub struct Signals {
     values: Vec<f64>,
 }
 
-/// SignalList of signals and their places.
+/// Names of signals and their places.
 #[derive(Debug)]
 struct SignalList {
     names: Vec<String>,
@@ -161,7 +161,7 @@ pub struct Simulation {
     law: Option<PythonLaw>,
 }
 
-/// SignalList of the signals of an aircraft.
+/// Names of the signals of an aircraft.
 #[derive(Clone)]
 struct SignalNames {
     state: Arc<SignalList>,
@@ -482,10 +482,10 @@ impl Simulation {
             return Ok(Some("on the ground".to_owned()));
         }
         let at = running.flight.plant().truth().into();
-        Ok(running.setup.plant.airframe.limits.exceeded(&at).map(|limit| limit.to_string()))
+        Ok(running.setup.plant.limits().exceeded(&at).map(|limit| limit.to_string()))
     }
 
-    /// SignalList of the effectors, in the order of the commands.
+    /// Names of the effectors, in the order of the commands.
     #[getter]
     fn effectors(&self) -> PyResult<Vec<String>> {
         let running = self.lock()?;

@@ -23,7 +23,7 @@ use ::mavlink::dialects::common::MavMissionResult as R;
 use ::mavlink::dialects::common::MavSeverity;
 
 use crate::codec::{Encoded, Identity, ListKind, Message, MissionItem};
-use crate::mission::draft::{Draft, Finished, Notes, Present, Rejected};
+use crate::mission::draft::{Draft, Finished, Notes, PlanContext, Rejected};
 use crate::mission::saved::Restoring;
 use crate::param::SaveQueue;
 use crate::peers::From;
@@ -88,7 +88,7 @@ pub struct MissionService {
     /// The lists in force.
     stored: [Arc<Stored>; LISTS.len()],
     fence: Arc<Fence>,
-    upload: Option<Upload>,
+    upload: Option<ListUpload>,
     downloads: Downloads,
     waiting: WaitingList,
     ended: Option<Ended>,
@@ -211,7 +211,7 @@ impl Service for MissionService {
     }
 
     fn next_deadline(&self, _: &Shared) -> Option<WallTime> {
-        let upload = self.upload.as_ref().map(Upload::deadline);
+        let upload = self.upload.as_ref().map(ListUpload::deadline);
         upload.into_iter().chain(self.waiting.next_deadline()).min()
     }
 }
@@ -281,7 +281,7 @@ impl MissionService {
             return;
         }
         self.downloads.end(caller.from);
-        let is_it = |upload: &&mut Upload| upload.from == caller.from && upload.list == list;
+        let is_it = |upload: &&mut ListUpload| upload.from == caller.from && upload.list == list;
         let Some(upload) = self.upload.as_mut().filter(is_it) else { return };
         if result == R::MAV_MISSION_UNSUPPORTED as u8 && !upload.is_hopeless() {
             // The ground station does not know the request: use the other one of the two.
@@ -336,7 +336,7 @@ impl MissionService {
             Ok(draft) => {
                 let from = caller.from;
                 let requested_at = caller.now;
-                let upload = Upload { from, list, draft, requested_at, tries: 0, as_int: true };
+                let upload = ListUpload { from, list, draft, requested_at, tries: 0, as_int: true };
                 caller.answer(self.upload.insert(upload).request(caller.now));
             }
             Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
@@ -363,7 +363,7 @@ impl MissionService {
                 Err(Rejected { result, reason }) => caller.refuse(list, result, reason),
             };
         }
-        let is_it = |upload: &&mut Upload| upload.from == caller.from && upload.list == list;
+        let is_it = |upload: &&mut ListUpload| upload.from == caller.from && upload.list == list;
         let Some(upload) = self.upload.as_mut().filter(is_it) else {
             return self.take_late_item(list, item.words.seq, caller);
         };
@@ -406,7 +406,7 @@ impl MissionService {
                 let state = caller.shared.aircraft.snapshot();
                 let place = state.map(|state| Place::of(state.motion()));
                 let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
-                let present = Present { place, airspeed, home_m: None };
+                let present = PlanContext { place, airspeed, home_m: None };
                 let Finished { stored, plan, notes: differences } =
                     draft::check(items, present, &rules)?;
                 notes = differences;
@@ -424,7 +424,7 @@ impl MissionService {
             caller.shared.texts.warn(caller.now, format!("{} refused: {text}", name(list)));
         }
         let result = problems.first().map_or(R::MAV_MISSION_INVALID, |problem| problem.result);
-        // If the refusal gets lost the station sends its last item again, and is told again.
+        // If the refusal gets lost the station sends its last item again, and gets the refusal again.
         self.ended = Some(Ended { from: caller.from, list, seq, result, id: 0 });
         caller.answer(ack(list, result, 0, caller.from.sender));
     }
@@ -553,7 +553,7 @@ const TRIES_MAX: u32 = 5;
 const AGAIN: Duration = Duration::from_millis(200);
 
 #[derive(Debug)]
-struct Upload {
+struct ListUpload {
     from: From,
     list: ListKind,
     draft: Draft,
@@ -562,7 +562,7 @@ struct Upload {
     as_int: bool,
 }
 
-impl Upload {
+impl ListUpload {
     /// The request for the next item.
     fn request(&mut self, now: WallTime) -> Encoded {
         self.requested_at = now;

@@ -51,7 +51,7 @@ pub fn fly(
     let airframe = &setup.plant.airframe;
     let mut judge = Judge {
         model: DesignModel::new(setup.model),
-        limits: airframe.limits,
+        limits: setup.plant.limits(),
         measures: Measures::new(
             airframe,
             &setup.model,

@@ -32,7 +32,7 @@ use lab_report::runner;
 mod closed_loop;
 
 /// Half width of the differences, and disturbance of the flights.
-const AMPLITUDE: f64 = 1.0e-4;
+pub(crate) const AMPLITUDE: f64 = 1.0e-4;
 /// Growth from which on a motion of the closed loop counts as unstable, 1/s: a doubling in ten minutes.
 const UNSTABLE_1_S: f64 = 1.0e-3;
 /// How far inside and outside a margin the flights are.
@@ -103,15 +103,15 @@ struct Laws {
 }
 
 /// A loop with what it can stand, and flights that confirm it.
-struct LoopRow {
-    effectors: &'static str,
-    margins: Margins,
+pub(crate) struct LoopRow {
+    pub(crate) effectors: &'static str,
+    pub(crate) margins: Margins,
     flights: Option<Flights>,
 }
 
 /// Whether the flights inside a margin were stable and those outside were not; `None` where there is no such margin.
 #[derive(Debug, Clone, Copy, Default)]
-struct Flights {
+pub(crate) struct Flights {
     gain: Option<bool>,
     delay: Option<bool>,
 }
@@ -140,13 +140,18 @@ pub fn run(args: &MarginsArgs) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Loops of a law and a compensator, and what remains when all are closed.
+/// Loops of a law and a compensator.
 struct LawLoops {
     main: String,
     compensator: &'static str,
-    rows: Vec<LoopRow>,
-    /// In 1/s.
-    eigenvalues: Vec<Complex<f64>>,
+    loops: SetupLoops,
+}
+
+/// The loop of each kind of effector, and what remains when all are closed.
+pub(crate) struct SetupLoops {
+    pub(crate) rows: Vec<LoopRow>,
+    /// Of the closed loop, 1/s.
+    pub(crate) eigenvalues: Vec<Complex<f64>>,
 }
 
 fn tables() -> [Table; 2] {
@@ -224,7 +229,6 @@ impl MarginsArgs {
             ..SetupOptions::default()
         };
         let mut setup = options.setup("nominal")?;
-        let list = setup.plant.airframe.effectors;
         let selection = &mut setup.parameters.gains.selection;
         (selection.main, selection.compensator) = (laws.main, CompensatorMode::Off);
         if let Some(compensator) = laws.compensator {
@@ -233,29 +237,9 @@ impl MarginsArgs {
         }
         setup.parameters.check_law()?;
         let (main, compensator) = laws.names(self.laws.own.as_ref());
-        let name = format!("{main}, compensator {compensator}");
-        let settled = ClosedLoop::settled(&setup).map_err(|error| format!("{name}: {error}"))?;
-        let linear = settled.linearise(self.amplitude);
-        let period_s = self.period_ms.as_seconds();
-        let mut rows = Vec::new();
-        for (kind, group) in groups(&settled, &list) {
-            if !linear.commands_any(&group) {
-                // No law commands it.
-                continue;
-            }
-            let margins = linear.margins(&group, period_s);
-            // A loop that is unstable as it is has no margin that a flight could confirm.
-            let flights = (!self.no_flights && linear.is_stable(&group, 1.0)).then(|| {
-                let (settled, linear, group) = (&settled, &linear, group.as_slice());
-                let loops = Loops { settled, linear, group, amplitude: self.amplitude, period_s };
-                fly(&loops, &margins)
-            });
-            rows.push(LoopRow { effectors: kind.key(), margins, flights });
-        }
-        let eigenvalues = linear
-            .eigenvalues(period_s)
-            .ok_or_else(|| format!("{name}: the eigenvalues were not found"))?;
-        Ok(LawLoops { main: main.to_owned(), compensator, rows, eigenvalues })
+        let loops = loops(&setup, self.amplitude, !self.no_flights)
+            .map_err(|error| format!("{main}, compensator {compensator}: {error}"))?;
+        Ok(LawLoops { main: main.to_owned(), compensator, loops })
     }
 }
 
@@ -267,24 +251,36 @@ impl Laws {
     }
 }
 
-/// Loops of a setup: margins by kind of effector, and how many motions of the closed loop grow.
-pub(crate) struct SetupLoops {
-    pub(crate) margins: Vec<(&'static str, Margins)>,
-    pub(crate) unstable: usize,
+/// Loops of the laws that a setup selects. `amplitude` is the half width of the differences.
+pub(crate) fn loops(
+    setup: &FlightSetup,
+    amplitude: f64,
+    confirms_by_flights: bool,
+) -> Result<SetupLoops, Box<dyn Error>> {
+    let settled = ClosedLoop::settled(setup)?;
+    let linear = settled.linearise(amplitude);
+    let period_s = setup.plant.period.as_seconds();
+    let mut rows = Vec::new();
+    for (kind, group) in groups(&settled, &setup.plant.airframe.effectors) {
+        if !linear.commands_any(&group) {
+            // No law commands it.
+            continue;
+        }
+        let margins = linear.margins(&group, period_s);
+        // A loop that is unstable as it is has no margin that a flight could confirm.
+        let flights = (confirms_by_flights && linear.is_stable(&group, 1.0)).then(|| {
+            let (settled, linear, group) = (&settled, &linear, group.as_slice());
+            fly(&Loops { settled, linear, group, amplitude, period_s }, &margins)
+        });
+        rows.push(LoopRow { effectors: kind.key(), margins, flights });
+    }
+    let eigenvalues = linear.eigenvalues(period_s).ok_or("the eigenvalues were not found")?;
+    Ok(SetupLoops { rows, eigenvalues })
 }
 
-/// Margins of the laws that a setup selects, by its linearisation alone.
-pub(crate) fn loops(setup: &FlightSetup) -> Result<SetupLoops, Box<dyn Error>> {
-    let settled = ClosedLoop::settled(setup)?;
-    let linear = settled.linearise(AMPLITUDE);
-    let period_s = setup.plant.period.as_seconds();
-    let groups = groups(&settled, &setup.plant.airframe.effectors);
-    let commanded = groups.into_iter().filter(|(_, group)| linear.commands_any(group));
-    let margins = commanded.map(|(kind, group)| (kind.key(), linear.margins(&group, period_s)));
-    let eigenvalues = linear.eigenvalues(period_s).ok_or("the eigenvalues were not found")?;
-    // The integral of an attitude on which nothing acts stays where it is.
-    let unstable = eigenvalues.iter().filter(|s| s.re > UNSTABLE_1_S).count();
-    Ok(SetupLoops { margins: margins.collect(), unstable })
+/// Whether a motion grows. The integral of an attitude on which nothing acts stays where it is.
+pub(crate) fn grows(eigenvalue: &Complex<f64>) -> bool {
+    eigenvalue.re > UNSTABLE_1_S
 }
 
 /// The effectors of each kind, by their place among the commands.
@@ -428,7 +424,7 @@ impl Swing {
 
 impl LawLoops {
     fn add_to(&self, margins: &mut Table, eigenvalues: &mut Table) {
-        for LoopRow { effectors, margins: loop_margins, flights } in &self.rows {
+        for LoopRow { effectors, margins: loop_margins, flights } in &self.loops.rows {
             let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } =
                 *loop_margins;
             let flights = flights.unwrap_or_default();
@@ -445,7 +441,7 @@ impl LawLoops {
                 flights.delay.map(verdict),
             ]);
         }
-        let rows = self.eigenvalues.iter();
+        let rows = self.loops.eigenvalues.iter();
         eigenvalues.rows.extend(rows.map(|s| cells![&self.main, self.compensator, s.re, s.im]));
     }
 
@@ -455,7 +451,7 @@ impl LawLoops {
              |---|---|---|---|---|---|---|\n",
             self.main, self.compensator
         );
-        for LoopRow { effectors, margins, flights } in &self.rows {
+        for LoopRow { effectors, margins, flights } in &self.loops.rows {
             let Margins { crossover_rad_s, gain: [least, most], phase_rad, delay_s } = *margins;
             let number = |value: Option<f64>, digits: usize| {
                 value.map_or("none".to_owned(), |value| format!("{value:.digits$}"))
@@ -478,7 +474,7 @@ impl LawLoops {
                 shown(flights.delay),
             );
         }
-        let eigenvalues = &self.eigenvalues;
+        let eigenvalues = &self.loops.eigenvalues;
         let shown: Vec<String> = eigenvalues
             .iter()
             // Of a conjugate pair one is enough.

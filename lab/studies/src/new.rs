@@ -21,8 +21,8 @@ use lab_judges::metrics::rms;
 use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario, Start};
 
 use crate::linearize::{MARK, linearize, to_toml};
-use crate::margins;
-use procedure::{Found, Performance, Procedure};
+use crate::margins::{self, LoopRow, SetupLoops};
+use procedure::{ParameterSet, Performance, Procedure};
 
 pub mod procedure;
 
@@ -94,10 +94,10 @@ impl New {
         let procedure = Procedure::new(plant.dynamics(), setup.start, aircraft, period);
         let able = procedure.performance()?;
         let mut found = procedure.parameters(&able)?;
-        let text = |found: &Found| to_toml(&aircraft, &found.table()).at("the model");
-        let fly = |found: &Found, law: MainLaw| {
+        let text = |found: &ParameterSet| to_toml(&aircraft, &found.table()).at("the model");
+        let fly = |found: &ParameterSet, law: MainLaw| {
             let model = config::model("the new model", &text(found)?)?;
-            Check { airframe: &airframe, model, start: setup.start, able: &able }.fly(law)
+            CheckSetup { airframe: &airframe, model, start: setup.start, able: &able }.fly(law)
         };
         // The levels come from a flight, which needs none: the compensator is off.
         let first = fly(&found, MainLaw::Pid)?;
@@ -113,7 +113,7 @@ impl New {
         }
         report += "\n## Margins\n\n| law | commands | crossover, rad/s | gain | phase, deg |\n|---|---|---|---|---|\n";
         let model = config::model("the new model", &text(&found)?)?;
-        let check = Check { airframe: &airframe, model, start: setup.start, able: &able };
+        let check = CheckSetup { airframe: &airframe, model, start: setup.start, able: &able };
         for law in LAWS {
             let mut setup = check.setup(law)?;
             setup.plant.wind = setup.plant.wind.with_turbulence_m_s(0.0);
@@ -149,7 +149,7 @@ fn turbulence_m_s(start: &Start) -> f64 {
 }
 
 /// A check flight.
-struct Check<'a> {
+struct CheckSetup<'a> {
     airframe: &'a Airframe,
     model: Model,
     start: Start,
@@ -164,7 +164,7 @@ struct CheckFlight {
     estimate_rad_s2: [f64; 3],
 }
 
-impl Check<'_> {
+impl CheckSetup<'_> {
     /// Turns both ways, a climb, a descent, and both ends of the airspeeds.
     fn scenario(&self) -> String {
         let Start { altitude_m, airspeed_m_s: v, .. } = self.start;
@@ -238,17 +238,15 @@ impl Check<'_> {
 
 /// Rows of the report for the loops of a law.
 fn margins_of(setup: &FlightSetup, name: &str, report: &mut String, weak: &mut Vec<String>) {
-    let loops = match margins::loops(setup) {
-        Ok(loops) => loops,
+    let SetupLoops { rows, eigenvalues } = match margins::loops(setup, margins::AMPLITUDE, false) {
+        Ok(looked_at) => looked_at,
         Err(problem) => return weak.push(format!("{name} has no margins: {problem}")),
     };
-    if loops.unstable > 0 {
-        weak.push(format!(
-            "{name}: {} eigenvalues of the closed loop are unstable",
-            loops.unstable
-        ));
+    let unstable = eigenvalues.iter().filter(|s| margins::grows(s)).count();
+    if unstable > 0 {
+        weak.push(format!("{name}: {unstable} eigenvalues of the closed loop are unstable"));
     }
-    for (kind, margins) in loops.margins {
+    for LoopRow { effectors: kind, margins, .. } in rows {
         let [least, most] = margins.gain;
         let phase_deg = margins.phase_rad.map(f64::to_degrees);
         let number =

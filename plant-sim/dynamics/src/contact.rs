@@ -31,7 +31,7 @@ const SWEEPS_MAX: usize = 40;
 #[derive(Debug, Clone)]
 pub struct Contacts {
     surface: Surface,
-    points: Vec<Point>,
+    points: Vec<ContactState>,
     /// Distance of the farthest point from the centre of gravity of the airframe file, m.
     reach_m: f64,
     sink_max_m_s: f64,
@@ -41,14 +41,15 @@ pub struct Contacts {
     /// 0 to 1.
     brakes: f64,
     held: HeldForces,
-    /// Points that bear a load in the step to come, and that did in the last one.
-    bearing: [usize; 2],
+    /// Whether any point bears a load in the step to come, and did in the last one.
+    is_bearing: bool,
+    was_bearing: bool,
     failure: Option<ContactFailure>,
 }
 
 /// A contact point with its state.
 #[derive(Debug, Clone)]
-struct Point {
+struct ContactState {
     data: ContactPoint,
     steered_by: Option<(Effector, f64)>,
     grip_damper_n_s_m: f64,
@@ -134,7 +135,7 @@ pub fn per_effective_mass_along(mass: &MassProperties, at: &Vector3<f64>) -> f64
     per_effective_mass(mass, at, &Vector3::x()).max(per_effective_mass(mass, at, &Vector3::y()))
 }
 
-impl Point {
+impl ContactState {
     fn new(data: ContactPoint, effectors: &EffectorList, mass: &MassProperties) -> Self {
         let steered_by = data.steering.and_then(|steering| {
             let by = effectors.all().find(|e| effectors.name(*e) == steering.effector.as_str())?;
@@ -229,7 +230,7 @@ impl Contacts {
     /// Those of an airframe over a ground, for steps of this length, µs. None of them touches.
     pub fn new(gear: &Gear, setup: &GroundSetup, dynamics: &Dynamics, step_us: u32) -> Self {
         let effectors = &dynamics.airframe().effectors;
-        let point = |data: &ContactPoint| Point::new(*data, effectors, dynamics.mass());
+        let point = |data: &ContactPoint| ContactState::new(*data, effectors, dynamics.mass());
         let distance = |data: &ContactPoint| Vector3::from(data.at_m).norm();
         Self {
             surface: Surface::new(setup, dynamics.earth()),
@@ -240,7 +241,8 @@ impl Contacts {
             step_s: f64::from(step_us) * 1.0e-6,
             brakes: setup.brakes,
             held: HeldForces::default(),
-            bearing: [0; 2],
+            is_bearing: false,
+            was_bearing: false,
             failure: None,
         }
     }
@@ -254,12 +256,12 @@ impl Contacts {
 
     /// The forces of the step to come; `None` if no point touches the ground.
     pub fn held(&self) -> Option<&HeldForces> {
-        (self.bearing[0] > 0).then_some(&self.held)
+        self.is_bearing.then_some(&self.held)
     }
 
     /// Whether wheels or skids bear a load.
     pub fn is_bearing(&self) -> bool {
-        self.bearing[0] > 0
+        self.is_bearing
     }
 
     /// Loads across the ground, N, in the order of the airframe file.
@@ -311,7 +313,7 @@ impl Contacts {
 
     /// Energy in the springs at a state, J.
     pub fn stored_j(&self, dynamics: &Dynamics, rigid: &RigidState) -> f64 {
-        let of = |(point, depth_m): (&Point, f64)| {
+        let of = |(point, depth_m): (&ContactState, f64)| {
             let ([x, y], depth_m) = (point.stretch_m, depth_m.max(0.0));
             0.5 * (point.data.spring_n_m * depth_m * depth_m
                 + point.data.grip_spring_n_m * (x * x + y * y))
@@ -333,7 +335,7 @@ impl Contacts {
         let shift_m = dynamics.shift_m();
         let reach_m = self.reach_m + shift_m.norm();
         let way_m = self.step_s * (rigid.velocity.0.norm() + turning.norm() * reach_m);
-        self.bearing[0] = 0;
+        self.is_bearing = false;
         if under.height_m > reach_m + way_m {
             for point in &mut self.points {
                 point.now = Touch::AWAY;
@@ -406,7 +408,7 @@ impl Contacts {
         self.held = HeldForces::default();
         for Touch { at, axes, force_n, .. } in self.points.iter().map(|point| point.now) {
             if force_n.x > 0.0 {
-                self.bearing[0] += 1;
+                self.is_bearing = true;
                 self.held.add(&at, &(e_from_body * (axes * force_n)));
             }
         }
@@ -414,13 +416,13 @@ impl Contacts {
 
     /// Notes the first limit that is passed.
     fn watch(&mut self, up: &Vector3<f64>, rigid: &RigidState) {
-        if self.bearing[0] == 0 || self.failure.is_some() {
+        if !self.is_bearing || self.failure.is_some() {
             return;
         }
         let sink_m_s = -up.dot(&rigid.velocity.0);
         let rad = libm::atan2(-up.y, -up.z);
-        let too_much = |point: &&Point| point.now.force_n.x > point.data.load_max_n;
-        self.failure = if self.bearing[1] == 0 && sink_m_s > self.sink_max_m_s {
+        let too_much = |point: &&ContactState| point.now.force_n.x > point.data.load_max_n;
+        self.failure = if !self.was_bearing && sink_m_s > self.sink_max_m_s {
             Some(ContactFailure::Sink { m_s: sink_m_s, max_m_s: self.sink_max_m_s })
         } else if let Some(point) = self.points.iter().find(too_much) {
             let ContactPoint { name: contact, load_max_n: max_n, .. } = point.data;
@@ -434,7 +436,7 @@ impl Contacts {
 
     /// Moves the springs along the ground on by the step that has been made.
     pub fn finish_step(&mut self, before: &RigidState, after: &RigidState) {
-        self.bearing[1] = self.bearing[0];
+        self.was_bearing = self.is_bearing;
         let [e_from_body, e_from_body_after] = [before, after].map(RigidState::e_from_body);
         for point in &mut self.points {
             point.last_n = point.now.force_n;

@@ -44,13 +44,13 @@ pub struct ContactPoint {
     /// What full brakes add to the rolling friction.
     #[serde(default)]
     pub brake_friction: f64,
-    pub steering: Option<Steering>,
+    pub steering: Option<WheelSteering>,
 }
 
 /// A wheel that turns with a surface.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Steering {
+pub struct WheelSteering {
     /// Name of the surface.
     pub effector: Name,
     /// Angle of the wheel, positive to the right, over the deflection.

@@ -10,9 +10,6 @@ use crate::range::check_range;
 
 const SECTION: &str = "limits";
 
-/// Deeper than any ground, m.
-const ALTITUDE_MIN_M: f64 = -1_000.0;
-
 /// Beyond any of these, at any time, the aircraft is lost.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct FlightLimits {
@@ -76,7 +73,7 @@ impl FlightLimits {
     /// has any angle of attack and sideslip.
     #[must_use]
     pub fn over_ground(self) -> Self {
-        Self { alpha_rad: PI, beta_rad: PI, altitude_min_m: ALTITUDE_MIN_M, ..self }
+        Self { alpha_rad: PI, beta_rad: PI, altitude_min_m: f64::NEG_INFINITY, ..self }
     }
 
     /// Whether the aircraft is lost: the one definition of the project. A NaN is beyond every limit.
@@ -115,7 +112,7 @@ impl FlightLimits {
             // radians.
             check_range(SECTION, key, tidy(angle.to_degrees()), 1.0, max)?;
         }
-        check_range(SECTION, "altitude_min_m", self.altitude_min_m, ALTITUDE_MIN_M, 25_000.0)
+        check_range(SECTION, "altitude_min_m", self.altitude_min_m, 0.0, 25_000.0)
     }
 }
 

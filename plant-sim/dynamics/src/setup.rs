@@ -14,6 +14,7 @@ use crate::dynamics::Dynamics;
 use crate::earth::EarthModel;
 use crate::faults::{self, ScheduledFault};
 use crate::ground::{GroundSetup, SECTION};
+use crate::limits::FlightLimits;
 use crate::sensors::SensorSettings;
 use crate::start::Start;
 use crate::step_limit::{self, TooQuick};
@@ -118,6 +119,12 @@ impl PlantSetup {
             .into());
         }
         Ok(())
+    }
+
+    /// Beyond these the aircraft counts as lost.
+    pub fn limits(&self) -> FlightLimits {
+        let limits = self.airframe.limits;
+        if self.ground.is_some() { limits.over_ground() } else { limits }
     }
 
     /// The contact points over the ground; `None` without one. Refused where the steps are too long for them.

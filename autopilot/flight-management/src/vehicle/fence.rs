@@ -28,11 +28,11 @@ const EVERY_S: f64 = 0.1;
 pub struct Area {
     /// To stay in; otherwise out.
     pub inclusion: bool,
-    pub shape: Shape,
+    pub shape: AreaShape,
 }
 
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub enum Shape {
+pub enum AreaShape {
     /// Its vertices, the last beside the first.
     Polygon(Vec<Place>),
     Circle {
@@ -63,6 +63,8 @@ pub enum FenceProblem {
     Same { other: usize },
     #[error("its edge to the next vertex crosses that from vertex {other} of its polygon")]
     Crossing { other: usize },
+    #[error("it lies on the edge from vertex {other} of its polygon, 0.1 m or less from it")]
+    OnEdge { other: usize },
     #[error(transparent)]
     Range(#[from] VehicleRefusal),
 }
@@ -106,15 +108,15 @@ impl Area {
     /// Number of its items.
     pub fn items(&self) -> usize {
         match &self.shape {
-            Shape::Polygon(vertices) => vertices.len(),
-            Shape::Circle { .. } => 1,
+            AreaShape::Polygon(vertices) => vertices.len(),
+            AreaShape::Circle { .. } => 1,
         }
     }
 
     fn check(&self, problem: &mut dyn FnMut(usize, FenceProblem)) {
         let vertices = match &self.shape {
-            Shape::Polygon(vertices) => vertices,
-            Shape::Circle { centre, radius_m } => {
+            AreaShape::Polygon(vertices) => vertices,
+            AreaShape::Circle { centre, radius_m } => {
                 let radius = || within("radius", "m", *radius_m, (1.0, RADIUS_MAX_M));
                 if let Err(refusal) = check_place(*centre).and_then(|()| radius()) {
                     problem(0, refusal.into());
@@ -149,15 +151,24 @@ impl Area {
             if let Some(other) = (0..at).find(crosses) {
                 return problem(at, FenceProblem::Crossing { other });
             }
+            // Also a polygon that is only a line has such a vertex.
+            let lies_on = |other: &usize| {
+                let from = corners.get(*other).copied().unwrap_or_default();
+                let is_end = *other == at || (other + 1) % count == at;
+                !is_end && distance_m(corner, (from, next(&corners, *other))) <= SAME_M
+            };
+            if let Some(other) = (0..count).find(lies_on) {
+                return problem(at, FenceProblem::OnEdge { other });
+            }
         }
     }
 
     fn contains(&self, place: Place) -> bool {
         match &self.shape {
-            Shape::Circle { centre, radius_m } => {
+            AreaShape::Circle { centre, radius_m } => {
                 Horizon::at(*centre).offset(&Site::at(place)).norm() <= *radius_m
             }
-            Shape::Polygon(vertices) => {
+            AreaShape::Polygon(vertices) => {
                 // The parity of the edges east of the place.
                 let horizon = Horizon::at(place);
                 let seen = |place: &Place| horizon.offset(&Site::at(*place));
@@ -188,6 +199,13 @@ fn next(corners: &[Horizontal], at: usize) -> Horizontal {
 fn cross((a, b): (Horizontal, Horizontal), (c, d): (Horizontal, Horizontal)) -> bool {
     let side = |p: &Horizontal, q: &Horizontal, r: &Horizontal| (q - p).perp(&(r - p));
     side(&a, &b, &c) * side(&a, &b, &d) < 0.0 && side(&c, &d, &a) * side(&c, &d, &b) < 0.0
+}
+
+/// Distance of a point from an edge, m.
+fn distance_m(point: &Horizontal, (a, b): (Horizontal, Horizontal)) -> f64 {
+    let along = b - a;
+    let part = (point - a).dot(&along) / along.norm_squared();
+    (a + along * part.clamp(0.0, 1.0) - point).norm()
 }
 
 /// Watches the fence in flight.

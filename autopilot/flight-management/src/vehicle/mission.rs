@@ -13,7 +13,7 @@ use super::fence::FenceWatch;
 use super::geodesy::{Horizon, Site};
 use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
-use super::plan::{Action, Circle, Condition, Item, Plan, Point, Progress};
+use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
 use super::request::{Navigation, Place, VehicleEvent, VehicleRefusal};
 
 /// Items that are begun in one tick, each with two events; further ones follow in the next tick.
@@ -32,7 +32,7 @@ pub struct Mission {
     /// Number of jumps that each item has made, and of times that one without equipment was passed.
     jumped: Vec<u16>,
     task: Option<Task>,
-    waiting: Option<Waiting>,
+    waiting: Option<HeldItems>,
     /// The current item may be below the altitude limit.
     near_ground: bool,
     /// The point that the aircraft has just passed: the next leg begins there.
@@ -59,11 +59,11 @@ enum Task {
 
 /// Items that wait for a condition while the aircraft flies on.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Waiting {
+struct HeldItems {
     /// The first of them, and the item behind the last, which is flown meanwhile.
     next: u16,
     end: u16,
-    until: Condition,
+    until: WaitCondition,
     waited_s: f64,
 }
 
@@ -416,7 +416,7 @@ impl Mission {
                 };
                 let next = self.current.saturating_add(1);
                 let end = (next..).find(|at| !immediate(at)).unwrap_or(next);
-                self.waiting = Some(Waiting { next, end, until, waited_s: 0.0 });
+                self.waiting = Some(HeldItems { next, end, until, waited_s: 0.0 });
                 return Err(Otherwise::Jump(end));
             }
             Action::ChangeSpeed { .. }
@@ -470,15 +470,17 @@ impl Mission {
         waiting.waited_s += tick.situation.dt_s;
         let target = self.flown.and_then(|flown| flown.target);
         let is_over = match waiting.until {
-            Condition::Seconds(seconds) => waiting.waited_s >= seconds,
-            Condition::Within(metres) => target.is_some_and(|target| target.distance_m <= metres),
+            WaitCondition::Seconds(seconds) => waiting.waited_s >= seconds,
+            WaitCondition::Within(metres) => {
+                target.is_some_and(|target| target.distance_m <= metres)
+            }
         };
         self.waiting = Some(waiting).filter(|_| !is_over);
         for number in waiting.next..if is_over { waiting.end } else { waiting.next } {
             let item = self.plan.items.get(usize::from(number));
             if let Some(Action::Wait(until)) = item.map(|item| item.action) {
                 let next = number.saturating_add(1);
-                self.waiting = Some(Waiting { next, until, waited_s: 0.0, ..waiting });
+                self.waiting = Some(HeldItems { next, until, waited_s: 0.0, ..waiting });
                 return;
             }
             self.act(number, demand, tick);

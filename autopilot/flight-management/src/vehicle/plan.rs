@@ -102,12 +102,12 @@ pub enum Action {
     /// Switch the fence on or off (DO_FENCE_ENABLE).
     EnableFence(bool),
     /// The items without a place that follow wait until then; the aircraft flies to the next point meanwhile.
-    Wait(Condition),
+    Wait(WaitCondition),
 }
 
 /// Condition of an item that holds up others.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub enum Condition {
+pub enum WaitCondition {
     /// Simulation time, s (CONDITION_DELAY).
     Seconds(f64),
     /// Distance to the next point, m (CONDITION_DISTANCE).
@@ -263,10 +263,10 @@ impl Action {
             Self::LoiterTurns { turns, .. } => {
                 within("number of turns", "turns", turns, (0.0, TURNS_MAX))
             }
-            Self::LoiterTime { seconds, .. } | Self::Wait(Condition::Seconds(seconds)) => {
+            Self::LoiterTime { seconds, .. } | Self::Wait(WaitCondition::Seconds(seconds)) => {
                 within("time", "s", seconds, (0.0, SECONDS_MAX))
             }
-            Self::Wait(Condition::Within(metres)) => {
+            Self::Wait(WaitCondition::Within(metres)) => {
                 within("distance", "m", metres, (0.0, DISTANCE_MAX_M))
             }
             Self::ChangeSpeed { airspeed } => rules.limits.check_airspeed(airspeed),

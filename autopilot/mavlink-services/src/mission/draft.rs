@@ -18,7 +18,7 @@ use crate::mission::Stored;
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::plan::{Action, Circle, Condition, Item, Plan, Point};
+use flight_management::vehicle::plan::{Action, Circle, Item, Plan, Point, WaitCondition};
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Airspeed, Place, Reference, Reposition, VehicleRefusal};
 
@@ -78,7 +78,7 @@ pub struct Finished {
 
 /// Place and airspeed of the aircraft, or where the items before have led.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Present {
+pub struct PlanContext {
     pub place: Option<Place>,
     pub airspeed: Option<Airspeed>,
     /// Altitude of the home of the plan above sea level, m, where its items do not have it.
@@ -86,11 +86,11 @@ pub struct Present {
 }
 
 /// A plan during its check.
-struct Check<'a> {
+struct PlanCheck<'a> {
     rules: &'a Rules,
     /// Altitude of home in the frames above sea level, m: it is on the ground, at altitude zero here.
     home_m: f64,
-    present: Present,
+    present: PlanContext,
     notes: Notes,
     /// All that is wrong, by the number of the item.
     problems: Vec<(u16, Rejected)>,
@@ -101,14 +101,14 @@ struct Check<'a> {
 /// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right.
 pub fn check(
     items: Vec<MissionItem<i32>>,
-    present: Present,
+    present: PlanContext,
     rules: &Rules,
 ) -> Result<Finished, Vec<Rejected>> {
     let home = home_of(&items, rules);
     let home_m = home.map(|home| convert::decimal(home.z)).filter(|home_m| home_m.is_finite());
     let home_m = home_m.or(present.home_m).unwrap_or(0.0);
     let (notes, problems) = (Notes::default(), Vec::new());
-    let mut check = Check { rules, home_m, present, notes, problems };
+    let mut check = PlanCheck { rules, home_m, present, notes, problems };
     let mut actions = Vec::with_capacity(items.len());
     for (seq, item) in (0_u16..).zip(&items) {
         let action = if seq == 0 && home.is_some() {
@@ -128,7 +128,7 @@ pub fn check(
         autocontinue: item.words.autocontinue,
     };
     let plan = Plan { id: 0, items: actions.into_iter().zip(&items).map(item).collect() };
-    let Check { notes, mut problems, .. } = check;
+    let PlanCheck { notes, mut problems, .. } = check;
     for (seq, refusal) in plan.problems(rules) {
         let command = items.get(usize::from(seq)).map_or(0, |item| item.words.command);
         problems.push((seq, of_limits(command, &refusal)));
@@ -186,7 +186,7 @@ fn jump_of_tag(item: &MissionItem<i32>, items: &[MissionItem<i32>]) -> Option<Ac
     jump(place as f32, times).ok()
 }
 
-impl Check<'_> {
+impl PlanCheck<'_> {
     /// Checks an action against the earlier ones, and records what it changes for the later ones. A delay is flown at the point
     /// before it.
     fn follow(
@@ -279,9 +279,9 @@ impl Check<'_> {
                 Ok(Action::ChangeAltitude { altitude_m: self.needed_altitude(item, seq)? })
             }
             DELAY => delay(p1, [p2, p3, p4]),
-            CONDITION_DELAY => Ok(Action::Wait(Condition::Seconds(positive(P1, "delay", p1)?))),
+            CONDITION_DELAY => Ok(Action::Wait(WaitCondition::Seconds(positive(P1, "delay", p1)?))),
             CONDITION_DISTANCE => {
-                Ok(Action::Wait(Condition::Within(positive(P1, "distance", p1)?)))
+                Ok(Action::Wait(WaitCondition::Within(positive(P1, "distance", p1)?)))
             }
             CONDITION_YAW => {
                 self.notes.add(Note::Yaw, seq);

@@ -7,7 +7,7 @@ use super::commands::{
 use super::draft::{P1, R, Rejected, X, Z, altitude, needed_place, number, of_limits, word};
 use crate::codec::MissionItem;
 use flight_management::vehicle::Place;
-use flight_management::vehicle::fence::{Area, Fence, FenceProblem, RallyPoint, Shape};
+use flight_management::vehicle::fence::{Area, AreaShape, Fence, FenceProblem, RallyPoint};
 use flight_management::vehicle::rules::check_place;
 
 type Problems = Vec<(u16, Rejected)>;
@@ -60,7 +60,10 @@ pub fn fence(items: &[MissionItem<i32>]) -> Result<Fence, Vec<Rejected>> {
     }
 }
 
-fn polygon(vertices: &[(u16, &MissionItem<i32>)], problems: &mut Problems) -> Result<Shape, ()> {
+fn polygon(
+    vertices: &[(u16, &MissionItem<i32>)],
+    problems: &mut Problems,
+) -> Result<AreaShape, ()> {
     let mut places = Vec::new();
     for (number, (seq, item)) in vertices.iter().enumerate() {
         match needed_place(item) {
@@ -77,20 +80,22 @@ fn polygon(vertices: &[(u16, &MissionItem<i32>)], problems: &mut Problems) -> Re
             return Err(());
         }
     }
-    if places.len() == vertices.len() { Ok(Shape::Polygon(places)) } else { Err(()) }
+    if places.len() == vertices.len() { Ok(AreaShape::Polygon(places)) } else { Err(()) }
 }
 
-fn circle(item: &MissionItem<i32>) -> Result<Shape, Rejected> {
+fn circle(item: &MissionItem<i32>) -> Result<AreaShape, Rejected> {
     let radius_m = number(P1, "radius", item.params[0])?
         .ok_or_else(|| Rejected::param(P1, "it needs a radius"))?;
-    Ok(Shape::Circle { centre: needed_place(item)?, radius_m })
+    Ok(AreaShape::Circle { centre: needed_place(item)?, radius_m })
 }
 
 fn rejected(problem: &FenceProblem) -> Rejected {
     let result = match problem {
         FenceProblem::Count { .. } => P1,
         FenceProblem::TooMany { .. } => R::MAV_MISSION_NO_SPACE,
-        FenceProblem::Same { .. } | FenceProblem::Crossing { .. } => X,
+        FenceProblem::Same { .. } | FenceProblem::Crossing { .. } | FenceProblem::OnEdge { .. } => {
+            X
+        }
         FenceProblem::Range(refusal) => {
             let Rejected { result, reason } = of_limits(FENCE_CIRCLE_INCLUSION, refusal);
             // A radius is the first parameter here.

@@ -8,7 +8,7 @@ use super::commands::{
     FENCE_POLYGON_INCLUSION, JUMP, LAND, LAND_START, LOITER_TO_ALTITUDE, RALLY_POINT, VTOL_LAND,
     WAYPOINT,
 };
-use super::draft::{self, Finished, Present};
+use super::draft::{self, Finished, PlanContext};
 use super::fences;
 use crate::codec::{ItemWords, ListKind, MissionItem};
 use crate::convert;
@@ -58,7 +58,7 @@ impl PlanFile {
     /// The plan and what of it is flown in another way than it says, or all that is wrong with it.
     pub fn plan(&self, rules: &Rules) -> Result<(Plan, Vec<String>), Vec<String>> {
         let home_m = self.home.map(|(_, altitude_m)| altitude_m);
-        let present = Present { home_m, ..Present::default() };
+        let present = PlanContext { home_m, ..PlanContext::default() };
         match draft::check(self.mission.clone(), present, rules) {
             Ok(Finished { plan, notes, .. }) => Ok((plan, notes.texts().collect())),
             Err(problems) => Err(problems.into_iter().map(|problem| problem.reason).collect()),

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
-use crate::mission::draft::{self, Finished, Notes, Present};
+use crate::mission::draft::{self, Finished, Notes, PlanContext};
 use crate::mission::{MissionService, Stored, texts_of};
 use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
@@ -128,7 +128,7 @@ impl MissionService {
         let parameters = &shared.parameters;
         let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
         // The present place of the aircraft does not matter yet.
-        match draft::check(saved.0, Present::default(), &rules) {
+        match draft::check(saved.0, PlanContext::default(), &rules) {
             Ok(Finished { stored, plan, notes }) => {
                 if let Some(number) = shared.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
                     self.restoring = Restoring::Requested(number, Arc::new(stored), notes);

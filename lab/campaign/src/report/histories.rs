@@ -89,7 +89,7 @@ fn fly(sources: &Sources<'_>, law: usize, flight: usize) -> Option<LostFlight> {
     let run = flight * plan.laws().len() + law;
     let drawn = plan.run(run as u64).ok()?;
     let setup = plan.setup(&drawn).ok()?;
-    let limits = setup.plant.airframe.limits;
+    let limits = setup.plant.limits();
     let model = DesignModel::new(setup.model);
     let mut history = LostFlight { law, run, curves: Default::default() };
     let (mut steps, mut is_lost) = (0_u64, false);

@@ -429,7 +429,7 @@ fn losses(flight: &Flight) -> Vec<LogEvent> {
     let columns =
         ["roll_rad", "pitch_rad", "alpha_rad", "beta_rad", "altitude_m", "on_ground", "broken"];
     let truth = flight.rows("truth", columns);
-    let limits = flight.plant.as_ref().map(|plant| plant.setup.airframe.limits);
+    let limits = flight.plant.as_ref().map(|plant| plant.setup.limits());
     let mut limit = truth.iter().filter_map(|(us, row)| {
         let [roll_rad, pitch_rad, alpha_rad, beta_rad, altitude_m, ..] = *row;
         let at = Attained { roll_rad, pitch_rad, alpha_rad, beta_rad, altitude_m };

@@ -63,7 +63,7 @@ pub struct Performance {
 
 /// Parameters by name, and what is weak.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Found {
+pub struct ParameterSet {
     /// Value of each parameter.
     pub values: Vec<(&'static str, f64)>,
     /// What an operator should know.
@@ -79,7 +79,7 @@ pub struct Procedure<'a> {
 }
 
 /// Level flight at one condition.
-struct Level {
+struct LevelFlight {
     thrust_n: f64,
     thrust_range_n: [f64; 2],
 }
@@ -96,17 +96,17 @@ impl<'a> Procedure<'a> {
     }
 
     /// Level flight below the stall onset, if there is any.
-    fn level(&self, altitude_m: f64, airspeed_m_s: f64) -> Option<Level> {
+    fn level(&self, altitude_m: f64, airspeed_m_s: f64) -> Option<LevelFlight> {
         let start = Start { altitude_m, airspeed_m_s, ..self.start };
         let trim = trim::solve(self.dynamics, &start, &Ned::zero()).ok()?;
         let density = LocalDensity::of(&Atmosphere::STANDARD, altitude_m).at(altitude_m);
         let thrust_range_n = self.dynamics.thrust_range_n(airspeed_m_s, density, altitude_m);
         let onset = self.model.aircraft().airframe.stall_onset_rad;
-        (trim.alpha_rad <= onset).then_some(Level { thrust_n: trim.thrust_n, thrust_range_n })
+        (trim.alpha_rad <= onset).then_some(LevelFlight { thrust_n: trim.thrust_n, thrust_range_n })
     }
 
     /// Climb rate with the thrust that is left, m/s.
-    fn climb_m_s(&self, level: &Level, airspeed_m_s: f64) -> f64 {
+    fn climb_m_s(&self, level: &LevelFlight, airspeed_m_s: f64) -> f64 {
         let weight = self.model.aircraft().mass.mass_kg * G_M_S2;
         CLIMB_PART * (level.thrust_range_n[1] - level.thrust_n) * airspeed_m_s / weight
     }
@@ -243,8 +243,8 @@ impl<'a> Procedure<'a> {
     }
 
     /// All parameters but the detector levels, which a flight measures.
-    pub fn parameters(&self, able: &Performance) -> Result<Found, Problem> {
-        let mut found = Found::default();
+    pub fn parameters(&self, able: &Performance) -> Result<ParameterSet, Problem> {
+        let mut found = ParameterSet::default();
         let model = self.model.aircraft();
         let v = model.trim.airspeed_m_s;
         let mass_kg = model.mass.mass_kg;
@@ -295,7 +295,7 @@ impl<'a> Procedure<'a> {
         climb: f64,
         roll_s: f64,
         roll_lag_s: f64,
-        found: &mut Found,
+        found: &mut ParameterSet,
     ) {
         let Start { altitude_m, airspeed_m_s: v, .. } = self.start;
         let at = Atmosphere::STANDARD.air(altitude_m).density;
@@ -351,7 +351,7 @@ impl<'a> Procedure<'a> {
     }
 }
 
-impl Found {
+impl ParameterSet {
     fn pid_gains(
         &mut self,
         of: &Procedure<'_>,

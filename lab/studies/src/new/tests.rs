@@ -6,7 +6,7 @@ fn shipped(name: &str) -> Airframe {
     Airframe::from_toml(name, text).unwrap()
 }
 
-/// An aircraft that nobody has seen: the Aerosonde with a canard in place of the tail's elevators, and without a rudder.
+/// A new aircraft: the Aerosonde with a canard in place of the tail's elevators, and without a rudder.
 fn duck() -> String {
     let parts: Vec<&str> = AEROSONDE_AIRFRAME.split("[[effector]]\n").collect();
     let gone = ["name = \"right elevator\"", "name = \"rudder\""];

@@ -4,6 +4,7 @@
 mod beyond_the_paper;
 mod damage;
 mod fault_known;
+mod ground;
 mod isolation;
 mod laws;
 mod plans;

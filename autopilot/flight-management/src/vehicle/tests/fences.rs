@@ -3,12 +3,12 @@ use std::sync::Arc;
 use super::plane::{Plane, at};
 use super::*;
 use crate::vehicle::fence::{
-    Area, Breach, Fence, FenceAction, FenceChange, FenceProblem, RallyPoint, Shape,
+    Area, AreaShape, Breach, Fence, FenceAction, FenceChange, FenceProblem, RallyPoint,
 };
 
 fn polygon(inclusion: bool, corners: &[[f64; 2]]) -> Area {
     let places = corners.iter().map(|[north_km, east_km]| at(*north_km, *east_km)).collect();
-    Area { inclusion, shape: Shape::Polygon(places) }
+    Area { inclusion, shape: AreaShape::Polygon(places) }
 }
 
 const SQUARE: [[f64; 2]; 4] = [[-20.0, -20.0], [-20.0, 20.0], [20.0, 20.0], [20.0, -20.0]];
@@ -26,9 +26,11 @@ const OUTSIDE: VehicleEvent = VehicleEvent::Fence(FenceChange::Breached(Breach::
 #[test]
 fn a_place_is_inside_any_inclusion_and_no_exclusion() {
     let concave = [[0.0, 0.0], [0.0, 10.0], [5.0, 5.0], [10.0, 10.0], [10.0, 0.0]];
-    let circle = Shape::Circle { centre: at(30.0, 0.0), radius_m: 2_000.0 };
-    let hole =
-        Area { inclusion: false, shape: Shape::Circle { centre: at(2.0, 2.0), radius_m: 500.0 } };
+    let circle = AreaShape::Circle { centre: at(30.0, 0.0), radius_m: 2_000.0 };
+    let hole = Area {
+        inclusion: false,
+        shape: AreaShape::Circle { centre: at(2.0, 2.0), radius_m: 500.0 },
+    };
     let far = Area { inclusion: true, shape: circle };
     let fence = Fence::new(vec![polygon(true, &concave), far, hole]).unwrap();
     for (place, breach) in [
@@ -51,11 +53,13 @@ fn polygons_that_are_none_are_refused_with_the_vertex() {
         (vec![a, b], 0, FenceProblem::Count { vertices: 2 }),
         (vec![a, a, a], 1, FenceProblem::Same { other: 0 }),
         (vec![a, c, b, d], 2, FenceProblem::Crossing { other: 0 }),
+        (vec![a, c, [0.0, 0.0]], 2, FenceProblem::OnEdge { other: 0 }),
+        (vec![a, b, c, d, [-20.0, 5.0]], 4, FenceProblem::OnEdge { other: 0 }),
         (vec![a; 1_000], 0, FenceProblem::TooMany { vertices: 1_000 }),
     ] {
         assert_eq!(Fence::new(vec![polygon(true, &corners)]), Err(vec![(item, problem)]));
     }
-    let poles = Shape::Circle { centre: at(0.0, 0.0), radius_m: f64::NAN };
+    let poles = AreaShape::Circle { centre: at(0.0, 0.0), radius_m: f64::NAN };
     assert!(Fence::new(vec![Area { inclusion: true, shape: poles }]).is_err());
 }
 

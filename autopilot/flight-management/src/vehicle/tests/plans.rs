@@ -2,7 +2,7 @@ use super::plane::{Plane, at, circle, item, plan, point, start, waypoint};
 use super::*;
 use crate::vehicle::Target;
 use crate::vehicle::VehicleEvent;
-use crate::vehicle::plan::{Action, Circle, Condition, Item, Point, Progress};
+use crate::vehicle::plan::{Action, Circle, Item, Point, Progress, WaitCondition};
 
 const COMPLETE: VehicleEvent = VehicleEvent::PlanComplete;
 
@@ -387,7 +387,8 @@ fn a_command_to_land_leaves_an_endless_loop() {
 fn items_behind_a_condition_wait_for_it_while_the_aircraft_flies_on() {
     let speed = item(Action::ChangeSpeed { airspeed: Airspeed::True(240.0) });
     let home = item(Action::SetHome { place: None });
-    for (until, left_km) in [(Condition::Seconds(50.0), 46.8), (Condition::Within(20_000.0), 20.0)]
+    for (until, left_km) in
+        [(WaitCondition::Seconds(50.0), 46.8), (WaitCondition::Within(20_000.0), 20.0)]
     {
         let plan = vec![item(Action::Wait(until)), speed, home, waypoint(60.0, 0.0, 5_000.0)];
         let mut plane = Plane::begin(plan);
@@ -403,7 +404,7 @@ fn items_behind_a_condition_wait_for_it_while_the_aircraft_flies_on() {
         assert!(plane.distance_m(home) < 300.0);
     }
     let mut plane = Plane::begin(vec![
-        item(Action::Wait(Condition::Seconds(1_000.0))),
+        item(Action::Wait(WaitCondition::Seconds(1_000.0))),
         speed,
         waypoint(20.0, 0.0, 5_000.0),
     ]);
