@@ -304,7 +304,10 @@ impl SpecFile {
                 }
             };
         }
-        Ok(Self { own_laws: own.to_vec(), ..Self::parse(&name, text, folder)? })
+        let mut file = Self { own_laws: own.to_vec(), ..Self::parse(&name, text, folder)? };
+        // The suite has a step that its text does not have.
+        file.spec.step_us = spec.step_us;
+        Ok(file)
     }
 
     /// The law of the program that flies in a `[[law]]` of this name.

@@ -393,6 +393,8 @@ impl Plant {
         // Before the steps: the period burns by the thrust of its beginning.
         self.burn_fuel();
         let before = self.state;
+        // Of the beginning of the period, like the other surroundings: the steps move `present` on.
+        let height_m = height_m(self.contacts.as_deref(), &before, &self.present.place);
         self.integrate(self.time.as_micros() + self.period_us);
         let mut broken = self.state.first_not_finite();
         if broken.is_some() {
@@ -403,7 +405,7 @@ impl Plant {
         let airspeed_m_s = self.truth.airspeed_m_s;
         let turbulence = self.turbulence.step(&Surroundings {
             airspeed_m_s,
-            height_m: height_m(self.contacts.as_deref(), &before, &self.present.place),
+            height_m,
             attitude: self.truth.attitude,
             wind: self.dynamics.wind(&self.inputs.wind, self.present.place.geopotential_altitude_m),
         });

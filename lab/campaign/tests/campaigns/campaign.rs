@@ -328,6 +328,25 @@ fn a_setting_without_an_effect_is_refused() {
     assert!(refused.contains("--set: duration_s = 1000000000: expected more than 0"), "{refused}");
 }
 
+#[test]
+fn the_suite_keeps_its_step_and_its_bits() {
+    for own in [vec![], vec![own_law()]] {
+        let file = SpecFile::read_with("ftc-01", &own, &AircraftArgs::default()).expect("shipped");
+        assert_eq!(file.spec.step_us, Some(1_000), "{} laws", own.len());
+    }
+    // As the first version of the suite flew it: the values of its table come from such flights.
+    let mut file =
+        SpecFile::read_with("ftc-01", &[], &AircraftArgs::default()).expect("it is shipped");
+    file.spec.samples = 1;
+    let plan = Plan::new(file).expect("it can be flown");
+    for (number, altitude_iae) in [(0, 17_370.814_097_070_277), (1, 17_035.589_677_623_797)] {
+        let outcome = plan.fly(&plan.run(number).expect("a run")).expect("it can be flown");
+        let metrics = serde_json::to_value(&outcome).expect("plain values");
+        let flown = metrics["metrics"]["altitude_iae"]["value"].as_f64();
+        assert_eq!(flown, Some(altitude_iae), "{}", plan.laws()[number as usize]);
+    }
+}
+
 /// The PID, under another name.
 fn own_law() -> OwnLaw {
     OwnLaw::new("my \"law\"", || Pid::new(&Gains::REFERENCE.pid))
