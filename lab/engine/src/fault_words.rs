@@ -53,6 +53,6 @@ mod tests {
         refused("when roll passes 10 deg: rudder stuck", "waits for a quantity");
         refused("roll 10 deg", "`roll` found, expected an effector");
         refused("", "expected an effector");
-        refused("é", "expected an effector");
+        refused("é", "belongs to no word");
     }
 }
