@@ -403,6 +403,7 @@ impl MissionService {
             _ => {
                 let parameters = &caller.shared.parameters;
                 let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+                let rules = rules.over(caller.shared.aircraft.ground_m());
                 let state = caller.shared.aircraft.snapshot();
                 let place = state.map(|state| Place::of(state.motion()));
                 let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));

@@ -416,7 +416,12 @@ impl PlanCheck<'_> {
         if altitude_m.is_some() && self.home_m != 0.0 && is_absolute(item) {
             self.notes.add(Note::SeaLevel, seq);
         }
-        let above_m = if is_absolute(item) { self.home_m } else { 0.0 };
+        // Home is on the ground of the flight, which the plan may have at another altitude.
+        let above_m = match is_absolute(item) {
+            true if self.home_m == 0.0 => 0.0,
+            true => self.home_m - self.rules.ground_m,
+            false => -self.rules.ground_m,
+        };
         Ok(altitude_m.map(|altitude_m| altitude_m - above_m))
     }
 
