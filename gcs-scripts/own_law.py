@@ -18,7 +18,7 @@ import zlib
 
 HEADER = struct.Struct("<4sHBBQQQ")  # magic, version, kind, phase, session, sequence, time in us
 SAMPLE = struct.Struct("<BBBQ")  # number of a sensor, count of its values, valid, time in us; its values follow
-MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 9, 1, 2, 3
+MAGIC, VERSION, SENSORS, ACTUATORS, REFUSAL = b"2STP", 10, 1, 2, 3
 SILENCE_S = 10.0  # How long it waits for a plant that has begun.
 COMMANDS = 8  # What `law` gives.
 SIGNALS = {  # The sensors by their numbers, each with the names of its values here.
@@ -26,6 +26,7 @@ SIGNALS = {  # The sensors by their numbers, each with the names of its values h
     3: ("gnss", "vn ve vd pn pe pd latitude longitude gnss_altitude year"),
     4: ("barometer", "static_pressure altitude"), 5: ("pitot", "impact_pressure airspeed"),
     6: ("vanes", "alpha beta"), 7: ("engine_monitor", "thrust"), 8: ("magnetometer", "mx my mz"),
+    9: ("radar_altimeter", "height"), 10: ("weight_on_wheels", "load"),
 }
 NEEDED = "p q r qw qx qy qz vd altitude airspeed".split()  # What `law` reads.
 
@@ -128,7 +129,8 @@ def main():
         if phase == 0 or "commands" not in memory:  # Otherwise time stands still: the same commands.
             memory["commands"] = law(s, demand, memory, period_s)
         commands = struct.pack("<%dd" % COMMANDS, *memory["commands"])
-        body = aircraft + commands + b"\0\0"  # No request to the plant, no flight log.
+        brakes = struct.pack("<d", 0.0)  # 0 to 1.
+        body = aircraft + commands + brakes + b"\0\0"  # No request to the plant, no flight log.
         answer = packet(ACTUATORS, 0, session, sequence, time_us, body)
         link.sendto(answer, plant)
         deadline = time.monotonic() + SILENCE_S

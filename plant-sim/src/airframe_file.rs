@@ -16,7 +16,7 @@ use crate::airframe::{AirData, Airframe, Mass, Nozzle};
 use crate::config::{self, gather};
 use crate::damage::{Fuel, Panels};
 use crate::derivatives::MachEffects;
-use crate::gear::{ContactPoint, Gear};
+use crate::gear::{Catapult, ContactPoint, Gear};
 use crate::limits::FlightLimits;
 use crate::range::check_range;
 use crate::servos::{Imperfections, SecondOrder, Servo};
@@ -374,13 +374,15 @@ struct GearTable {
     sink_max_m_s: f64,
     bank_max_deg: f64,
     idle_n: Option<f64>,
+    catapult: Option<Catapult>,
     contact: Vec<ContactPoint>,
 }
 
 impl GearTable {
     fn into_gear(self) -> Gear {
-        let Self { sink_max_m_s, bank_max_deg, idle_n, contact: contacts } = self;
-        Gear { sink_max_m_s, bank_max_rad: bank_max_deg.to_radians(), idle_n, contacts }
+        let Self { sink_max_m_s, bank_max_deg, idle_n, catapult, contact: contacts } = self;
+        let bank_max_rad = bank_max_deg.to_radians();
+        Gear { sink_max_m_s, bank_max_rad, idle_n, catapult, contacts }
     }
 }
 

@@ -222,6 +222,7 @@ struct GroundTable {
 enum GroundStartWord {
     #[default]
     Air,
+    Ready,
     Parked,
     Launched,
     Catapult,
@@ -280,6 +281,7 @@ impl GroundTable {
             start: match self.start {
                 GroundStartWord::Air => GroundStart::Air,
                 GroundStartWord::Parked => GroundStart::Parked { along_m },
+                GroundStartWord::Ready => GroundStart::Ready { along_m },
                 GroundStartWord::Launched => GroundStart::Launched(launch),
                 GroundStartWord::Catapult => GroundStart::Catapult { launch, rail_m },
             },

@@ -6,8 +6,12 @@ use core::fmt;
 
 use icd::PerEffector;
 use icd::effector_list::Name;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
+
+use crate::design_model::atmosphere;
+use crate::design_model::level_turn::Elevators;
 
 mod effectors;
 pub mod schedule;
@@ -243,13 +247,25 @@ impl AircraftModel {
         self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m)
     }
 
-    /// Calibrated airspeed of level flight at the stall onset, m/s: V² = 2 m g / (ρ0 S C_L), with neutral surfaces.
+    /// Smallest calibrated airspeed of level flight, m/s: at the stall onset, or with the elevators at their end where that comes
+    /// first. V² = 2 m g / (ρ0 S C_L).
     pub fn stall_airspeed_m_s(&self) -> f64 {
         let LiftModel { c_lift_0, c_lift_alpha, .. } = self.lift;
-        let c_lift = (c_lift_0 + c_lift_alpha * self.airframe.stall_onset_rad).max(0.1);
-        let weight_n = self.mass.mass_kg * icd::units::STANDARD_GRAVITY_M_S2;
-        let density = crate::design_model::atmosphere::density(0.0);
-        libm::sqrt(2.0 * weight_n / (density * self.geometry.wing_area_m2 * c_lift))
+        let AirframeModel { c_pitch_0, c_pitch_alpha, stall_onset_rad, .. } = self.airframe;
+        let Elevators { c_lift, c_pitch } = Elevators::of(&self.effectors);
+        let [low, high] = self.effectors.command_range(|gains| gains.pitch);
+        // The end that raises the nose.
+        let end = if c_pitch < 0.0 { low } else { high };
+        let balanced = match c_pitch_alpha < 0.0 {
+            true => -(c_pitch_0 + c_pitch * end) / c_pitch_alpha,
+            false => stall_onset_rad,
+        };
+        let alpha = balanced.min(stall_onset_rad);
+        let elevator = -(c_pitch_0 + c_pitch_alpha * alpha) / c_pitch;
+        let lift = (c_lift_0 + c_lift_alpha * alpha + c_lift * elevator).max(0.1);
+        let weight_n = self.mass.mass_kg * STANDARD_GRAVITY_M_S2;
+        let pressure_area = 0.5 * atmosphere::density(0.0) * self.geometry.wing_area_m2;
+        libm::sqrt(weight_n / (pressure_area * lift))
     }
 
     /// Where each effector stands in the design trim, rad; engine N.

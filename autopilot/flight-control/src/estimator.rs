@@ -82,6 +82,9 @@ pub struct Estimator {
     gains: EstimatorGains,
     shape: EarthShape,
     air: AirModel,
+    /// Calibrated airspeed of the stall, m/s.
+    stall_m_s: f64,
+    on_wheels: bool,
     state: NavigationState,
     estimate: Estimate,
     covariance: Covariance,
@@ -152,6 +155,8 @@ impl Estimator {
             gains: *gains,
             shape,
             air: AirModel::new(aircraft),
+            stall_m_s: aircraft.stall_airspeed_m_s(),
+            on_wheels: false,
             state: NavigationState::at_rest(),
             estimate: Estimate::default(),
             covariance: Covariance::new(&noise::priors(gains)),
@@ -207,6 +212,18 @@ impl Estimator {
         let vertical = horizontal * self.gains.gnss_vertical;
         let slow = Vector3::new(horizontal, horizontal, vertical);
         self.covariance.block(POSITION) + Matrix3::from_diagonal(&slow.component_mul(&slow))
+    }
+
+    /// The same of an aircraft on the ground: there the flow says nothing of its motion before it is fast, and forces are not those
+    /// of the air.
+    pub fn step_on(
+        &mut self,
+        on_wheels: bool,
+        time: SimTime,
+        sensors: &Sensors,
+    ) -> NavigationState {
+        self.on_wheels = on_wheels;
+        self.step(time, sensors)
     }
 
     /// One tick: samples in, state out. Total: whatever the samples are, every number of the state is finite.

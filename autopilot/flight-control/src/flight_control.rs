@@ -22,6 +22,9 @@ use crate::navigation::NavigationState;
 use crate::relief::{CompensationHealth, Relief, ReliefInput, ReliefLog, Relieved};
 use crate::signals::{Compensation, MainCommand, Saturation};
 
+/// No engine gives more at rest than this times its thrust at the design point.
+const STATIC_THRUST: f64 = 4.0;
+
 /// The flight control: both steps and what they remember.
 #[derive(Debug, Clone)]
 pub struct FlightControl {
@@ -281,9 +284,11 @@ impl FlightControl {
         }
         let main = self.ground.step(&state, ground, &self.gains, &self.model, &at, h);
         let mut mixed = self.mixer.mix(&main, &Compensation::NONE);
-        if let (false, Some(engine)) = (ground.full_thrust, self.model.engine()) {
-            // Less than flight idle: an engine that can idle slower on the ground does.
-            mixed.commands[engine] = mixed.commands[engine].min(0.0);
+        if let Some(engine) = self.model.engine() {
+            // The ends of the engine are those of the design point: at rest a propeller gives more, and on the ground an engine can
+            // idle slower. The engine takes what it can.
+            let command = &mut mixed.commands[engine];
+            *command = if ground.full_thrust { STATIC_THRUST * *command } else { command.min(0.0) };
         }
         let modelled = *self.applied.positions();
         self.finish(&main, &mixed);

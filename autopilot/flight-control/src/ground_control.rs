@@ -16,7 +16,7 @@ gain_set! {
     /// Gains of the law on the ground.
     GroundGains at ground {
         /// Bandwidth of the attitude, rad/s.
-        attitude_rad_s = 1.5, "GND_ATT" "rad/s", 0.1 to 10.0, "Bandwidth of the attitude in takeoff roll and rollout";
+        attitude_rad_s = 3.0, "GND_ATT" "rad/s", 0.1 to 10.0, "Bandwidth of the attitude in takeoff roll and rollout";
         /// Fastest change of the pitch reference, rad/s.
         rotation_rad_s = 0.06, "GND_ROT_RATE" "rad/s", 0.005 to 1.0, "Pitch rate of the rotation";
         /// Bandwidth of the heading, 1/s.
@@ -31,7 +31,7 @@ gain_set! {
 pub struct GroundDemand {
     /// Heading to be steered, rad from north.
     pub heading_rad: f64,
-    /// Pitch attitude to be taken, rad; `None`: surfaces neutral, pitch rate damped.
+    /// Pitch attitude to be taken, rad; `None`: elevator and nozzle neutral.
     pub pitch_rad: Option<f64>,
     /// All the thrust there is; otherwise idle.
     pub full_thrust: bool,
@@ -51,8 +51,10 @@ const STEERED_MIN_M_S: f64 = 0.5;
 const STEERING_M_S: f64 = 10.0;
 /// Largest lateral acceleration that is steered, m/s².
 const LATERAL_MAX_M_S2: f64 = 2.0;
-/// An effect of a surface below this acts on nothing, rad/s² per rad.
+/// Surfaces with less effect than this are left alone, rad/s² and rad/s² per rad.
 const EFFECT_MIN: f64 = 0.02;
+/// The pitch reference leads the aircraft by no more than this, rad.
+const AHEAD_RAD: f64 = 0.05;
 
 /// The state of the law.
 #[derive(Debug, Clone, Default)]
@@ -77,35 +79,48 @@ impl GroundControl {
         let GroundGains { attitude_rad_s: w, rotation_rad_s, .. } = gains.ground;
         let (p, q) = (state.rates.x, state.rates.y);
         let attitude = &state.attitude;
-        let pitch = match demand.pitch_rad {
-            None => {
-                *self = Self::default();
-                -2.0 * w * q
-            }
-            Some(wanted_rad) => {
-                let before = *self.pitch_rad.get_or_insert(attitude.theta);
-                let most = rotation_rad_s * h;
-                let reference = before + (wanted_rad - before).clamp(-most, most);
-                self.pitch_rad = Some(reference);
-                let error = reference - attitude.theta;
-                self.pitch_integral += error * h;
-                w * w * (error + w * self.pitch_integral) - 2.0 * w * q
-            }
-        };
-        let roll = -w * w * attitude.phi - 2.0 * w * p;
+        let effectors = &model.aircraft().effectors;
         let effect = |gain: fn(&AxisGains) -> f64| -> Vector3<f64> {
-            let effectors = &model.aircraft().effectors;
             let of = |e: Effector| model.effect(at, e) * gain(&effectors.gains[e]);
             effectors.list.all().map(of).sum()
         };
-        let command = |acceleration: f64, effect: f64| match effect.abs() > EFFECT_MIN {
-            true => acceleration / effect,
-            false => 0.0,
+        // Elevator and nozzle share the pitch by their travel: the elevators of the jet alone could not raise the nose.
+        let [_, elevator_max] = effectors.command_range(|gains| gains.pitch);
+        let nozzle = model.nozzle_effectors()[0];
+        let nozzle_max = nozzle.map_or(0.0, |nozzle| effectors.servos[nozzle].max);
+        let full_pitch = effect(|gains| gains.pitch).y.abs() * elevator_max
+            + nozzle.map_or(0.0, |nozzle| model.effect(at, nozzle).y) * nozzle_max;
+        let pitch = match demand.pitch_rad {
+            None => {
+                *self = Self::default();
+                0.0
+            }
+            Some(wanted_rad) => {
+                let before = self.pitch_rad.unwrap_or(attitude.theta);
+                let most = rotation_rad_s * h;
+                let reference = before + (wanted_rad - before).clamp(-most, most);
+                // Where nothing moves yet it does not run away.
+                let reference = reference.min(attitude.theta + AHEAD_RAD);
+                self.pitch_rad = Some(reference);
+                let error = reference - attitude.theta;
+                let demanded = w * w * (error + w * self.pitch_integral) - 2.0 * w * q;
+                if demanded.abs() < full_pitch {
+                    self.pitch_integral += error * h;
+                }
+                demanded
+            }
         };
+        let share =
+            if full_pitch > EFFECT_MIN { (pitch / full_pitch).clamp(-1.0, 1.0) } else { 0.0 };
+        let roll = -w * w * attitude.phi - 2.0 * w * p;
+        let roll_effect = effect(|gains| gains.roll).x;
+        let aileron_rad = if roll_effect.abs() > EFFECT_MIN { roll / roll_effect } else { 0.0 };
         let thrust_n = model.thrust_range_n()[usize::from(demand.full_thrust)];
         MainCommand {
-            aileron_rad: command(roll, effect(|gains| gains.roll).x),
-            elevator_rad: command(pitch, effect(|gains| gains.pitch).y),
+            aileron_rad,
+            // A positive elevator command pitches down.
+            elevator_rad: -share * elevator_max,
+            nozzle_pitch_rad: share * nozzle_max,
             rudder_rad: steer(state, demand.heading_rad, &gains.ground),
             thrust_n,
             ..MainCommand::default()
@@ -176,8 +191,8 @@ mod tests {
         );
         let model = DesignModel::new(testing::aircraft_model());
         assert_eq!(command.thrust_n, model.thrust_range_n()[1]);
-        // The pitch reference moves with the rate of the rotation.
-        assert!((control.pitch_rad.unwrap() - 0.06).abs() < 1.0e-9);
+        // A nose that does not come up holds the reference.
+        assert!((control.pitch_rad.unwrap() - AHEAD_RAD).abs() < 1.0e-9);
         let back = EulerAngles { psi: 0.4, ..LEVEL };
         assert!(step(&mut control, &rolling(90.0, back), &run).rudder_rad > 0.0);
     }

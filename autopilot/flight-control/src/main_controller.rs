@@ -23,6 +23,17 @@ pub mod pid;
 /// Time in which the difference between the commands of the old law and the new one fades out after a switch, s.
 const TRANSFER_S: f64 = 2.0;
 
+/// The same after the law on the ground, which holds no trim, s.
+const LIFT_OFF_S: f64 = 0.5;
+
+/// After a switch: old command minus new one, in what time it fades, and what of that is left, s.
+#[derive(Debug, Clone, Copy)]
+struct Transfer {
+    difference: MainCommand,
+    fade_s: f64,
+    left_s: f64,
+}
+
 /// Demand of the operator or of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Demand {
@@ -184,8 +195,7 @@ pub struct MainController {
     last: Option<MainCommand>,
     /// The next step goes on from `last`, which was not of a law of flight.
     takes_over: bool,
-    /// After a switch: old command minus new one, and the time for which it still fades, s.
-    transfer: Option<(MainCommand, f64)>,
+    transfer: Option<Transfer>,
     /// The law's command in the last step was not finite, or beyond 1e9.
     implausible: bool,
 }
@@ -295,8 +305,13 @@ impl MainController {
         let finite = raw.finite_or(&last);
         self.implausible = finite != raw;
         // What the integrators could not take over.
-        if (switched || core::mem::take(&mut self.takes_over)) && self.last.is_some() {
-            self.transfer = Some((last.combine(&finite, |old, new| old - new), TRANSFER_S));
+        let fade_s = match core::mem::take(&mut self.takes_over) {
+            true => Some(LIFT_OFF_S),
+            false => switched.then_some(TRANSFER_S),
+        };
+        if let (Some(fade_s), Some(_)) = (fade_s, self.last) {
+            let difference = last.combine(&finite, |old, new| old - new);
+            self.transfer = Some(Transfer { difference, fade_s, left_s: fade_s });
         }
         let command = self.fade(finite);
         self.last = Some(command);
@@ -305,10 +320,10 @@ impl MainController {
 
     /// Adds what is left of the old law's command.
     fn fade(&mut self, command: MainCommand) -> MainCommand {
-        let Some((difference, left_s)) = self.transfer else { return command };
-        let share = left_s / TRANSFER_S;
+        let Some(Transfer { difference, fade_s, left_s }) = self.transfer else { return command };
+        let share = left_s / fade_s;
         let left_s = left_s - self.h;
-        self.transfer = (left_s > 0.0).then_some((difference, left_s));
+        self.transfer = (left_s > 0.0).then_some(Transfer { difference, fade_s, left_s });
         command.combine(&difference, |command, difference| command + share * difference)
     }
 

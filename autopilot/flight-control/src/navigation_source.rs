@@ -6,7 +6,7 @@ use crate::aircraft_model::AircraftModel;
 use crate::estimator::{Estimator, StateSource};
 use crate::gains::Gains;
 use crate::navigation::{NavigationState, Navigator};
-use crate::on_wheels::OnWheels;
+use crate::on_wheels::{Ground, OnWheels};
 
 /// Sensors to [`NavigationState`], by [`Navigator`] or [`Estimator`]; the first control step of a flight decides.
 #[derive(Debug, Clone)]
@@ -48,12 +48,12 @@ impl NavigationSource {
         };
         // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
-        let mut state = match estimates {
-            true => self.estimator.step(time, sensors),
+        let Ground { height_m, on_wheels } = self.on_wheels.step(time, sensors);
+        let state = match estimates {
+            true => self.estimator.step_on(on_wheels, time, sensors),
             false => self.navigator.step(time, sensors),
         };
-        self.on_wheels.step(sensors, &mut state);
-        state
+        NavigationState { height_above_ground_m: height_m, on_wheels, ..state }
     }
 
     /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on

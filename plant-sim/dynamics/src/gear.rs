@@ -6,6 +6,7 @@ use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
 use serde::{Deserialize, Serialize};
 
+use crate::ground::{GroundStart, Launch};
 use crate::range::{check_range, check_vector};
 
 /// Most points of an airframe that touch the ground.
@@ -21,8 +22,33 @@ pub struct Gear {
     /// Thrust of the engine at ground idle, N, while anything touches; without it flight idle holds there too.
     #[serde(default)]
     pub idle_n: Option<f64>,
+    /// How an aircraft without wheels begins a flight.
+    #[serde(default)]
+    pub catapult: Option<Catapult>,
     /// Wheels, skids and points of the structure.
     pub contacts: Vec<ContactPoint>,
+}
+
+/// The catapult of an aircraft.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Catapult {
+    /// Height of the centre of gravity at its lower end, m.
+    pub height_m: f64,
+    /// Speed at its upper end, m/s.
+    pub speed_m_s: f64,
+    pub pitch_deg: f64,
+    /// Length, m.
+    pub rail_m: f64,
+}
+
+impl Catapult {
+    /// On it, this far from the threshold, m.
+    pub fn start(&self, along_m: f64) -> GroundStart {
+        let Self { height_m, speed_m_s, pitch_deg, rail_m } = *self;
+        let launch = Launch { along_m, height_m, speed_m_s, pitch_rad: pitch_deg.to_radians() };
+        GroundStart::Catapult { launch, rail_m }
+    }
 }
 
 /// A point of the airframe that touches the ground: a wheel if it rolls, else a skid or a part of the structure.
@@ -66,6 +92,9 @@ impl Gear {
         check_range("gear", "sink_max_m_s", self.sink_max_m_s, 0.1, 100.0)?;
         check_range("gear", "bank_max_deg", self.bank_max_rad.to_degrees(), 1.0, 180.0)?;
         check_range("gear", "idle_n", self.idle_n.unwrap_or(0.0), 0.0, 1.0e6)?;
+        if let Some(catapult) = &self.catapult {
+            catapult.start(0.0).check("gear.catapult", 0.0)?;
+        }
         let count = self.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {
             return Err(problem!(

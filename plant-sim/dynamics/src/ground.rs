@@ -1,10 +1,11 @@
 //! The ground of a flight: a runway in a field that is level beside it, from `[plant.ground]` of a scenario.
 
-use host_io::problem::Problem;
+use host_io::problem::{Problem, problem};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::earth::{Earth, Place};
+use crate::gear::{ContactPoint, Gear};
 use crate::geodesy::Geodetic;
 use crate::range::check_range;
 
@@ -32,6 +33,8 @@ pub struct GroundSetup {
 pub enum GroundStart {
     /// In steady flight.
     Air,
+    /// As this aircraft begins a flight: parked if it has wheels, else on its catapult.
+    Ready { along_m: f64 },
     /// At rest on the runway, this far from its threshold, m.
     Parked { along_m: f64 },
     /// Out of a hand, the engine at idle.
@@ -41,8 +44,29 @@ pub enum GroundStart {
     Catapult { launch: Launch, rail_m: f64 },
 }
 
+impl GroundSetup {
+    /// With the start of an aircraft with this gear.
+    pub fn for_gear(mut self, gear: &Gear) -> Result<Self, Problem> {
+        if let GroundStart::Ready { along_m } = self.start {
+            let has_wheels = gear.contacts.iter().any(ContactPoint::is_wheel);
+            self.start = match &gear.catapult {
+                _ if has_wheels => GroundStart::Parked { along_m },
+                Some(catapult) => catapult.start(along_m),
+                None => {
+                    return Err(problem!(
+                        "[{SECTION}] start = \"ready\" needs wheels or [gear.catapult] in the airframe file"
+                    ));
+                }
+            };
+        }
+        Ok(self)
+    }
+}
+
 /// The catapult lets go at this part of the largest thrust.
 pub const CATAPULT_THRUST: f64 = 0.8;
+/// Highest catapult, m: on a higher one the autopilot would take itself for flying.
+const CATAPULT_HEIGHT_MAX_M: f64 = 10.0;
 /// Largest acceleration of a catapult, m/s²: thirty g.
 const CATAPULT_MAX_M_S2: f64 = 300.0;
 
@@ -59,11 +83,28 @@ pub struct Launch {
 }
 
 impl GroundStart {
+    /// Checks the numbers of a start on a runway of this length, m.
+    pub fn check(&self, section: &str, length_m: f64) -> Result<(), Problem> {
+        check_range(section, "along_m", self.along_m().unwrap_or(0.0), 0.0, length_m)?;
+        if let Self::Launched(launch) | Self::Catapult { launch, .. } = self {
+            check_range(section, "height_m", launch.height_m, 0.0, 100.0)?;
+            check_range(section, "speed_m_s", launch.speed_m_s, 0.0, 200.0)?;
+            check_range(section, "pitch_deg", launch.pitch_rad.to_degrees(), -45.0, 80.0)?;
+        }
+        if let Self::Catapult { launch, rail_m } = self {
+            check_range(section, "height_m", launch.height_m, 0.0, CATAPULT_HEIGHT_MAX_M)?;
+            let least_m = launch.speed_m_s * launch.speed_m_s / (2.0 * CATAPULT_MAX_M_S2);
+            check_range(section, "rail_m", *rail_m, least_m.max(0.1), 500.0)?;
+        }
+        Ok(())
+    }
+
     /// Distance from the threshold, m; `None` in the air.
     pub fn along_m(&self) -> Option<f64> {
         match self {
             Self::Air => None,
             Self::Parked { along_m }
+            | Self::Ready { along_m }
             | Self::Launched(Launch { along_m, .. })
             | Self::Catapult { launch: Launch { along_m, .. }, .. } => Some(*along_m),
         }
@@ -77,15 +118,7 @@ impl GroundSetup {
     pub fn check(&self) -> Result<(), Problem> {
         let Self { threshold, heading_rad, length_m, slope, friction, start } = self;
         let most_percent = 100.0 * Self::SLOPE_MAX;
-        if let GroundStart::Launched(launch) | GroundStart::Catapult { launch, .. } = start {
-            check_range(SECTION, "height_m", launch.height_m, 0.0, 100.0)?;
-            check_range(SECTION, "speed_m_s", launch.speed_m_s, 0.0, 200.0)?;
-            check_range(SECTION, "pitch_deg", launch.pitch_rad.to_degrees(), -45.0, 80.0)?;
-        }
-        if let GroundStart::Catapult { launch, rail_m } = start {
-            let least_m = launch.speed_m_s * launch.speed_m_s / (2.0 * CATAPULT_MAX_M_S2);
-            check_range(SECTION, "rail_m", *rail_m, least_m.max(0.1), 500.0)?;
-        }
+        start.check(SECTION, *length_m)?;
         for (key, value, min, max) in [
             ("latitude_deg", threshold.latitude_rad.to_degrees(), -89.0, 89.0),
             ("longitude_deg", threshold.longitude_rad.to_degrees(), -180.0, 180.0),
@@ -94,7 +127,6 @@ impl GroundSetup {
             ("length_m", *length_m, 10.0, 20_000.0),
             ("slope_percent", 100.0 * slope, -most_percent, most_percent),
             ("friction", *friction, 0.0, 2.0),
-            ("along_m", start.along_m().unwrap_or(0.0), 0.0, *length_m),
         ] {
             check_range(SECTION, key, value, min, max)?;
         }

@@ -109,7 +109,11 @@ impl Plant {
     fn trimmed(setup: &PlantSetup, known: Option<&Trim>) -> Result<Self, SetupError> {
         setup.check()?;
         let mut start = setup.start;
-        if let Some(ground) = &setup.ground
+        let ground = match (setup.ground, &setup.airframe.gear) {
+            (Some(ground), Some(gear)) => Some(ground.for_gear(gear)?),
+            _ => None,
+        };
+        if let Some(ground) = &ground
             && let Some(along_m) = ground.start.along_m()
         {
             let here = ground.at(&Earth::new(setup.earth, ground.threshold), along_m);
@@ -130,7 +134,7 @@ impl Plant {
         step_limit::check(&dynamics, &start, density, setup.step_us)?;
         let steady = wind::steady(&setup.wind);
         let mut contacts = setup.contacts(&dynamics)?;
-        let on_runway = match (&setup.ground, &mut contacts) {
+        let on_runway = match (&ground, &mut contacts) {
             (Some(ground), Some(contacts)) => {
                 settling::on_runway(&dynamics, contacts, ground, &start, steady)?
             }
@@ -140,7 +144,7 @@ impl Plant {
             Some(trim) => trim,
             None => trim::solve(&dynamics, &start, &steady).map_err(SetupError::Trim)?,
         };
-        if let (Some(ground), Some(contacts)) = (&setup.ground, &contacts) {
+        if let (Some(ground), Some(contacts)) = (&ground, &contacts) {
             settling::check_clear(&dynamics, contacts, ground, &trim.rigid)?;
         }
         let PlantSetup { wind, gusts, sensors, faults, seed, run, period, step_us, .. } = setup;

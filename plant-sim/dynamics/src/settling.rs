@@ -155,7 +155,7 @@ pub fn check_clear(
     let (name, depth_m) = contacts.deepest(dynamics, rigid);
     let altitude_m = dynamics.earth().place(&rigid.position).altitude_m;
     let (key, is_m) = match &setup.start {
-        GroundStart::Parked { .. } => return Ok(()),
+        GroundStart::Parked { .. } | GroundStart::Ready { .. } => return Ok(()),
         GroundStart::Launched(launch) | GroundStart::Catapult { launch, .. } => {
             ("[plant.ground] height_m", launch.height_m)
         }

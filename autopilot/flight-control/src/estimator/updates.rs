@@ -34,6 +34,8 @@ const FIELD_EVERY_M: f64 = 1_000.0;
 const WITHOUT_VANES_S: f64 = 0.5;
 /// Then it is compared this often, µs: its errors last much longer than a control step.
 const MODEL_EVERY_US: u64 = 200_000;
+/// A rolling aircraft uses its air data from this part of its stall speed on.
+const FLOW_OVER_STALL: f64 = 0.6;
 /// Samples of air data and magnetometer that are older than this are not used, s.
 const AGE_MAX_S: f64 = 0.2;
 
@@ -92,14 +94,40 @@ impl Estimator {
     pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
+        if self.on_wheels && !self.has_flow(sensors) {
+            self.pass_over_air(now, sensors);
+            self.measure_field(now, &sensors.magnetometer_nt);
+            return;
+        }
         self.measure_pitot(now, sensors);
         // Asked behind the pitot tube and before the vanes, so both know what this update has made of it.
         let is_blind = self.sources.pitot.health(now) != SourceHealth::Used;
         self.covariance.consider_vanes(is_blind);
         self.measure_vanes(now, &sensors.vanes);
         self.measure_field(now, &sensors.magnetometer_nt);
-        self.compare_lift(now);
-        self.compare_side_force(now);
+        if !self.on_wheels {
+            self.compare_lift(now);
+            self.compare_side_force(now);
+        }
+    }
+
+    /// Whether the air streams along a rolling aircraft as it does in flight.
+    fn has_flow(&self, sensors: &Sensors) -> bool {
+        let pitot = &sensors.pitot;
+        pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
+    }
+
+    /// Looks at the samples of the air data without using them: they are neither lost nor wrong.
+    fn pass_over_air(&mut self, now: SimTime, sensors: &Sensors) {
+        let (pitot, vanes) = (&sensors.pitot, &sensors.vanes);
+        let FlowAngles { angle_of_attack_rad, sideslip_rad } = vanes.value;
+        if self.sources.pitot.is_new(now, pitot.time, pitot.valid, &[pitot.value.impact_pa]) {
+            self.sources.pitot.believe(0.0);
+        }
+        let angles = [angle_of_attack_rad, sideslip_rad];
+        if self.sources.vanes.is_new(now, vanes.time, vanes.valid, &angles) {
+            self.sources.vanes.believe(0.0);
+        }
     }
 
     /// Takes a comparison that passes the gate; returns whether it did.

@@ -11,7 +11,11 @@ use super::modes::{Flown, target};
 use super::request::Place;
 
 /// The flare reduces the sink rate to that of the touchdown with this time constant, s.
-const FLARE_S: f64 = 5.0;
+const FLARE_S: f64 = 4.0;
+/// A wrong rate of descent is corrected at this rate, 1/s.
+const FLARE_RATE_PER_S: f64 = 0.5;
+/// Least lead of the reference in the flare, s.
+const LEAD_MIN_S: f64 = 2.0;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
 /// Time constant with which the reference comes to lead the glide, s: twice the lag of the slowest altitude law.
@@ -37,13 +41,14 @@ pub struct Approach {
     around: Option<Option<f64>>,
 }
 
-/// The flare: the aircraft follows a path from where it begins.
+/// The flare: the rate of descent falls with the height. The altitude law follows a reference below it with a rate of descent in
+/// proportion, so the reference is placed for the rate wanted, and moved by what that misses.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Flare {
-    /// Height of the path, m.
-    path_m: f64,
-    /// How far the reference led the aircraft at the sink rate with which the flare began, s.
+    /// How far the reference led the aircraft at the rate of descent with which the flare began, s.
     lead_s: f64,
+    /// Rate of descent that the reference has to give more, m/s.
+    correction_m_s: f64,
 }
 
 impl Approach {
@@ -81,6 +86,11 @@ impl Approach {
         Line { through: self.to, course_rad: libm::atan2(along.y, along.x) }
     }
 
+    /// The flare has begun: the altitude of the reference is no path.
+    pub fn is_flaring(&self) -> bool {
+        self.flare.is_some() && self.around.is_none()
+    }
+
     pub fn go_around(&mut self, altitude_m: Option<f64>) {
         self.abort_m = altitude_m.unwrap_or(self.abort_m);
         self.around = Some(None);
@@ -114,16 +124,16 @@ impl Approach {
                 demand.altitude_m = glide_m - self.lead_m;
             }
         } else {
-            let lead_s =
-                (altitude_m - demand.altitude_m) / (-situation.climb_m_s).max(touchdown_m_s);
-            let begun = Flare { path_m: height_m, lead_s: lead_s.clamp(0.0, LEAD_S) };
+            let sink_m_s = -situation.climb_m_s;
+            let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
+            let begun = Flare { lead_s: lead_s.clamp(LEAD_MIN_S, LEAD_S), correction_m_s: 0.0 };
             let flare = self.flare.get_or_insert(begun);
-            // The path is over the ground as it is measured now, in altitudes of the laws.
-            let ground_m = altitude_m - height_m;
-            let height_m = flare.path_m.max(0.0);
-            let sink_m_s = height_m / FLARE_S + touchdown_m_s;
-            flare.path_m -= sink_m_s * situation.dt_s;
-            demand.altitude_m = ground_m + flare.path_m - flare.lead_s * sink_m_s;
+            let wanted_m_s = height_m.max(0.0) / FLARE_S + touchdown_m_s;
+            let too_fast_m_s = sink_m_s - wanted_m_s;
+            flare.correction_m_s += FLARE_RATE_PER_S * too_fast_m_s * situation.dt_s;
+            demand.altitude_m =
+                altitude_m + flare.lead_s * (too_fast_m_s + flare.correction_m_s - wanted_m_s);
+            demand.airspeed_m_s = rules.rotation_m_s(self.ground_m);
         }
         let steering = follow_line(&from, &to, &situation.velocity, &rules.guidance());
         Some(Flown { steering, target: Some(target(&self.to, &to, demand.altitude_m, None)) })

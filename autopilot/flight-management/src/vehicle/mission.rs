@@ -16,6 +16,7 @@ use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
 use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
 use super::request::{Navigation, Place, VehicleEvent, VehicleRefusal};
+use super::rules::Rules;
 
 /// Items that are begun in one tick, each with two events; further ones follow in the next tick.
 const AT_ONCE_MAX: u32 = 4;
@@ -227,6 +228,11 @@ impl Mission {
         }
     }
 
+    /// A flare is under way.
+    pub fn is_flaring(&self) -> bool {
+        matches!(&self.task, Some(Task::Approach(approach)) if approach.is_flaring())
+    }
+
     /// The aircraft is on the ground: the landing under way is complete.
     pub fn touch_down(&mut self, publish: &mut dyn FnMut(VehicleEvent)) {
         if let Some(Task::Approach(_)) = self.task {
@@ -401,6 +407,7 @@ impl Mission {
         }
         let (circle, until) = match item.action {
             Action::Waypoint { point, acceptance_m } => {
+                self.slow_for_landing(rules, false, demand);
                 return Ok(Task::Leg(self.leg(&point, acceptance_m, demand, tick)));
             }
             Action::LoiterUnlimited(circle) => (circle, Until::ForGood),
@@ -448,6 +455,7 @@ impl Mission {
             Action::Jump { to, times } => return Err(self.jump(to, times)),
             Action::Return => return Err(Otherwise::Home),
         };
+        self.slow_for_landing(rules, true, demand);
         Ok(Task::Loiter(self.circle(&circle, until, demand, tick)))
     }
 
@@ -562,27 +570,46 @@ impl Mission {
         Otherwise::Jump(to)
     }
 
-    /// The point that the aircraft flies to after the current item, if there is one and the item continues by itself.
-    fn next_point(&self, home: Option<Site>) -> Option<Site> {
-        let current = self.plan.items.get(usize::from(self.current))?;
+    /// The item that is flown after this one, with its number, if there is one and this one continues by itself.
+    fn next_action(&self, number: u16) -> Option<(u16, Action)> {
+        let current = self.plan.items.get(usize::from(number))?;
         if !current.autocontinue {
             return None;
         }
-        let mut at = self.current.saturating_add(1);
+        let mut at = number.saturating_add(1);
         for _ in 0..STEPS_MAX {
             let item = self.plan.items.get(usize::from(at))?;
             match item.action {
-                Action::Return => return home,
                 action if action.is_immediate() && item.autocontinue => at = at.saturating_add(1),
                 Action::Jump { to, times } => {
                     let jumped = self.jumped.get(usize::from(at)).copied().unwrap_or(0);
                     let leads_on = times.is_none_or(|times| jumped < times);
                     at = if leads_on { to } else { at.saturating_add(1) };
                 }
-                action => return action.place().map(Site::at),
+                action => return Some((at, action)),
             }
         }
         None
+    }
+
+    /// The point that the aircraft flies to after the current item.
+    fn next_point(&self, home: Option<Site>) -> Option<Site> {
+        match self.next_action(self.current)? {
+            (_, Action::Return) => home,
+            (_, action) => action.place().map(Site::at),
+        }
+    }
+
+    /// On the way to where a landing begins the aircraft becomes as slow as the approach; a circle may have one more point behind
+    /// it.
+    fn slow_for_landing(&self, rules: &Rules, is_circle: bool, demand: &mut Demand) {
+        let mut next = self.next_action(self.current);
+        if let (true, Some((number, Action::Waypoint { .. }))) = (is_circle, next) {
+            next = self.next_action(number);
+        }
+        if matches!(next, Some((_, Action::Land { .. }))) {
+            demand.airspeed_m_s = rules.approach_m_s(demand.altitude_m);
+        }
     }
 }
 

@@ -38,6 +38,8 @@ use schedule::ReferenceSchedule;
 
 /// Least height at which the landing of Return begins its glide, m.
 const APPROACH_MIN_M: f64 = 40.0;
+/// Least radius of the circle before it, as a way of the approach, s.
+const RETURN_CIRCLE_S: f64 = 6.0;
 /// Longest time between two ticks that counts, s.
 const DT_MAX_S: f64 = 0.1;
 
@@ -146,7 +148,8 @@ impl Vehicle {
     /// them before the first tick of [`Vehicle::track`].
     pub fn see(&mut self, state: &NavigationState, rules: &Rules) {
         let valid = &state.valid;
-        if self.demand.is_some() || !(valid.altitude && valid.airspeed && valid.position) {
+        let has_air = valid.airspeed || state.on_wheels;
+        if self.demand.is_some() || !(valid.altitude && has_air && valid.position) {
             return;
         }
         let mut demand = present(state);
@@ -202,7 +205,11 @@ impl Vehicle {
                 self.navigation.course_rad = Some(steering.course_rad);
                 self.navigation.cross_track_m = steering.cross_track_m;
             }
-            altitude_m = Some(self.altitude.step(demand.altitude_m, &situation));
+            let flying = if self.mode == Mode::Return { &self.returning } else { &self.mission };
+            altitude_m = match flying.is_flaring() {
+                true => None,
+                false => Some(self.altitude.step(demand.altitude_m, &situation)),
+            };
         } else {
             // The laws get the reference as it is given, so the paper's flights have the same bits.
             self.altitude = AltitudeDemand::default();
@@ -590,9 +597,8 @@ impl Vehicle {
         let altitude_m = rules.ground_m + height_m.max(APPROACH_MIN_M);
         let glide_m = (altitude_m - rules.ground_m)
             / libm::tan(rules.navigation.landing_angle_deg.to_radians());
-        let radius_m = rules
-            .smallest_circle_m(rules.cruise_m_s(altitude_m))
-            .max(rules.navigation.loiter_radius_m);
+        let approach_m_s = rules.approach_m_s(altitude_m);
+        let radius_m = rules.smallest_circle_m(approach_m_s).max(RETURN_CIRCLE_S * approach_m_s);
         let (sin, cos) = libm::sincos(runway.course_rad);
         let (ahead, right) = (Horizontal::new(cos, sin), Horizontal::new(-sin, cos));
         let horizon = Horizon::at(place);
@@ -601,14 +607,14 @@ impl Vehicle {
             altitude_m: Some(altitude_m),
         };
         // The circle touches the extended centre line, far enough out for the turn onto it.
-        let out = ahead * -(1.5 * glide_m + 2.0 * radius_m);
+        let out = ahead * -(1.3 * glide_m + radius_m);
         let circle = plan::Circle {
             centre: point(out + right * radius_m),
             radius_m: Some(radius_m),
             clockwise: true,
         };
         let fix =
-            plan::Action::Waypoint { point: point(ahead * -(1.2 * glide_m)), acceptance_m: None };
+            plan::Action::Waypoint { point: point(ahead * -(1.15 * glide_m)), acceptance_m: None };
         let touchdown =
             plan::Action::Land { place, altitude_m: rules.ground_m, abort_m: Some(altitude_m) };
         let items = [plan::Action::LoiterToAltitude(circle), fix, touchdown];

@@ -9,4 +9,5 @@ mod isolation;
 mod laws;
 mod plans;
 mod script_flight;
+mod try_ground;
 mod wls;
