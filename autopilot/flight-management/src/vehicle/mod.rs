@@ -38,6 +38,8 @@ use schedule::ReferenceSchedule;
 
 /// Least height at which the landing of Return begins its glide, m.
 const APPROACH_MIN_M: f64 = 40.0;
+/// It ends this far behind the beginning of the takeoff roll, as a way of the approach, s.
+const AIM_S: f64 = 4.0;
 /// Least radius of the circle before it, as a way of the approach, s.
 const RETURN_CIRCLE_S: f64 = 6.0;
 /// Longest time between two ticks that counts, s.
@@ -592,15 +594,17 @@ impl Vehicle {
     /// The way back to the runway of the takeoff and onto it, in its direction; empty if the flight began in the air.
     fn landing_at_runway(&self, rules: &Rules) -> Plan {
         let Some(runway) = self.ground.runway() else { return Plan::default() };
-        let place = runway.through.place();
+        let (sin, cos) = libm::sincos(runway.course_rad);
+        let (ahead, right) = (Horizontal::new(cos, sin), Horizontal::new(-sin, cos));
+        // Behind the place where the roll began, so that a short landing is one on the runway too.
+        let aim = ahead * (AIM_S * rules.approach_m_s(rules.ground_m));
+        let place = Horizon::at(runway.through.place()).place_at(&aim);
         let height_m = rules.limits.altitude_min_m - rules.ground_m;
         let altitude_m = rules.ground_m + height_m.max(APPROACH_MIN_M);
         let glide_m = (altitude_m - rules.ground_m)
             / libm::tan(rules.navigation.landing_angle_deg.to_radians());
         let approach_m_s = rules.approach_m_s(altitude_m);
         let radius_m = rules.smallest_circle_m(approach_m_s).max(RETURN_CIRCLE_S * approach_m_s);
-        let (sin, cos) = libm::sincos(runway.course_rad);
-        let (ahead, right) = (Horizontal::new(cos, sin), Horizontal::new(-sin, cos));
         let horizon = Horizon::at(place);
         let point = |offset: Horizontal| plan::Point {
             place: Some(horizon.place_at(&offset)),

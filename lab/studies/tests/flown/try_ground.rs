@@ -8,7 +8,11 @@ fn try_it() {
     let text = std::fs::read_to_string(&file).unwrap();
     let airframe = Some(var("TRY_AIRCRAFT")).filter(|a| !a.is_empty()).map(Into::into);
     let aircraft = AircraftArgs { airframe, ..AircraftArgs::default() };
-    let options = SetupOptions { aircraft, ..SetupOptions::default() };
+    let mut options = SetupOptions { aircraft, ..SetupOptions::default() };
+    for set in var("TRY_SET").split(',').filter(|s| !s.is_empty()) {
+        let (key, value) = set.split_once('=').unwrap();
+        let _ = options.set(key, value.parse::<f64>().unwrap());
+    }
     let setup = options.builder().unwrap().setup(&Named::given("try", text), &[]).unwrap();
     let mut flight = Flight::new(&setup).unwrap();
     let every: f64 = var("TRY_EVERY").parse().unwrap_or(1.0);
