@@ -98,13 +98,14 @@ struct PlanCheck<'a> {
 
 /// The plan that these items are, or all that is wrong with them, at least one problem.
 ///
-/// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right.
+/// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right. A
+/// plan with a home of its own has none there.
 pub fn check(
     items: Vec<MissionItem<i32>>,
     present: PlanContext,
     rules: &Rules,
 ) -> Result<Finished, Vec<Rejected>> {
-    let home = home_of(&items, rules);
+    let home = if present.home_m.is_none() { home_of(&items, rules) } else { None };
     let home_m = home.map(|home| convert::decimal(home.z)).filter(|home_m| home_m.is_finite());
     let home_m = home_m.or(present.home_m).unwrap_or(0.0);
     let (notes, problems) = (Notes::default(), Vec::new());
@@ -452,9 +453,10 @@ fn jump(to: f32, times: f32) -> Result<Action, Rejected> {
 }
 
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
-/// yaw (NaN) as its last parameter where nobody has given one.
+/// yaw (NaN) as its last parameter where nobody has given one. No waypoint is flown on the ground.
 pub fn may_be_home(item: &MissionItem<i32>) -> bool {
-    item.words.command == WAYPOINT && is_absolute(item) && item.params == [0.0; 4]
+    let is_on_ground = convert::GLOBAL_FRAMES.contains(&item.words.frame) && item.z == 0.0;
+    item.words.command == WAYPOINT && (is_absolute(item) || is_on_ground) && item.params == [0.0; 4]
 }
 
 /// The item is not flown: the next one begins at once.
