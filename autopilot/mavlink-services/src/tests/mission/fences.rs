@@ -6,8 +6,8 @@ use ::mavlink::dialects::common::{
 };
 use flight_management::vehicle::Mode;
 
-const FENCE: Kind = Kind::MAV_MISSION_TYPE_FENCE;
-const RALLY: Kind = Kind::MAV_MISSION_TYPE_RALLY;
+pub const FENCE: Kind = Kind::MAV_MISSION_TYPE_FENCE;
+pub const RALLY: Kind = Kind::MAV_MISSION_TYPE_RALLY;
 const IN: MavCmd = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION;
 const OUT: MavCmd = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION;
 
@@ -37,6 +37,14 @@ fn numbered(mut items: Vec<MISSION_ITEM_INT_DATA>) -> Vec<MISSION_ITEM_INT_DATA>
 /// Half a degree around the aircraft.
 const SQUARE: [[f64; 2]; 4] = [[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]];
 
+pub fn some_fence() -> Vec<MISSION_ITEM_INT_DATA> {
+    numbered(polygon(IN, &SQUARE))
+}
+
+pub fn some_rally() -> Vec<MISSION_ITEM_INT_DATA> {
+    numbered(vec![at(RALLY, MavCmd::MAV_CMD_NAV_RALLY_POINT, 0.0, [0.3, 0.1]); 2])
+}
+
 fn client(list: Kind) -> Client {
     Client { list, ..Client::new(QGC) }
 }
@@ -51,7 +59,7 @@ fn a_fence_and_rally_points_come_back_as_they_were_uploaded_and_can_be_cleared()
     let (got, got_id) = client.download().unwrap();
     assert_eq!((bytes(&got), got_id), (bytes(&fence), id));
     client.list = RALLY;
-    let rally = numbered(vec![at(RALLY, MavCmd::MAV_CMD_NAV_RALLY_POINT, 0.0, [0.3, 0.1]); 2]);
+    let rally = some_rally();
     assert_eq!(client.upload(&rally).unwrap().0, ACCEPTED);
     assert_eq!(bytes(&client.download().unwrap().0), bytes(&rally));
     for list in [FENCE, RALLY] {
