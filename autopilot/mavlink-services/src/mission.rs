@@ -403,40 +403,10 @@ impl MissionService {
         let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
         let present = PlanContext { place, airspeed, home_m: None };
         let parameters = &caller.shared.parameters;
-        let (command, what) = self.checked(list, items, &self.fence, present, parameters)?;
+        let beside = Beside { plan: &self.plan().items, fence: &self.fence };
+        let (command, what) = checked(list, items, &beside, present, parameters)?;
         self.request(command, Some(list), what, caller);
         Ok(())
-    }
-
-    /// The command that replaces a list, or all that is wrong with it.
-    fn checked(
-        &self,
-        list: ListKind,
-        items: Vec<MissionItem<i32>>,
-        fence: &Fence,
-        present: PlanContext,
-        parameters: &Parameters,
-    ) -> Result<(VehicleCommand, What), Vec<Rejected>> {
-        let (mut notes, mut checked_fence) = (Notes::default(), None);
-        let (command, stored) = match list {
-            ListKind::FENCE => {
-                let checked = Arc::new(fences::fence(&items)?);
-                checked_fence = Some(Arc::clone(&checked));
-                (VehicleCommand::Fence(checked), Stored::new(items))
-            }
-            ListKind::RALLY => {
-                let points = fences::rally(&items, fence)?;
-                (VehicleCommand::Rally(points.into()), Stored::new(items))
-            }
-            _ => {
-                let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-                let Finished { stored, plan, notes: differences } =
-                    draft::check(items, present, &rules)?;
-                notes = differences;
-                (VehicleCommand::Plan(Arc::new(plan)), stored)
-            }
-        };
-        Ok((command, What::List { list, stored: Arc::new(stored), notes, fence: checked_fence }))
     }
 
     /// Reports all that is wrong with a list; the acknowledgement has the result of the first problem.
@@ -549,6 +519,43 @@ impl MissionService {
             What::Guided => 0,
         }
     }
+}
+
+/// The lists beside one that is checked.
+struct Beside<'a> {
+    plan: &'a [MissionItem<i32>],
+    fence: &'a Fence,
+}
+
+/// The command that replaces a list, or all that is wrong with it.
+fn checked(
+    list: ListKind,
+    items: Vec<MissionItem<i32>>,
+    beside: &Beside,
+    present: PlanContext,
+    parameters: &Parameters,
+) -> Result<(VehicleCommand, What), Vec<Rejected>> {
+    let (mut notes, mut fence) = (Notes::default(), None);
+    let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+    let (command, stored) = match list {
+        ListKind::FENCE => {
+            let checked = Arc::new(fences::fence(&items)?);
+            fence = Some(Arc::clone(&checked));
+            (VehicleCommand::Fence(checked), Stored::new(items))
+        }
+        ListKind::RALLY => {
+            let home_m = draft::home_altitude_m(beside.plan, &rules);
+            let points = fences::rally(&items, beside.fence, home_m)?;
+            (VehicleCommand::Rally(points.into()), Stored::new(items))
+        }
+        _ => {
+            let Finished { stored, plan, notes: differences } =
+                draft::check(items, present, &rules)?;
+            notes = differences;
+            (VehicleCommand::Plan(Arc::new(plan)), stored)
+        }
+    };
+    Ok((command, What::List { list, stored: Arc::new(stored), notes, fence }))
 }
 
 /// Problems of a list that get texts of their own.

@@ -281,7 +281,8 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let parameters = &setup.parameters;
     let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
     let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
-    let (plan, notes) = file.plan(&rules).map_err(refused)?;
+    let airspeed = Airspeed::True(setup.plant.start.airspeed_m_s);
+    let (plan, notes) = file.plan(&rules, Some(airspeed)).map_err(refused)?;
     if plan.items.is_empty() {
         return Err(problem!("{name}: the mission has no items to fly"));
     }

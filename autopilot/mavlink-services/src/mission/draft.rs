@@ -18,7 +18,9 @@ use crate::mission::Stored;
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::plan::{Action, Circle, Item, Plan, Point, WaitCondition};
+use flight_management::vehicle::plan::{
+    Action, Circle, Item, Plan, Point, TightCorner, WaitCondition,
+};
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Airspeed, Place, Reference, Reposition, VehicleRefusal};
 
@@ -106,13 +108,13 @@ pub fn check(
     rules: &Rules,
 ) -> Result<Finished, Vec<Rejected>> {
     let home = if present.home_m.is_none() { home_of(&items, rules) } else { None };
-    let home_m = home.map(|home| convert::decimal(home.z)).filter(|home_m| home_m.is_finite());
-    let home_m = home_m.or(present.home_m).unwrap_or(0.0);
+    let home_m = present.home_m.or(home.and_then(elevation)).unwrap_or(0.0);
+    let has_home = home.is_some();
     let (notes, problems) = (Notes::default(), Vec::new());
     let mut check = PlanCheck { rules, home_m, present, notes, problems };
     let mut actions = Vec::with_capacity(items.len());
     for (seq, item) in (0_u16..).zip(&items) {
-        let action = if seq == 0 && home.is_some() {
+        let action = if seq == 0 && has_home {
             check.notes.add(Note::Home, 0);
             Ok(Action::Jump { to: 1, times: None })
         } else {
@@ -129,21 +131,35 @@ pub fn check(
         autocontinue: item.words.autocontinue,
     };
     let plan = Plan { id: 0, items: actions.into_iter().zip(&items).map(item).collect() };
-    let PlanCheck { notes, mut problems, .. } = check;
+    let PlanCheck { mut notes, mut problems, .. } = check;
     for (seq, refusal) in plan.problems(rules) {
         let command = items.get(usize::from(seq)).map_or(0, |item| item.words.command);
         problems.push((seq, of_limits(command, &refusal)));
     }
     if problems.is_empty() {
+        if let Some(airspeed) = present.airspeed {
+            for corner in plan.tight_corners(airspeed, rules) {
+                notes.add(Note::Corner(corner), corner.item);
+            }
+        }
         let stored = Stored::new(items);
         return Ok(Finished { plan: Plan { id: stored.id, ..plan }, stored, notes });
     }
     Err(Rejected::all(problems, &items))
 }
 
+/// Altitude of the home of a plan above sea level, m; 0 without one.
+pub fn home_altitude_m(items: &[MissionItem<i32>], rules: &Rules) -> f64 {
+    home_of(items, rules).and_then(elevation).unwrap_or(0.0)
+}
+
+fn elevation(home: &MissionItem<i32>) -> Option<f64> {
+    Some(convert::decimal(home.z)).filter(|home_m| home_m.is_finite())
+}
+
 /// Item 0, if it is home. The first item that is flown decides: a waypoint where that item is absolute too and the altitude
 /// could be flown, else home.
-fn home_of(items: &[MissionItem<i32>], rules: &Rules) -> Option<MissionItem<i32>> {
+fn home_of<'a>(items: &'a [MissionItem<i32>], rules: &Rules) -> Option<&'a MissionItem<i32>> {
     let [first, others @ ..] = items else { return None };
     // A plan of one item has nothing behind its home that could be flown.
     if others.is_empty() || !may_be_home(first) {
@@ -155,7 +171,7 @@ fn home_of(items: &[MissionItem<i32>], rules: &Rules) -> Option<MissionItem<i32>
         is_absolute(item) && !takes_off && !is_low
     };
     let flown = others.iter().find(|item| !is_immediate(item));
-    (!flown.is_some_and(shows_waypoint)).then_some(*first)
+    (!flown.is_some_and(shows_waypoint)).then_some(first)
 }
 
 /// A problem that the limits of the aircraft show.
@@ -591,7 +607,7 @@ pub fn needed_place(item: &MissionItem<i32>) -> Result<Place, Rejected> {
 }
 
 /// Whether the altitude is above mean sea level.
-fn is_absolute(item: &MissionItem<i32>) -> bool {
+pub fn is_absolute(item: &MissionItem<i32>) -> bool {
     convert::FRAMES_SEA_LEVEL.contains(&item.words.frame)
 }
 
@@ -662,6 +678,8 @@ pub enum Note {
         /// Smallest radius, m.
         radius_m: f64,
     },
+    /// A corner that is too tight for its airspeed.
+    Corner(TightCorner),
 }
 
 impl Note {
@@ -680,31 +698,43 @@ impl Note {
             Self::Widened { airspeed_m_s, radius_m } => {
                 format!("at {airspeed_m_s:.0} m/s the circle needs {radius_m:.0} m and is widened")
             }
+            Self::Corner(TightCorner { leg_m, needed_m, airspeed_m_s, .. }) => format!(
+                "at {airspeed_m_s:.0} m/s the turn needs legs of {needed_m:.0} m, has {leg_m:.0} m and is flown wide"
+            ),
         }
     }
 }
 
-/// The notes of a plan, one of each kind.
+/// Items that a note names.
+const NAMED_MAX: usize = 8;
+
+/// The notes of a plan, one of each kind, with the items: all of them matter where the path is another one.
 #[derive(Debug, Clone, Default)]
-pub struct Notes(Vec<(Note, u16, u16)>);
+pub struct Notes(Vec<(Note, Vec<u16>)>);
 
 impl Notes {
     /// Adds a note about an item.
     pub fn add(&mut self, note: Note, item: u16) {
-        let same = |known: &&mut (Note, u16, u16)| {
+        let same = |known: &&mut (Note, Vec<u16>)| {
             core::mem::discriminant(&known.0) == core::mem::discriminant(&note)
         };
         match self.0.iter_mut().find(same) {
-            Some((_, _, more)) => *more += 1,
-            None => self.0.push((note, item, 0)),
+            Some((_, items)) => items.push(item),
+            None => self.0.push((note, vec![item])),
         }
     }
 
     /// The notes as texts.
     pub fn texts(&self) -> impl Iterator<Item = String> + '_ {
-        self.0.iter().map(|(note, item, more)| match more {
-            0 => format!("Mission item {item}: {}", note.text()),
-            _ => format!("Mission item {item} and {more} more: {}", note.text()),
+        self.0.iter().map(|(note, items)| {
+            let named = if matches!(note, Note::Corner(_)) { NAMED_MAX } else { 1 };
+            let plural = if items.len() > 1 && named > 1 { "s" } else { "" };
+            let names: Vec<_> = items.iter().take(named).map(u16::to_string).collect();
+            let more = match items.len().saturating_sub(named) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!("Mission item{plural} {}{more}: {}", names.join(", "), note.text())
         })
     }
 }

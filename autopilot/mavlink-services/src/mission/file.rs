@@ -12,10 +12,10 @@ use super::draft::{self, Finished, PlanContext};
 use super::fences;
 use crate::codec::{ItemWords, ListKind, MissionItem};
 use crate::convert;
-use flight_management::vehicle::Place;
 use flight_management::vehicle::fence::{Fence, RallyPoint};
 use flight_management::vehicle::plan::{ITEMS_MAX, Plan};
 use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Airspeed, Place};
 
 /// First line of a text of waypoints; the version behind it does not change the columns.
 const WAYPOINTS: &str = "QGC WPL";
@@ -58,10 +58,14 @@ impl PlanFile {
         self.home.or_else(|| first.and_then(of_item))
     }
 
-    /// The plan and what of it is flown in another way than it says, or all that is wrong with it.
-    pub fn plan(&self, rules: &Rules) -> Result<(Plan, Vec<String>), Vec<String>> {
+    /// The plan and what of it is flown in another way than it says, or all that is wrong with it; it begins at this airspeed.
+    pub fn plan(
+        &self,
+        rules: &Rules,
+        airspeed: Option<Airspeed>,
+    ) -> Result<(Plan, Vec<String>), Vec<String>> {
         let home_m = self.home.map(|(_, altitude_m)| altitude_m);
-        let present = PlanContext { home_m, ..PlanContext::default() };
+        let present = PlanContext { home_m, airspeed, ..PlanContext::default() };
         match draft::check(self.mission.clone(), present, rules) {
             Ok(Finished { plan, notes, .. }) => {
                 Ok((plan, self.notes.iter().cloned().chain(notes.texts()).collect()))
@@ -76,7 +80,8 @@ impl PlanFile {
             problems.into_iter().map(|problem| problem.reason).collect::<Vec<_>>()
         };
         let fence = fences::fence(&self.fence).map_err(reasons)?;
-        let rally = fences::rally(&self.rally, &fence).map_err(reasons)?;
+        let home_m = self.home().map_or(0.0, |(_, altitude_m)| altitude_m);
+        let rally = fences::rally(&self.rally, &fence, home_m).map_err(reasons)?;
         Ok((fence, rally))
     }
 

@@ -1,12 +1,14 @@
 //! The three lists saved for the next start of the program, as TOML, and their restoration: like an upload, and not started.
 //! `autopilot::io::store` writes the file.
 
+use std::sync::Arc;
+
 use serde::{Deserialize, Serialize};
 
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
 use crate::mission::draft::PlanContext;
-use crate::mission::{LISTS, MissionService, What, most_items, name, texts_of};
+use crate::mission::{Beside, LISTS, MissionService, What, checked, most_items, name, texts_of};
 use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
 use flight_management::command::Outcome;
@@ -161,17 +163,18 @@ impl MissionService {
             return;
         }
         let Some(saved) = self.restoring.waiting.take() else { return };
+        let [plan, ..] = saved.0.clone();
         let mut fence = None;
         for (list, items) in LISTS.into_iter().zip(saved.0) {
             if items.is_empty() {
                 continue;
             }
-            let in_force = fence.as_ref().unwrap_or(&self.fence);
+            let beside = Beside { plan: &plan, fence: fence.as_deref().unwrap_or(&self.fence) };
             // The present place of the aircraft does not matter yet.
-            match self.checked(list, items, in_force, PlanContext::default(), &shared.parameters) {
+            match checked(list, items, &beside, PlanContext::default(), &shared.parameters) {
                 Ok((command, what)) => {
-                    if let What::List { fence: Some(checked), .. } = &what {
-                        fence = Some(checked.clone());
+                    if let What::List { fence: Some(saved), .. } = &what {
+                        fence = Some(Arc::clone(saved));
                     }
                     if let Some(number) = shared.intents.push(command) {
                         self.restoring.requested.push((number, what));

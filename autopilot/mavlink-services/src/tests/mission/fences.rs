@@ -4,6 +4,7 @@ use super::client::*;
 use ::mavlink::dialects::common::{
     MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavMissionResult as R, MavMissionType as Kind,
 };
+use flight_management::command::{Command, VehicleCommand};
 use flight_management::vehicle::Mode;
 
 pub const FENCE: Kind = Kind::MAV_MISSION_TYPE_FENCE;
@@ -142,4 +143,25 @@ fn beyond_the_fence_the_aircraft_holds_and_the_operator_hears_it() {
     client.world.run_ms(500);
     assert!(client.world.has_text("Fence breached: in an exclusion area"));
     assert_eq!(client.world.autopilot.snapshot().unwrap().mode, Mode::Hold);
+}
+
+#[test]
+fn rally_points_above_sea_level_count_from_the_home_of_the_plan() {
+    let mut client = client(Kind::MAV_MISSION_TYPE_MISSION);
+    let home = MISSION_ITEM_INT_DATA {
+        z: 702.0,
+        frame: MavFrame::MAV_FRAME_GLOBAL,
+        ..item(0, MavCmd::MAV_CMD_NAV_WAYPOINT, [0.0; 4])
+    };
+    assert_eq!(client.upload(&[home, waypoint(1), waypoint(2)]).unwrap().0, ACCEPTED);
+    client.list = RALLY;
+    client.world.take_commands();
+    assert_eq!(client.upload(&some_rally()).unwrap().0, ACCEPTED);
+    let altitudes_m = client.world.take_commands().into_iter().find_map(|command| match command {
+        Command::Vehicle(VehicleCommand::Rally(points)) => {
+            Some(points.iter().map(|point| point.altitude_m).collect::<Vec<_>>())
+        }
+        _ => None,
+    });
+    assert_eq!(altitudes_m, Some(vec![4_798.0; 2]), "5500 m, and home at 702 m");
 }

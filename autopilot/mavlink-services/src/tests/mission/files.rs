@@ -2,6 +2,7 @@
 
 use crate::mission::file::PlanFile;
 use flight_management::configuration;
+use flight_management::vehicle::Airspeed;
 use flight_management::vehicle::plan::Action;
 use flight_management::vehicle::rules::Rules;
 
@@ -33,7 +34,7 @@ fn read(name: &str) -> PlanFile {
 }
 
 fn actions(name: &str) -> Vec<Action> {
-    let (plan, _) = read(name).plan(&rules()).unwrap();
+    let (plan, _) = read(name).plan(&rules(), None).unwrap();
     plan.items.iter().map(|item| item.action).collect()
 }
 
@@ -41,7 +42,7 @@ fn actions(name: &str) -> Vec<Action> {
 fn every_file_is_taken_unedited() {
     for (name, text) in FILES {
         let file = PlanFile::read(text).unwrap_or_else(|why| panic!("{name}: {why}"));
-        let (plan, _) = file.plan(&rules()).unwrap_or_else(|why| panic!("{name}: {why:#?}"));
+        let (plan, _) = file.plan(&rules(), None).unwrap_or_else(|why| panic!("{name}: {why:#?}"));
         assert_eq!(plan.items.is_empty(), name.starts_with("fence_and_rally"), "{name}");
     }
 }
@@ -99,14 +100,14 @@ fn a_file_from_before_the_fence_has_its_places_apart() {
         "plannedHomePosition":{"command":16,"coordinate":[45.2,9.1,77]},"version":"1.0"}"#;
     let file = PlanFile::read(first).unwrap();
     assert_eq!(file.home().map(|(_, altitude_m)| altitude_m), Some(77.0));
-    let (plan, _) = file.plan(&rules()).unwrap();
+    let (plan, _) = file.plan(&rules(), None).unwrap();
     let circle = plan.items[0].action.circle().copied().unwrap();
     assert_eq!((circle.radius_m, circle.clockwise), (Some(150.0), false));
 }
 
 #[test]
 fn lines_are_counted_whatever_their_numbers_and_home_may_be_on_the_ground() {
-    let (plan, notes) = read("home_on_the_ground.waypoints").plan(&rules()).unwrap();
+    let (plan, notes) = read("home_on_the_ground.waypoints").plan(&rules(), None).unwrap();
     assert_eq!(plan.items[0].action, Action::Jump { to: 1, times: None });
     assert_eq!(
         notes[..2],
@@ -126,7 +127,7 @@ fn a_home_may_lack_its_altitude_or_its_place_and_a_file_may_begin_with_its_byte_
         let file = format!("\u{feff}{before}\"plannedHomePosition\": [{home}]{behind}");
         let file = PlanFile::read(&file).unwrap_or_else(|why| panic!("{home}: {why}"));
         assert_eq!(file.home().map(|(_, altitude_m)| altitude_m), altitude_m, "{home}");
-        file.plan(&rules()).unwrap();
+        file.plan(&rules(), None).unwrap();
     }
 }
 
@@ -136,7 +137,7 @@ fn a_landing_pattern_of_the_first_version_has_a_key_for_each_altitude() {
         "complexItemType":"fwLandingPattern","loiterCoordinate":[45.21,9.1,137],"loiterRadius":75,
         "loiterClockwise":true,"loiterAltitudeRelative":false,"landCoordinate":[45.2,9.1,0],
         "landAltitudeRelative":true}]}}"#;
-    let (plan, _) = PlanFile::read(file).unwrap().plan(&rules()).unwrap();
+    let (plan, _) = PlanFile::read(file).unwrap().plan(&rules(), None).unwrap();
     let altitudes = plan.items.iter().map(|item| item.action.altitude_m());
     assert_eq!(altitudes.collect::<Vec<_>>(), [None, Some(60.0), Some(0.0)]);
 }
@@ -174,4 +175,53 @@ fn a_damaged_file_is_refused_with_line_or_key() {
         let refused = PlanFile::read(&text).unwrap_err();
         assert!(refused.contains(words), "{words}: {refused}");
     }
+}
+
+/// Waypoints at 100 m above home, this far north and east of it, deg.
+fn waypoints(places: &[[f64; 2]]) -> String {
+    let line = |(seq, [north, east]): (usize, &[f64; 2])| {
+        let (latitude, longitude) = (45.2 + north, 9.1 + east);
+        format!("{seq}\t0\t3\t16\t0\t0\t0\t0\t{latitude:.7}\t{longitude:.7}\t100\t1\n")
+    };
+    let lines: String = (1..).zip(places).map(line).collect();
+    format!("QGC WPL 110\n0\t1\t0\t16\t0\t0\t0\t0\t45.2\t9.1\t77\t1\n{lines}")
+}
+
+#[test]
+fn corners_that_the_speed_cannot_fly_are_named_once_and_accepted() {
+    let notes = |places: &[[f64; 2]], airspeed: Airspeed| {
+        let file = PlanFile::read(&waypoints(places)).unwrap();
+        let (plan, notes) = file.plan(&rules(), Some(airspeed)).unwrap();
+        assert_eq!(plan.items.len(), places.len() + 1);
+        notes[1..].to_vec()
+    };
+    // Right angles with legs of 1100, 110, 1100 and 1100 m.
+    let bent =
+        [[0.0, 0.0], [0.01, 0.0], [0.01, 0.0014], [0.02, 0.0014], [0.02, 0.0154], [0.03, 0.0154]];
+    let found = notes(&bent, Airspeed::True(25.0));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0].starts_with("Mission items 2, 3: at 25 m/s the turn needs legs of "),
+        "{found:?}"
+    );
+    assert!(found[0].ends_with(" m, has 110 m and is flown wide"), "{found:?}");
+    // The same without the short leg, and straight on.
+    let straight = [[0.0, 0.0], [0.01, 0.0], [0.011, 0.0], [0.021, 0.0]];
+    for places in [&[bent[0], bent[1], bent[4]][..], &straight] {
+        assert_eq!(notes(places, Airspeed::True(25.0)), <[String; 0]>::default());
+    }
+    let zigzag: Vec<[f64; 2]> =
+        (0..20).map(|k: u8| [f64::from(k % 2) * 0.001, f64::from(k) * 0.001]).collect();
+    let found = notes(&zigzag, Airspeed::True(25.0));
+    assert!(
+        found[0].starts_with("Mission items 2, 3, 4, 5, 6, 7, 8, 9 and 10 more: "),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn rally_points_above_sea_level_count_from_the_home_of_the_file() {
+    let text = text("fence_and_rally.waypoints").replace("7\t0\t3\t5100", "7\t0\t0\t5100");
+    let (_, rally) = PlanFile::read(&text).unwrap().fence().unwrap();
+    assert!((rally[0].altitude_m - 3.0).abs() < 1.0e-9, "80 m, and home at 77 m: {rally:?}");
 }
