@@ -42,6 +42,13 @@ pub struct NavigationParameters {
     pub fence_min_m: f64,
 }
 
+impl NavigationParameters {
+    /// The fence limits the altitude.
+    pub fn has_fence_altitudes(&self) -> bool {
+        self.fence_max_m > 0.0 || self.fence_min_m > 0.0
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ReferenceLimits {
     /// Lowest altitude, m.
