@@ -3,7 +3,8 @@
 
 use ::mavlink::dialects::common::{
     ESTIMATOR_STATUS_DATA, GLOBAL_POSITION_INT_DATA, GPS_RAW_INT_DATA, GpsFixType,
-    HIGHRES_IMU_DATA, LOCAL_POSITION_NED_DATA, SYS_STATUS_DATA, VFR_HUD_DATA,
+    HIGHRES_IMU_DATA, LOCAL_POSITION_NED_DATA, MavSysStatusSensor as Sensor, SYS_STATUS_DATA,
+    VFR_HUD_DATA,
 };
 use icd::sensors::SensorKind;
 
