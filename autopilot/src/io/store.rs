@@ -1,5 +1,5 @@
-//! Small files saved for the next start: parameters, plan with fence and rally points, signing key. Each is read at start and written by its
-//! own thread.
+//! Small files saved for the next start: parameters; plan, fence and rally points; signing key. Each is read at start and
+//! written by its own thread.
 //!
 //! The name always refers to a complete file, even if the process is killed, and only a file of its own kind
 //! is replaced or removed ([`OwnFile`]). Changes in quick succession are written once.

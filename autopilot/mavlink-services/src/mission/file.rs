@@ -123,6 +123,10 @@ impl PlanFile {
                     push(&mut file.fence, command, frame, params)
                 }
                 RALLY_POINT => push(&mut file.rally, RALLY_POINT, frame, params),
+                // Otherwise the lines would not be the numbers that jumps have.
+                _ if file.fence.len() + file.rally.len() > 0 => {
+                    Err("an item of the mission behind a fence or rally points".to_owned())
+                }
                 command => file.push(command, frame, params, autocontinue),
             }
             .map_err(at)?;

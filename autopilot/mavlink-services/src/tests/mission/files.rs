@@ -87,6 +87,10 @@ fn a_text_of_waypoints_may_have_a_fence_and_rally_points() {
     let (fence, rally) = file.fence().unwrap();
     assert_eq!((fence.areas().len(), rally.len()), (2, 1));
     assert_eq!(file.home().map(|(_, altitude_m)| altitude_m), Some(77.0));
+    let behind =
+        format!("{}8\t0\t3\t16\t0\t0\t0\t0\t45.2\t9.1\t80\t1\n", text("fence_and_rally.waypoints"));
+    let refused = PlanFile::read(&behind).unwrap_err();
+    assert_eq!(refused, "line 10: an item of the mission behind a fence or rally points");
 }
 
 #[test]
