@@ -98,6 +98,7 @@ fn a_file_from_before_the_fence_has_its_places_apart() {
     let file = read("before_fences.mission");
     assert_eq!(file.home().map(|(_, altitude_m)| altitude_m), Some(77.0));
     let actions = actions("before_fences.mission");
+    assert_eq!(actions[1].altitude_m(), Some(80.0), "above home");
     assert_eq!(actions[4].altitude_m(), Some(45.0), "122 m above sea level, and home at 77 m");
     let first = r#"{"items":[{"command":18,"frame":3,"id":1,"coordinate":[45.2,9.1,80],"param1":2,
         "param2":0,"param3":-150,"param4":0,"autoContinue":true,"type":"missionItem"}],
