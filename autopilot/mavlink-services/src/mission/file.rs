@@ -114,11 +114,16 @@ impl PlanFile {
             if whole("item number", seq)? != items {
                 file.notes.push(format!("line {line}: item number {seq} is taken as {items}"));
             }
-            items = items.saturating_add(1);
             let frame = u8::try_from(whole("frame", frame)?).unwrap_or(u8::MAX);
-            let params = [real(p1)?, real(p2)?, real(p3)?, real(p4)?, real(x)?, real(y)?, real(z)?];
+            let mut params =
+                [real(p1)?, real(p2)?, real(p3)?, real(p4)?, real(x)?, real(y)?, real(z)?];
+            let mut command = whole("command", command)?;
             let autocontinue = whole("autocontinue", autocontinue)? != 0;
-            match whole("command", command)? {
+            // Mission Planner writes zeros for a home that is not set.
+            if items == 0 && command == 0 {
+                (command, params) = (WAYPOINT, [0.0, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, 0.0]);
+            }
+            match command {
                 command @ FENCE_RETURN_POINT..=FENCE_CIRCLE_EXCLUSION => {
                     push(&mut file.fence, command, frame, params)
                 }
@@ -130,11 +135,14 @@ impl PlanFile {
                 command => file.push(command, frame, params, autocontinue),
             }
             .map_err(at)?;
+            items = items.saturating_add(1);
         }
         // A file of a fence or of rally points may begin with home as well.
-        if file.fence.len() + file.rally.len() > 0 && file.mission.len() == 1 {
+        if let ([home], 1..) = (&file.mission[..], file.fence.len() + file.rally.len())
+            && draft::may_be_home(home)
+        {
             file.home = file.home();
-            file.mission.truncate(usize::from(file.home.is_none()));
+            file.mission.clear();
         }
         Ok(file)
     }

@@ -122,6 +122,18 @@ fn lines_are_counted_whatever_their_numbers_and_home_may_be_on_the_ground() {
 }
 
 #[test]
+fn a_text_may_begin_with_a_home_that_is_not_set() {
+    let home = "0\t1\t0\t0\t0\t0\t0\t0\t0\t0\t0\t1";
+    let text = waypoints(&[[0.0, 0.0], [0.01, 0.0]]);
+    let (before, rest) = text.split_once("0\t1").unwrap();
+    let (_, behind) = rest.split_once('\n').unwrap();
+    let file = PlanFile::read(&format!("{before}{home}\n{behind}")).unwrap();
+    assert_eq!(file.home(), None);
+    let (plan, _) = file.plan(&rules(), None).unwrap();
+    assert_eq!(plan.items[0].action, Action::Jump { to: 1, times: None });
+}
+
+#[test]
 fn a_home_may_lack_its_altitude_or_its_place_and_a_file_may_begin_with_its_byte_order() {
     let text = text("takeoff_circle_land.plan");
     let (before, rest) = text.split_once("\"plannedHomePosition\": [").unwrap();
