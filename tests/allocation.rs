@@ -96,7 +96,7 @@ fn a_control_step_on_estimated_states_allocates_nothing() {
 fn faults_that_come_and_go_allocate_nothing() {
     let setup = flights::case_1(EarthModel::Wgs84);
     let mut plant = Plant::new(&setup.plant).expect("the shipped aircraft");
-    let actuators = Actuators { commands: plant.trim().positions() };
+    let actuators = Actuators::new(plant.trim().positions());
     let repeat = Some(Repeat { every_s: 0.5, times: None });
     let timing = Timing { duration_s: Some(0.3), repeat, ramp_s: 0.1, ..Timing::NOW };
     let kinds = [

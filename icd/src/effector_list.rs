@@ -231,6 +231,15 @@ impl EffectorKind {
 pub struct Actuators {
     /// Commanded deflection, rad; commanded thrust, N.
     pub commands: PerEffector<f64>,
+    /// Wheel brakes, 0 to 1.
+    pub brakes: f64,
+}
+
+impl Actuators {
+    /// With the brakes open.
+    pub const fn new(commands: PerEffector<f64>) -> Self {
+        Self { commands, brakes: 0.0 }
+    }
 }
 
 /// Longest name, bytes.

@@ -328,6 +328,12 @@ sensors! {
     /// Magnetic field, nT, body axes.
     Magnetometer = 8, "magnetometer", magnetometer_nt: Body,
         ["magnetic_field_x_nt", "magnetic_field_y_nt", "magnetic_field_z_nt"];
+    /// Height of the lowest contact point above the ground, m. Only over a ground.
+    RadarAltimeter = 9, "radar_altimeter" ("radar altimeter"), radar_altimeter_m: f64,
+        ["height_above_ground_m"];
+    /// Load of all contact points across the ground, N. Only over a ground.
+    WeightOnWheels = 10, "weight_on_wheels" ("weight on wheels"), weight_on_wheels_n: f64,
+        ["weight_on_wheels_n"];
 }
 
 /// Place of each sensor's first number.

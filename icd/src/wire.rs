@@ -45,7 +45,7 @@ use fields::{Field, Reader, Writer};
 pub const MAGIC: [u8; 4] = *b"2STP";
 
 /// Version of the packets below; peers of different versions refuse each other.
-pub const VERSION: u16 = 9;
+pub const VERSION: u16 = 10;
 
 /// Largest packet, bytes.
 pub const PACKET_MAX: usize = 1472;
@@ -294,6 +294,7 @@ pub fn encode_actuators(packet: &ActuatorPacket, out: &mut PacketBytes) {
     let mut w = header(out, KIND_ACTUATORS, 0, packet.session, packet.sequence, packet.time);
     packet.aircraft.write(&mut w);
     packet.actuators.commands.write(&mut w);
+    w.f64(packet.actuators.brakes);
     packet.request.write(&mut w);
     w.u8(packet.wants_envelope.into());
     w.finish();
@@ -437,7 +438,14 @@ fn read_sensors(r: &mut Reader<'_>, now: SimTime) -> Result<Sensors, WireError> 
 
 fn actuator_packet(r: &mut Reader<'_>, time: SimTime) -> Result<ActuatorPacket, WireError> {
     let aircraft = Aircraft::read(r, "aircraft")?;
-    let actuators = Actuators { commands: Field::read(r, "commands")? };
+    let commands = Field::read(r, "commands")?;
+    let mut brakes = [0.0];
+    r.finite_f64s(&mut brakes, |_| "brakes")?;
+    let [brakes] = brakes;
+    if !(0.0..=1.0).contains(&brakes) {
+        return Err(r.value("brakes", brakes));
+    }
+    let actuators = Actuators { commands, brakes };
     let request = Field::read(r, "request flag")?;
     let wants_envelope = r.flag("envelope flag")?;
     let Reader { session, sequence, .. } = *r;

@@ -56,7 +56,7 @@ fn bench(c: &mut Criterion) {
             b.iter(|| (flight.sense(), *flight.truth()));
         });
         c.bench_function(&format!("advance_2ms_and_sense/{name}"), |b| {
-            let actuators = Actuators { commands };
+            let actuators = Actuators::new(commands);
             b.iter(|| {
                 flight.advance(black_box(&actuators));
                 black_box(flight.sense());

@@ -373,13 +373,14 @@ const DAMPING_RATIO: f64 = 0.7;
 struct GearTable {
     sink_max_m_s: f64,
     bank_max_deg: f64,
+    idle_n: Option<f64>,
     contact: Vec<ContactPoint>,
 }
 
 impl GearTable {
     fn into_gear(self) -> Gear {
-        let Self { sink_max_m_s, bank_max_deg, contact } = self;
-        Gear { sink_max_m_s, bank_max_rad: bank_max_deg.to_radians(), contacts: contact }
+        let Self { sink_max_m_s, bank_max_deg, idle_n, contact: contacts } = self;
+        Gear { sink_max_m_s, bank_max_rad: bank_max_deg.to_radians(), idle_n, contacts }
     }
 }
 

@@ -144,6 +144,8 @@ sensors_table! {
     vanes: Vanes,
     engine_monitor: EngineMonitor,
     magnetometer: Magnetometer,
+    radar_altimeter: RadarAltimeter,
+    weight_on_wheels: WeightOnWheels,
 }
 
 impl SensorsTable {

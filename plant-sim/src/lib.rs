@@ -23,7 +23,7 @@
 //! let commands = plant.trim().positions;
 //! for _ in 0..2_000 {
 //!     let _measured = plant.sense();
-//!     plant.advance(&Actuators { commands });
+//!     plant.advance(&Actuators::new(commands));
 //! }
 //! let truth = plant.truth();
 //! assert!(truth.body_rates.0.x > 0.1, "it rolls to the right: {} rad/s", truth.body_rates.0.x);

@@ -208,13 +208,13 @@ struct GroundTable {
     length_m: f64,
     slope_percent: Option<f64>,
     friction: Option<f64>,
-    brakes: Option<f64>,
     #[serde(default)]
     start: GroundStartWord,
     along_m: Option<f64>,
     height_m: Option<f64>,
     speed_m_s: Option<f64>,
     pitch_deg: Option<f64>,
+    rail_m: Option<f64>,
 }
 
 #[derive(Deserialize, Default, Clone, Copy, PartialEq)]
@@ -224,22 +224,25 @@ enum GroundStartWord {
     Air,
     Parked,
     Launched,
+    Catapult,
 }
 
 impl GroundTable {
     /// Refuses keys that the start does not use, and names those that it lacks.
     fn check_start(&self, start: &StartPart) -> Result<(), Problem> {
-        let is_launched = self.start == GroundStartWord::Launched;
+        let is_catapult = self.start == GroundStartWord::Catapult;
+        let is_launched = is_catapult || self.start == GroundStartWord::Launched;
         let is_in_air = self.start == GroundStartWord::Air;
         if self.along_m.is_some() && is_in_air {
             return Err(problem!("[{GROUND}] along_m has no meaning with this start"));
         }
-        for (key, value) in [
-            ("height_m", self.height_m),
-            ("speed_m_s", self.speed_m_s),
-            ("pitch_deg", self.pitch_deg),
+        for (key, value, is_used) in [
+            ("height_m", self.height_m, is_launched),
+            ("speed_m_s", self.speed_m_s, is_launched),
+            ("pitch_deg", self.pitch_deg, is_launched),
+            ("rail_m", self.rail_m, is_catapult),
         ] {
-            match (value, is_launched) {
+            match (value, is_used) {
                 (Some(_), false) => {
                     return Err(problem!("[{GROUND}] {key} has no meaning with this start"));
                 }
@@ -259,8 +262,11 @@ impl GroundTable {
         self.check_start(start)?;
         let along_m = self.along_m.unwrap_or(0.0);
         // The keys of a launch are there, as checked above.
-        let [height_m, speed_m_s, pitch_deg] =
-            [self.height_m, self.speed_m_s, self.pitch_deg].map(Option::unwrap_or_default);
+        let [height_m, speed_m_s, pitch_deg, rail_m] =
+            [self.height_m, self.speed_m_s, self.pitch_deg, self.rail_m]
+                .map(Option::unwrap_or_default);
+        let pitch_rad = pitch_deg.to_radians();
+        let launch = Launch { along_m, height_m, speed_m_s, pitch_rad };
         let setup = GroundSetup {
             threshold: Geodetic {
                 latitude_rad: self.latitude_deg.to_radians(),
@@ -271,20 +277,11 @@ impl GroundTable {
             length_m: self.length_m,
             slope: 0.01 * self.slope_percent.unwrap_or(0.0),
             friction: self.friction.unwrap_or(1.0),
-            // Otherwise an engine at idle would move it at once.
-            brakes: self.brakes.unwrap_or(match self.start {
-                GroundStartWord::Parked => 1.0,
-                _ => 0.0,
-            }),
             start: match self.start {
                 GroundStartWord::Air => GroundStart::Air,
                 GroundStartWord::Parked => GroundStart::Parked { along_m },
-                GroundStartWord::Launched => GroundStart::Launched(Launch {
-                    along_m,
-                    height_m,
-                    speed_m_s,
-                    pitch_rad: pitch_deg.to_radians(),
-                }),
+                GroundStartWord::Launched => GroundStart::Launched(launch),
+                GroundStartWord::Catapult => GroundStart::Catapult { launch, rail_m },
             },
         };
         setup.check()?;

@@ -283,7 +283,7 @@ fn flight_setup(airframe: &Airframe, step_us: u32, flight_s: f64) -> Result<Flig
 /// Plant steps a second with the controls of the trimmed flight.
 fn plant_steps(setup: &PlantSetup, samples: bool) -> Result<f64, Problem> {
     let start = Plant::new(setup)?;
-    let actuators = Actuators { commands: start.trim().positions() };
+    let actuators = Actuators::new(start.trim().positions());
     let began = clock::now();
     for _ in 0..FLIGHTS {
         // A clone, because the trim of a new plant would be part of the measured time.

@@ -89,7 +89,7 @@ fn hash(log: &Log) -> RunHash {
         let fields = topic(log, "commands").fields();
         let command = |e: Effector| commands.value(&fields[1 + e.index()].name).expect("a command");
         let commands = PerEffector::from_values(tvc_jet::ALL.map(command));
-        let actuators = Actuators { commands };
+        let actuators = Actuators::new(commands);
         let time = SimTime::from_micros(row.timestamp_us());
         for (steps, moment, what) in
             requests.iter().filter(|(_, moment, _)| *moment != Moment::Step)

@@ -243,6 +243,15 @@ impl AircraftModel {
         self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m)
     }
 
+    /// Calibrated airspeed of level flight at the stall onset, m/s: V² = 2 m g / (ρ0 S C_L), with neutral surfaces.
+    pub fn stall_airspeed_m_s(&self) -> f64 {
+        let LiftModel { c_lift_0, c_lift_alpha, .. } = self.lift;
+        let c_lift = (c_lift_0 + c_lift_alpha * self.airframe.stall_onset_rad).max(0.1);
+        let weight_n = self.mass.mass_kg * icd::units::STANDARD_GRAVITY_M_S2;
+        let density = crate::design_model::atmosphere::density(0.0);
+        libm::sqrt(2.0 * weight_n / (density * self.geometry.wing_area_m2 * c_lift))
+    }
+
     /// Where each effector stands in the design trim, rad; engine N.
     pub fn trim_positions(&self) -> PerEffector<f64> {
         // On the rotating Earth the trim has some aileron and rudder too, which hold a slow turn. The model leaves

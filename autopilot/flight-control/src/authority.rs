@@ -33,6 +33,15 @@ impl Authority {
         negative_pct: [0.0; 3],
         positive_pct: [0.0; 3],
     };
+
+    /// All of it: nothing is used.
+    pub const FULL: Self = Self {
+        roll_pct: 100.0,
+        pitch_pct: 100.0,
+        yaw_pct: 100.0,
+        negative_pct: [100.0; 3],
+        positive_pct: [100.0; 3],
+    };
 }
 
 /// Time between two looks at the attainable set, which costs several control steps, us.

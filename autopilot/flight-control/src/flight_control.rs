@@ -8,10 +8,11 @@ use crate::activation::Activation;
 use crate::aircraft_model::AircraftModel;
 use crate::allocator::Allocator;
 use crate::altitude_limit::AltitudeWatch;
-use crate::authority::AuthorityWatch;
+use crate::authority::{Authority, AuthorityWatch};
 use crate::compensator::{Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{AllocationMode, Gains, IsolationMode, ObserverMode};
+use crate::ground_control::{GroundControl, GroundDemand};
 use crate::healthy_actuators::HealthyActuators;
 use crate::isolation::{Isolation, IsolationInput, IsolationLog};
 use crate::log::{Health, StepLog};
@@ -36,6 +37,9 @@ pub struct FlightControl {
     mixer: Mixer,
     watch: AltitudeWatch,
     authority: AuthorityWatch,
+    ground: GroundControl,
+    /// The command of the last step, if that was on the ground.
+    on_ground: Option<MainCommand>,
     /// Backward signal one: where healthy effectors are, from the commands of earlier steps.
     applied: HealthyActuators,
     /// The same without the compensation, for the literal observer.
@@ -63,6 +67,8 @@ impl FlightControl {
             mixer: Mixer::new(&aircraft.effectors),
             watch: AltitudeWatch::new(period),
             authority: AuthorityWatch::new(period),
+            ground: GroundControl::default(),
+            on_ground: None,
             applied: actuators.clone(),
             main_only: actuators,
             saturation: Saturation::default(),
@@ -71,6 +77,15 @@ impl FlightControl {
 
     /// Back to the state before the first sample.
     pub fn reset(&mut self) {
+        self.reset_laws();
+        self.authority.reset();
+        self.applied.reset();
+        self.main_only.reset();
+        self.on_ground = None;
+    }
+
+    /// As before the first sample, but for what is known of the effectors.
+    fn reset_laws(&mut self) {
         self.compensator.reset();
         self.activation.reset();
         self.main_controller.reset(&self.model);
@@ -78,9 +93,7 @@ impl FlightControl {
         self.relief.reset();
         self.isolation.reset();
         self.watch.reset();
-        self.authority.reset();
-        self.applied.reset();
-        self.main_only.reset();
+        self.ground = GroundControl::default();
         self.saturation = Saturation::default();
     }
 
@@ -133,20 +146,28 @@ impl FlightControl {
     /// The order is: model, observer, activation, compensation, main controller, mixer, and at the
     /// end the model of the healthy actuators moves on.
     pub fn step(&mut self, state: &NavigationState, demand: &Demand) -> StepLog {
-        self.step_with(state, demand, None)
+        self.step_with(state, demand, &GroundDemand::STAND, None)
     }
 
-    /// The same; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies, and where [`AllocationMode::Own`] is, the
+    /// The same, and what is to be done while the wheels carry the aircraft; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies, and where [`AllocationMode::Own`] is, the
     /// compensator.
     pub fn step_with(
         &mut self,
         state: &NavigationState,
         demand: &Demand,
+        ground: &GroundDemand,
         mut own: Option<&mut dyn Law>,
     ) -> StepLog {
         if self.model.adapt(state) {
             // The ends of its thrust are those of this flight condition.
             self.mixer = Mixer::new(&self.model.aircraft().effectors);
+        }
+        if state.on_wheels {
+            return self.roll(state, demand, ground);
+        }
+        if let Some(last) = self.on_ground.take() {
+            self.reset_laws();
+            self.main_controller.take_over_from(last);
         }
         let gains = &self.gains;
 
@@ -230,6 +251,7 @@ impl FlightControl {
             increments: mixed.increments,
             attained,
             commands: mixed.commands,
+            brakes: 0.0,
             limited: mixed.limited,
             modelled: healthy_positions,
             authority,
@@ -243,6 +265,55 @@ impl FlightControl {
                 &mixed.saturation,
                 compensation_health,
             ),
+        }
+    }
+
+    /// One control period on the ground: no compensation, no verdict, nothing is integrated. What the laws remember is of no use
+    /// at the next lift-off, so they begin anew there.
+    fn roll(&mut self, state: &NavigationState, demand: &Demand, ground: &GroundDemand) -> StepLog {
+        let measured = state.valid.thrust.then_some(state.thrust_n);
+        let thrust_n = self.applied.take_thrust(measured).unwrap_or(state.thrust_n);
+        self.main_only.take_thrust(measured);
+        let state = NavigationState { thrust_n, ..*state };
+        let (at, h) = (self.model.condition(&state), self.main_controller.h());
+        if self.on_ground.is_none() {
+            self.ground = GroundControl::default();
+        }
+        let main = self.ground.step(&state, ground, &self.gains, &self.model, &at, h);
+        let mut mixed = self.mixer.mix(&main, &Compensation::NONE);
+        if let (false, Some(engine)) = (ground.full_thrust, self.model.engine()) {
+            // Less than flight idle: an engine that can idle slower on the ground does.
+            mixed.commands[engine] = mixed.commands[engine].min(0.0);
+        }
+        let modelled = *self.applied.positions();
+        self.finish(&main, &mixed);
+        self.on_ground = Some(main);
+        StepLog {
+            state,
+            altitude_reference_m: state.altitude_m,
+            roll_reference_rad: 0.0,
+            airspeed_reference_m_s: demand.airspeed_m_s,
+            z: state.rates,
+            z2: Vector3::zeros(),
+            levels: Vector3::zeros(),
+            level: 0.0,
+            compensator_active: false,
+            fade: 0.0,
+            main,
+            compensation: Compensation::NONE,
+            applied_compensation: Compensation::NONE,
+            increments: PerEffector::default(),
+            attained: Vector3::zeros(),
+            commands: mixed.commands,
+            brakes: ground.brakes.clamp(0.0, 1.0),
+            limited: mixed.limited,
+            modelled,
+            authority: Authority::FULL,
+            altitude_limit: None,
+            modelled_acceleration: Vector3::zeros(),
+            relief: ReliefLog::default(),
+            isolation: IsolationLog::default(),
+            health: Health { implausible_input: !state.valid.is_complete(), ..Health::default() },
         }
     }
 

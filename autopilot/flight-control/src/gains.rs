@@ -14,6 +14,7 @@ use crate::compensator::incremental::IncrementalGains;
 use crate::compensator::linear_eso::LinearEsoGains;
 use crate::compensator::neso::{Lemma1Warning, NesoGains};
 pub use crate::estimator::{EarthShape, EstimatorGains, EstimatorPreset, StateSource};
+use crate::ground_control::GroundGains;
 use crate::isolation::gains::IsolationGains;
 pub use crate::isolation::gains::IsolationMode;
 use crate::main_controller::lqr::LqrGains;
@@ -44,6 +45,8 @@ pub struct Gains {
     pub relief: ReliefGains,
     /// Which effector it is.
     pub isolation: IsolationGains,
+    /// Between touchdown and lift-off.
+    pub ground: GroundGains,
     /// The estimator of the navigation state.
     pub estimator: EstimatorGains,
     /// Which laws fly.
@@ -191,6 +194,7 @@ impl Gains {
         activation: ActivationGains::REFERENCE,
         relief: ReliefGains::REFERENCE,
         isolation: IsolationGains::REFERENCE,
+        ground: GroundGains::REFERENCE,
         estimator: EstimatorGains::REFERENCE,
         selection: Selection {
             compensator: CompensatorMode::Armed,

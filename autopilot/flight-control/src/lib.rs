@@ -88,6 +88,7 @@ pub mod design_model;
 pub mod estimator;
 pub mod estimator_status;
 pub mod flight_control;
+pub mod ground_control;
 pub mod guidance;
 pub mod healthy_actuators;
 pub mod isolation;
@@ -96,6 +97,7 @@ pub mod main_controller;
 pub mod mixer;
 pub mod navigation;
 pub mod navigation_source;
+pub mod on_wheels;
 pub mod oscillation;
 pub mod relief;
 pub mod signals;
@@ -112,6 +114,7 @@ pub use flight_control::FlightControl;
 pub use gains::{
     AllocationMode, CompensatorLaw, CompensatorMode, Gains, IsolationMode, MainLaw, ObserverMode,
 };
+pub use ground_control::GroundDemand;
 pub use guidance::GuidanceGains;
 pub use log::{Health, StepLog};
 pub use main_controller::{Demand, Law, LawInput, References};

@@ -47,6 +47,8 @@ pub struct StepLog {
     pub attained: Vector3<f64>,
     /// Command to each effector, rad; engine N.
     pub commands: PerEffector<f64>,
+    /// Wheel brakes, 0 to 1.
+    pub brakes: f64,
     /// Effectors whose command was beyond their travel.
     pub limited: EffectorSet,
     /// Where the model of the healthy actuators has each effector at this tick, rad; engine N (measured).
@@ -68,7 +70,7 @@ pub struct StepLog {
 impl StepLog {
     /// The commands, as the plant gets them.
     pub const fn actuators(&self) -> Actuators {
-        Actuators { commands: self.commands }
+        Actuators { commands: self.commands, brakes: self.brakes }
     }
 }
 

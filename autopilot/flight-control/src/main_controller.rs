@@ -182,6 +182,8 @@ pub struct MainController {
     flies: MainLaw,
     /// Command of the last step.
     last: Option<MainCommand>,
+    /// The next step goes on from `last`, which was not of a law of flight.
+    takes_over: bool,
     /// After a switch: old command minus new one, and the time for which it still fades, s.
     transfer: Option<(MainCommand, f64)>,
     /// The law's command in the last step was not finite, or beyond 1e9.
@@ -201,6 +203,7 @@ impl MainController {
             running: RunningLaw::new(flies, gains, model),
             flies,
             last: None,
+            takes_over: false,
             transfer: None,
             implausible: false,
         }
@@ -219,8 +222,15 @@ impl MainController {
         self.flies = self.gains.selection.main;
         self.running = RunningLaw::new(self.flies, &self.gains, model);
         self.last = None;
+        self.takes_over = false;
         self.transfer = None;
         self.implausible = false;
+    }
+
+    /// Goes on from the command of another law, which fades out: nothing of it is trim.
+    pub fn take_over_from(&mut self, command: MainCommand) {
+        self.last = Some(command);
+        self.takes_over = true;
     }
 
     /// Shows the continuous states: those of the references that no demand has reached, and those of the law.
@@ -285,7 +295,7 @@ impl MainController {
         let finite = raw.finite_or(&last);
         self.implausible = finite != raw;
         // What the integrators could not take over.
-        if switched && self.last.is_some() {
+        if (switched || core::mem::take(&mut self.takes_over)) && self.last.is_some() {
             self.transfer = Some((last.combine(&finite, |old, new| old - new), TRANSFER_S));
         }
         let command = self.fade(finite);

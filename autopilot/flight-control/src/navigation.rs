@@ -47,6 +47,10 @@ pub struct NavigationState {
     pub beta: f64,
     /// T: thrust, N, measured.
     pub thrust_n: f64,
+    /// Height of the lowest contact point above the ground, m, where it is measured.
+    pub height_above_ground_m: Option<f64>,
+    /// The aircraft stands, rolls or slides on the ground, as [`crate::on_wheels`] finds.
+    pub on_wheels: bool,
     /// Which parts come from this tick's samples, or are estimated well enough.
     pub valid: Validity,
     /// State and quality of the estimate; `None` where the parts are samples.
@@ -115,6 +119,8 @@ impl NavigationState {
             alpha: 0.0,
             beta: 0.0,
             thrust_n: 0.0,
+            height_above_ground_m: None,
+            on_wheels: false,
             valid: Validity::default(),
             estimate: None,
         }
@@ -146,7 +152,12 @@ impl NavigationState {
                 (None, SensorKind::Pitot) => valid.airspeed,
                 (None, SensorKind::Vanes) => valid.flow_angles,
                 (None, SensorKind::EngineMonitor) => valid.thrust,
-                (None, SensorKind::Magnetometer) => true,
+                (
+                    None,
+                    SensorKind::Magnetometer
+                    | SensorKind::RadarAltimeter
+                    | SensorKind::WeightOnWheels,
+                ) => true,
             };
             alive[sensor as usize] = counts && stamps[sensor as usize].valid;
         }

@@ -6,6 +6,7 @@ use crate::aircraft_model::AircraftModel;
 use crate::estimator::{Estimator, StateSource};
 use crate::gains::Gains;
 use crate::navigation::{NavigationState, Navigator};
+use crate::on_wheels::OnWheels;
 
 /// Sensors to [`NavigationState`], by [`Navigator`] or [`Estimator`]; the first control step of a flight decides.
 #[derive(Debug, Clone)]
@@ -13,6 +14,7 @@ pub struct NavigationSource {
     source: StateSource,
     navigator: Navigator,
     estimator: Estimator,
+    on_wheels: OnWheels,
     /// Whether the estimator flies; `None` before the first step.
     estimates: Option<bool>,
 }
@@ -24,6 +26,7 @@ impl NavigationSource {
             source: gains.selection.state,
             navigator: Navigator::default(),
             estimator: Estimator::new(aircraft, gains.of_estimator(), gains.selection.earth),
+            on_wheels: OnWheels::new(aircraft),
             estimates: None,
         }
     }
@@ -45,10 +48,12 @@ impl NavigationSource {
         };
         // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
-        match estimates {
+        let mut state = match estimates {
             true => self.estimator.step(time, sensors),
             false => self.navigator.step(time, sensors),
-        }
+        };
+        self.on_wheels.step(sensors, &mut state);
+        state
     }
 
     /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on

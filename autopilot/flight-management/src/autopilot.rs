@@ -91,7 +91,7 @@ impl Autopilot {
         Self {
             model: *model,
             gains: *gains,
-            rules: Rules::new(*limits, *navigation, gains),
+            rules: Rules::new(*limits, *navigation, gains).of_model(model),
             navigation: NavigationSource::new(model, gains),
             vehicle: Vehicle::new(references.clone()),
             flight: FlightControl::new(period, model, gains),
@@ -122,6 +122,7 @@ impl Autopilot {
         self.period = period;
         self.time = time;
         (self.in_flight, self.on_ground) = (true, false);
+        self.rules = self.rules.over(0.0);
         self.vehicle.begin_flight();
         self.transitions = Transitions::default();
         self.latest = None;
@@ -144,6 +145,13 @@ impl Autopilot {
         // First, so that script, vehicle and laws see one state of one tick
         // (docs/decisions/115-navigation-state.md).
         let state = self.navigation.step(time, sensors);
+        // Where it stands is the ground of the flight.
+        if let (true, true, Some(height_m)) =
+            (state.on_wheels, state.valid.altitude, state.height_above_ground_m)
+            && !self.vehicle.is_armed()
+        {
+            self.rules = self.rules.over(state.altitude_m - height_m);
+        }
         // Before the vehicle: a reference is flown in the step in which its line is due.
         self.step_script(&state);
         self.fly(&state, sensors)
@@ -157,8 +165,10 @@ impl Autopilot {
         let command =
             self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
         let own = self.own_law.as_mut().map(Brought::law_mut);
-        let log = self.flight.step_with(state, &command, own);
+        let ground = self.vehicle.ground_demand();
+        let log = self.flight.step_with(state, &command, &ground, own);
         let (mode, navigation) = (self.vehicle.mode(), self.vehicle.navigation());
+        let is_armed = self.vehicle.is_armed();
         // Telemetry shows the reference; the log has what the laws were given for it.
         let demand = self.vehicle.demand().copied().unwrap_or(command);
         let (period, terminated) = (self.period, self.vehicle.is_terminated());
@@ -168,7 +178,7 @@ impl Autopilot {
                 (latest.sensors, latest.log) = (*sensors, log);
                 (latest.time, latest.period, latest.on_ground) = (time, period, false);
                 (latest.mode, latest.demand, latest.navigation) = (mode, demand, navigation);
-                latest.terminated = terminated;
+                (latest.terminated, latest.is_armed) = (terminated, is_armed);
                 latest
             }
             latest => latest.insert(Snapshot {
@@ -179,6 +189,7 @@ impl Autopilot {
                 demand,
                 navigation,
                 terminated,
+                is_armed,
                 sensors: *sensors,
                 log,
             }),
@@ -208,7 +219,8 @@ impl Autopilot {
                 snapshot.demand = self.vehicle.demand().copied().unwrap_or(snapshot.demand);
                 snapshot.navigation = self.vehicle.navigation();
                 snapshot.terminated = self.vehicle.is_terminated();
-                Actuators { commands: snapshot.log.commands }
+                snapshot.is_armed = self.vehicle.is_armed();
+                snapshot.log.actuators()
             }
             // Joined while paused: step the vehicle once, so that there is a state to show and to command.
             None => {
@@ -251,11 +263,15 @@ impl Autopilot {
         match change {
             Configuration::Gains(gains) => {
                 self.gains = *gains;
-                self.rules = Rules::new(self.rules.limits, self.rules.navigation, &gains);
+                self.rules.altitude_error_max_m = gains.pid.altitude.error_max_m;
                 self.flight.set_gains(&gains);
                 self.navigation.set_gains(&gains);
             }
-            Configuration::Limits(limits) => self.rules.limits = limits,
+            Configuration::Limits(limits) => {
+                let ground_m = core::mem::take(&mut self.rules.ground_m);
+                self.rules.limits = limits;
+                self.rules = self.rules.over(ground_m);
+            }
             Configuration::Navigation(navigation) => self.rules.navigation = navigation,
             Configuration::FaultInjection(allowed) => self.scripts.may_fail = allowed,
         }
@@ -305,6 +321,8 @@ impl Autopilot {
             }
             VehicleCommand::Land => vehicle.land(rules, publish),
             VehicleCommand::GoAround(altitude_m) => vehicle.go_around(altitude_m, rules),
+            VehicleCommand::Arm(armed) => vehicle.arm(armed, publish),
+            VehicleCommand::TakeOff(altitude_m) => vehicle.take_off(altitude_m, rules, publish),
             VehicleCommand::Home(place) => vehicle.set_home(place, publish),
             VehicleCommand::Terminate => {
                 vehicle.terminate(publish);
@@ -579,7 +597,7 @@ impl Autopilot {
     fn step_script(&mut self, state: &NavigationState) {
         let Some(mut run) = self.scripts.running.take() else { return };
         let id = run.script().id();
-        self.vehicle.see(state);
+        self.vehicle.see(state, &self.rules);
         for _ in 0..LINES_PER_STEP {
             let of_scripts = |open: &&OpenRequest| matches!(open.asker, Asker::Line { .. });
             let has_room = self.open.iter().filter(of_scripts).count() < OPEN_MAX
@@ -606,11 +624,9 @@ impl Autopilot {
         match action {
             Action::Fault(request) => self.request_fault(asker, request),
             Action::Refer(reference) => self.vehicle.refer(reference, &self.rules),
-            Action::Mode(mode) => {
-                let Self { vehicle, rules, events, time, .. } = self;
-                let publish = &mut |event| events.push(*time, EventKind::Vehicle(event));
-                vehicle.change_mode(mode, rules, publish)
-            }
+            Action::Mode(mode) => self.command_vehicle(VehicleCommand::Mode(mode)),
+            Action::Arm(armed) => self.command_vehicle(VehicleCommand::Arm(armed)),
+            Action::Land => self.command_vehicle(VehicleCommand::Land),
             Action::Say | Action::End => Ok(()),
         }
     }

@@ -87,6 +87,10 @@ pub enum VehicleCommand {
     Land,
     /// End an approach: climb to this altitude above the ellipsoid, m, and fly it again.
     GoAround(Option<f64>),
+    /// Arm, or disarm, standing on the ground.
+    Arm(bool),
+    /// Take off and climb to this altitude above the ellipsoid, m, once armed.
+    TakeOff(Option<f64>),
     /// Location of home; its altitude is that of the ground.
     Home(Place),
     /// End the flight: engine off, surfaces to the stops. Only a new flight undoes it.
@@ -187,4 +191,6 @@ logged! {
     Fence(fence: Arc<Fence>) = Vehicle(VehicleCommand::Fence),
     Rally(points: Arc<[RallyPoint]>) = Vehicle(VehicleCommand::Rally),
     EnableFence(enabled: bool) = Vehicle(VehicleCommand::EnableFence),
+    Arm(armed: bool) = Vehicle(VehicleCommand::Arm),
+    TakeOff(altitude_m: Option<f64>) = Vehicle(VehicleCommand::TakeOff),
 }

@@ -175,6 +175,8 @@ pub struct Snapshot {
     pub navigation: Navigation,
     /// The flight was terminated.
     pub terminated: bool,
+    /// The engine may run.
+    pub is_armed: bool,
     /// The samples of the tick.
     pub sensors: Sensors,
     /// Signals of the step; during a pause, with the state of that moment.

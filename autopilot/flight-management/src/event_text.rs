@@ -132,6 +132,11 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
         VehicleEvent::Terminated => {
             (Emergency, "Flight terminated: engine off, surfaces hard over".into())
         }
+        VehicleEvent::Armed(true) => (Info, "Armed".into()),
+        VehicleEvent::Armed(false) => (Info, "Disarmed".into()),
+        VehicleEvent::LiftOff => (Info, "Takeoff: in the air".into()),
+        VehicleEvent::TouchDown => (Info, "Touchdown".into()),
+        VehicleEvent::TakeoffAborted => (Warning, "Takeoff aborted".into()),
         VehicleEvent::LinkLost(action) => {
             let action = match action {
                 LinkLossAction::Continue => "the flight goes on",
@@ -175,6 +180,8 @@ fn sensor_text(sensor: SensorKind) -> &'static str {
         SensorKind::Vanes => "Vanes",
         SensorKind::EngineMonitor => "Engine monitor",
         SensorKind::Magnetometer => "Magnetometer",
+        SensorKind::RadarAltimeter => "Radar altimeter",
+        SensorKind::WeightOnWheels => "Weight on wheels",
     }
 }
 

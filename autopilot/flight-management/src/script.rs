@@ -85,6 +85,10 @@ pub enum Action {
     Fault(FaultRequest),
     Refer(Reference),
     Mode(Mode),
+    /// Arms, or disarms.
+    Arm(bool),
+    /// Begins the landing.
+    Land,
     /// Sends the text after `say` to the ground stations.
     Say,
     /// Ends the script with all its sequences.
@@ -159,7 +163,8 @@ impl Script {
 
     /// Whether it changes references or the mode.
     pub fn steers(&self) -> bool {
-        self.lines().any(|line| matches!(line.action, Action::Refer(_) | Action::Mode(_)))
+        self.lines()
+            .any(|line| !matches!(line.action, Action::Fault(_) | Action::Say | Action::End))
     }
 }
 

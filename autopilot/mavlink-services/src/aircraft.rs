@@ -7,11 +7,14 @@ use flight_management::event::{EventKind, Snapshot};
 use flight_management::fault_list::FaultList;
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::{Mode, Place, Rules, VehicleEvent};
+use flight_management::vehicle::{Mode, Place, Rules, VehicleEvent, VehicleRefusal};
 
 /// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
 /// leftover from before the last event.
 const CONTRADICTIONS: u32 = 2;
+
+/// QGroundControl offers this command as *Reboot Vehicle*.
+pub const RESTART: &str = "reboot the vehicle";
 
 /// State of the flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,6 +120,9 @@ impl Aircraft {
                 }
             }
             EventKind::Vehicle(VehicleEvent::Terminated) => self.terminated = true,
+            EventKind::Vehicle(VehicleEvent::Armed(armed)) => {
+                self.snapshot.iter_mut().for_each(|snapshot| snapshot.is_armed = armed);
+            }
             EventKind::PlantLost => self.connected = false,
             EventKind::PlantBack => self.connected = true,
             _ => {}
@@ -166,6 +172,50 @@ impl Aircraft {
     /// The flight was terminated: engine off, surfaces at their stops.
     pub fn is_terminated(&self) -> bool {
         self.terminated
+    }
+
+    /// The engine may run, as far as is known: the aircraft will fly when the plant calls, too, since QGroundControl takes a moment
+    /// without the flag for the end of the mission.
+    pub fn is_armed(&self) -> bool {
+        let known = self.snapshot.as_ref().is_none_or(|snapshot| snapshot.is_armed);
+        known && self.phase() != Phase::OnGround && !self.terminated
+    }
+
+    /// Obstacle to arming and flying.
+    pub fn not_ready(&self) -> Option<String> {
+        match self.phase() {
+            Phase::Flying if self.terminated => Some(format!("flight terminated, {RESTART}")),
+            Phase::Flying if self.is_on_wheels() => self.not_ready_to_take_off(),
+            Phase::Flying => None,
+            Phase::OnGround => Some(VehicleRefusal::FlightOver.to_string()),
+            Phase::NoFlight => Some("no aircraft is connected".into()),
+            Phase::Lost => Some("the plant link is lost".into()),
+        }
+    }
+
+    /// What the navigation lacks for a takeoff: in the air the flight goes on without it.
+    fn not_ready_to_take_off(&self) -> Option<String> {
+        let snapshot = self.snapshot.as_ref()?;
+        let motion = snapshot.motion();
+        let alive = motion.alive(&snapshot.sensors);
+        let dead = snapshot.sensors.present().find(|sensor| !alive[*sensor as usize]);
+        let valid = &motion.valid;
+        match dead {
+            Some(sensor) => Some(format!("{} gives no valid sample", sensor.name())),
+            None if !valid.attitude => Some("attitude is not known yet".into()),
+            None if !(valid.position && valid.altitude) => Some("position is not known yet".into()),
+            None => None,
+        }
+    }
+
+    /// The wheels carry the aircraft.
+    pub fn is_on_wheels(&self) -> bool {
+        self.snapshot.as_ref().is_some_and(|snapshot| snapshot.motion().on_wheels)
+    }
+
+    /// Altitude of the ground, m.
+    pub fn ground_m(&self) -> f64 {
+        self.snapshot.as_ref().map_or(0.0, |snapshot| snapshot.navigation.ground_m)
     }
 
     /// The faults as the plant has reported them.

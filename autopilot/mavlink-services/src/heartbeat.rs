@@ -81,17 +81,11 @@ pub fn message(identity: HeartbeatIdentity, aircraft: &Aircraft) -> Encoded {
     Encoded::new(&content(identity, aircraft))
 }
 
-/// The aircraft is armed: it flies and its engine runs, as far as is known. It will when the plant calls, too: QGroundControl takes a
-/// moment without the flag for the end of the mission.
-pub fn is_armed(aircraft: &Aircraft) -> bool {
-    aircraft.phase() != Phase::OnGround && !aircraft.is_terminated()
-}
-
 /// PX4's flags: manual input in a mode that takes a pilot's sticks, else autonomous.
 fn mode_flags(mode: Mode) -> MavModeFlag {
     let control = match mode {
         Mode::Position | Mode::Altitude => MavModeFlag::MAV_MODE_FLAG_MANUAL_INPUT_ENABLED,
-        Mode::Hold | Mode::Mission | Mode::Return | Mode::Offboard => {
+        Mode::Hold | Mode::Mission | Mode::Return | Mode::Offboard | Mode::Takeoff => {
             MavModeFlag::MAV_MODE_FLAG_AUTO_ENABLED | MavModeFlag::MAV_MODE_FLAG_GUIDED_ENABLED
         }
     };
@@ -102,7 +96,7 @@ fn mode_flags(mode: Mode) -> MavModeFlag {
 
 fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
     let mut base_mode = mode_flags(aircraft.mode());
-    if is_armed(aircraft) {
+    if aircraft.is_armed() {
         base_mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
     }
     HEARTBEAT_DATA {
@@ -118,6 +112,7 @@ fn content(identity: HeartbeatIdentity, aircraft: &Aircraft) -> HEARTBEAT_DATA {
             Phase::Flying | Phase::Lost if aircraft.is_terminated() => {
                 MavState::MAV_STATE_FLIGHT_TERMINATION
             }
+            Phase::Flying if !aircraft.is_armed() => MavState::MAV_STATE_STANDBY,
             // While the plant is silent the state of the aircraft is unknown: simulation time does not advance.
             Phase::Flying | Phase::Lost => MavState::MAV_STATE_ACTIVE,
             Phase::OnGround => MavState::MAV_STATE_STANDBY,

@@ -404,7 +404,8 @@ impl MissionService {
         let present = PlanContext { place, airspeed, home_m: None };
         let parameters = &caller.shared.parameters;
         let beside = Beside { plan: &self.plan().items, fence: &self.fence };
-        let (command, what) = checked(list, items, &beside, present, parameters)?;
+        let rules = rules(parameters, caller.shared.aircraft.ground_m());
+        let (command, what) = checked(list, items, &beside, present, &rules)?;
         self.request(command, Some(list), what, caller);
         Ok(())
     }
@@ -521,6 +522,11 @@ impl MissionService {
     }
 }
 
+/// The rules over ground at this altitude, m.
+fn rules(parameters: &Parameters, ground_m: f64) -> Rules {
+    Rules::new(parameters.limits, parameters.navigation, &parameters.gains).over(ground_m)
+}
+
 /// The lists beside one that is checked.
 struct Beside<'a> {
     plan: &'a [MissionItem<i32>],
@@ -533,10 +539,9 @@ fn checked(
     items: Vec<MissionItem<i32>>,
     beside: &Beside,
     present: PlanContext,
-    parameters: &Parameters,
+    rules: &Rules,
 ) -> Result<(VehicleCommand, What), Vec<Rejected>> {
     let (mut notes, mut fence) = (Notes::default(), None);
-    let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
     let (command, stored) = match list {
         ListKind::FENCE => {
             let checked = Arc::new(fences::fence(&items)?);
@@ -544,13 +549,13 @@ fn checked(
             (VehicleCommand::Fence(checked), Stored::new(items))
         }
         ListKind::RALLY => {
-            let home_m = draft::home_altitude_m(beside.plan, &rules);
-            let points = fences::rally(&items, beside.fence, home_m)?;
+            let home_m = draft::home_altitude_m(beside.plan, rules);
+            let points = fences::rally(&items, beside.fence, home_m, rules.ground_m)?;
             (VehicleCommand::Rally(points.into()), Stored::new(items))
         }
         _ => {
             let Finished { stored, plan, notes: differences } =
-                draft::check(items, present, &rules)?;
+                draft::check(items, present, rules)?;
             notes = differences;
             (VehicleCommand::Plan(Arc::new(plan)), stored)
         }

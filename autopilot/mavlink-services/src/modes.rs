@@ -22,6 +22,7 @@ const MAIN_AUTO: u8 = 4;
 const MAIN_ACRO: u8 = 5;
 const MAIN_OFFBOARD: u8 = 6;
 const MAIN_STABILIZED: u8 = 7;
+const SUB_TAKEOFF: u8 = 2;
 const SUB_LOITER: u8 = 3;
 const SUB_MISSION: u8 = 4;
 const SUB_RTL: u8 = 5;
@@ -35,17 +36,17 @@ const fn main_and_sub(mode: Mode) -> (u8, u8) {
         Mode::Return => (MAIN_AUTO, SUB_RTL),
         Mode::Offboard => (MAIN_OFFBOARD, 0),
         Mode::Altitude => (MAIN_ALTCTL, 0),
+        Mode::Takeoff => (MAIN_AUTO, SUB_TAKEOFF),
     }
 }
 
 /// PX4's modes that this vehicle does not have: main mode, sub mode, name, and what to use instead. Numbers and names are
 /// PX4's (`px4_custom_mode.h`).
-const NOT_FLOWN: [(u8, u8, &str, &str); 14] = [
+const NOT_FLOWN: [(u8, u8, &str, &str); 13] = [
     (MAIN_MANUAL, 0, "Manual", USE_POSITION),
     (MAIN_POSCTL, 1, "Orbit", USE_HOLD),
     (MAIN_POSCTL, 2, "Position Slow", USE_POSITION),
     (MAIN_AUTO, 1, "Ready", USE_HOLD),
-    (MAIN_AUTO, 2, "Takeoff", USE_HOLD),
     (MAIN_AUTO, 6, "Land", USE_RETURN),
     (MAIN_AUTO, 7, "Return to Groundstation", USE_RETURN),
     (MAIN_AUTO, 8, "Follow Me", USE_HOLD),
@@ -137,7 +138,7 @@ pub fn enterable(mode: Mode, streams: Streams) -> Result<Mode, CommandError> {
 /// mode that a pilot steers.
 const fn standard(mode: Mode) -> Option<MavStandardMode> {
     match mode {
-        Mode::Hold | Mode::Offboard => None,
+        Mode::Hold | Mode::Offboard | Mode::Takeoff => None,
         Mode::Position => Some(MavStandardMode::MAV_STANDARD_MODE_CRUISE),
         Mode::Mission => Some(MavStandardMode::MAV_STANDARD_MODE_MISSION),
         Mode::Return => Some(MavStandardMode::MAV_STANDARD_MODE_SAFE_RECOVERY),

@@ -52,6 +52,10 @@ impl RunHash {
         for value in values.chain(actuators.commands.first(effectors)) {
             self.sha.update(value.to_le_bytes());
         }
+        // Closed brakes are of a flight over a ground; others keep their hash.
+        if actuators.brakes != 0.0 {
+            self.sha.update(actuators.brakes.to_le_bytes());
+        }
         let now = Stamp { time, valid: true };
         for sensor in sensors.present() {
             let stamp = stamps[sensor as usize];
@@ -116,7 +120,7 @@ mod tests {
         values[6..10].copy_from_slice(&[1.0, 0.0, 0.0, 0.0]);
         values[SensorKind::EngineMonitor.places()].fill(last);
         let at = |micros| Sensors::at(SimTime::from_micros(micros), &values);
-        let actuators = Actuators { commands: PerEffector::from_values([-1.5; 8]) };
+        let actuators = Actuators::new(PerEffector::from_values([-1.5; 8]));
         let mut hash = RunHash::default();
         hash.step(SimTime::ZERO, &at(0), &actuators, 8);
         hash.request(0, Moment::Step, action);

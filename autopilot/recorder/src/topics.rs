@@ -92,6 +92,8 @@ columns! { CONTROL_HEAD, control_head(step):
 
 // Last columns of the topic `control`.
 columns! { CONTROL_TAIL, control_tail(step):
+    "brakes" => step.brakes,
+    "on_wheels" => f64::from(u8::from(step.state.on_wheels)),
     "attained_roll_rad_s2" => step.attained.x,
     "attained_pitch_rad_s2" => step.attained.y,
     "attained_yaw_rad_s2" => step.attained.z,

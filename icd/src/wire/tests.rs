@@ -58,6 +58,7 @@ fn actuator_packet() -> ActuatorPacket {
         time: SimTime::from_micros(14_000),
         actuators: Actuators {
             commands: PerEffector::from_values([0.1, -0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 3.0e4]),
+            brakes: 0.25,
         },
         request: Some(PlantRequest {
             number: 9,

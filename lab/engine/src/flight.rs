@@ -335,7 +335,7 @@ impl Flight {
 
     /// Replaces them.
     pub fn replace_commands(&mut self, commands: PerEffector<f64>) {
-        self.actuators = self.actuators.map(|_| Actuators { commands });
+        self.actuators = self.actuators.map(|_| Actuators::new(commands));
     }
 
     /// Where and when the flight is, or ended.

@@ -9,7 +9,8 @@ use autopilot::script::Action;
 use host_io::problem::{At as _, Problem, problem};
 use icd::fault::{PlantAction, PlantReport};
 use icd::record::effector_field;
-use icd::{ControlPeriod, EffectorList, PerEffector, Sensors, SimTime};
+use icd::sensors::SensorKind;
+use icd::{Actuators, ControlPeriod, EffectorList, PerEffector, Sensors, SimTime};
 use lab_engine::FlightSetup;
 use plant_sim::Plant;
 use serde::{Deserialize, Serialize};
@@ -40,7 +41,7 @@ impl AutopilotSetup {
             settings: flight.settings(),
             period: flight.plant.period,
             effectors,
-            fitted: flight.plant.sensors.of(&effectors),
+            fitted: flight.plant.sensors.of(&effectors, flight.plant.ground.is_some()),
             positions: Plant::new(&flight.plant)?.trim().positions(),
         })
     }
@@ -61,6 +62,7 @@ struct AutopilotPlaces {
     positions: Range<usize>,
     sensors: SensorPlaces,
     commands: Range<usize>,
+    brakes: Range<usize>,
     fault: usize,
     control: Range<usize>,
 }
@@ -78,6 +80,10 @@ impl AutopilotSide {
         let names = command_names(effectors).into_iter().map(|name| name.to_string());
         let about = "command for the plant, held during a step";
         let commands = list.add(Causality::Output, false, about, names.zip(trim()));
+        let is_over_ground = setup.fitted[SensorKind::WeightOnWheels as usize];
+        let brakes = is_over_ground.then(|| ("brakes".to_owned(), FmuValue::Number(0.0)));
+        let about = "wheel brakes for the plant, 0 to 1";
+        let brakes = list.add(Causality::Output, false, about, brakes);
         let fault = [("fault".to_owned(), FmuValue::Text(String::new()))];
         let about = "what the script requests of the plant in this step";
         let fault = list.add(Causality::Output, false, about, fault).start;
@@ -85,7 +91,7 @@ impl AutopilotSide {
         let about = "signal of the control step";
         let control = names.map(|name| (name, FmuValue::Number(0.0)));
         let control = list.add(Causality::Output, false, about, control);
-        let places = AutopilotPlaces { positions, sensors, commands, fault, control };
+        let places = AutopilotPlaces { positions, sensors, commands, brakes, fault, control };
         let (setup, places) = (Arc::new(setup), Arc::new(places));
         Ok((Self { setup, places, autopilot: None, time: SimTime::ZERO }, list))
     }
@@ -113,7 +119,7 @@ impl AutopilotSide {
             return Err(problem!("no flight has begun"));
         };
         let sensors = self.places.sensors.read(values);
-        let commands = autopilot.step(self.time, &sensors).commands;
+        let Actuators { commands, brakes } = autopilot.step(self.time, &sensors).actuators();
         // Nobody reads them here, and a full queue would count them as lost.
         while autopilot.pop_event().is_some() {}
         let request = autopilot.next_request().map(|request| request.action);
@@ -122,6 +128,7 @@ impl AutopilotSide {
             &mut values[self.places.commands.clone()],
             commands.as_array().to_owned(),
         );
+        FmuValue::set_numbers(&mut values[self.places.brakes.clone()], [brakes]);
         if let Some(snapshot) = autopilot.snapshot() {
             let control = control_values(&snapshot.log, self.setup.effectors.len());
             FmuValue::set_numbers(&mut values[self.places.control.clone()], control);

@@ -33,6 +33,7 @@ struct PlantPlaces {
     start: Range<usize>,
     positions: Range<usize>,
     commands: Range<usize>,
+    brakes: Range<usize>,
     wind: Range<usize>,
     fault: usize,
     truth: Range<usize>,
@@ -62,6 +63,10 @@ impl PlantSide {
         let commands = numbers(names, trim.first(effectors.len()));
         let about = "command, held during a step";
         let commands = list.add(Causality::Input, false, about, commands);
+        // Only over a ground, where they act.
+        let brakes = setup.ground.iter().map(|_| ("brakes".to_owned(), FmuValue::Number(0.0)));
+        let about = "wheel brakes, 0 to 1, held during a step";
+        let brakes = list.add(Causality::Input, false, about, brakes.collect::<Vec<_>>());
         let about = "steady wind, where it blows to";
         let blows = numbers(WIND.map(str::to_owned).into(), &wind);
         let blows = list.add(Causality::Input, true, about, blows);
@@ -71,10 +76,19 @@ impl PlantSide {
         let truth =
             truth_fields(&effectors).map(|name| (format!("truth.{name}"), FmuValue::Number(0.0)));
         let truth = list.add(Causality::Output, true, "true value", truth);
-        let fitted = setup.sensors.of(&effectors);
+        let fitted = setup.sensors.of(&effectors, setup.ground.is_some());
         let sensors = SensorPlaces::add(&mut list, Causality::Output, &fitted);
-        let places =
-            PlantPlaces { seed, start, positions, commands, wind: blows, fault, truth, sensors };
+        let places = PlantPlaces {
+            seed,
+            start,
+            positions,
+            commands,
+            brakes,
+            wind: blows,
+            fault,
+            truth,
+            sensors,
+        };
         let side = Self {
             setup: Arc::new(setup),
             places: Arc::new(places),
@@ -142,7 +156,9 @@ impl PlantSide {
         if answer.is_ok() {
             self.blow(&mut plant, three(&values[self.places.wind.clone()]));
             let commands = FmuValue::numbers(&values[self.places.commands.clone()]);
-            plant.advance(&Actuators { commands: PerEffector::from_values(commands) });
+            let commands = PerEffector::from_values(commands);
+            let brakes = FmuValue::numbers(&values[self.places.brakes.clone()]).next();
+            plant.advance(&Actuators { commands, brakes: brakes.unwrap_or(0.0) });
             self.show(&mut plant, values);
         }
         self.plant = Some(plant);

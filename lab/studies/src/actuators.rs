@@ -237,7 +237,7 @@ impl Bench {
             // The body begins each period where it was: only the actuators move on.
             plant.resume_from(&State { rigid, ..*plant.state() });
             commands[self.effector] = command(plant.time().as_seconds());
-            plant.advance(&Actuators { commands });
+            plant.advance(&Actuators::new(commands));
             positions.push(plant.truth().positions[self.effector].to_degrees());
         }
         positions

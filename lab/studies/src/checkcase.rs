@@ -176,7 +176,7 @@ impl<'a> Flight<'a> {
                 break;
             }
             // Commanded to where they are, so that no servo moves.
-            plant.advance(&Actuators { commands: plant.controls().positions });
+            plant.advance(&Actuators::new(plant.controls().positions));
             if let Some(what) = plant.broken_by() {
                 let time_s = SimTime::from_micros(now_us).as_seconds();
                 return Err(problem!(

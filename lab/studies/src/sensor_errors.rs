@@ -110,7 +110,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     let mut setup = options.setup("nominal")?.plant;
     let period = setup.period;
     setup.seed = *seed;
-    let fitted = setup.sensors.of(&setup.airframe.effectors);
+    let fitted = setup.sensors.of(&setup.airframe.effectors, false);
     let sensors = SensorKind::ALL.into_iter().filter(|sensor| fitted[*sensor as usize]);
     let places = sensors.flat_map(|sensor| sensor.places().map(move |place| (sensor, place)));
     let places: Vec<_> = places.collect();
@@ -118,7 +118,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     // The same aircraft in the same air: only the sensors differ.
     setup.sensors = grade_file::of_grade(GradeName::Ideal);
     let mut exact = Plant::new(&setup)?;
-    let actuators = Actuators { commands: exact.trim().positions() };
+    let actuators = Actuators::new(exact.trim().positions());
     // Limited.
     let ticks = (seconds / period.as_seconds()) as usize;
     // A constant.

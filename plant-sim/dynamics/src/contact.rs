@@ -17,6 +17,7 @@ use crate::dynamics::{Dynamics, Evaluation};
 use crate::earth::Place;
 use crate::gear::{ContactPoint, Gear};
 use crate::ground::{GroundSetup, Surface, Under};
+use crate::rail::Rail;
 use crate::rigid_body::{HeldForces, MassProperties, RigidState};
 
 /// Part of the critical damping of the spring along the ground, at the effective mass of its point.
@@ -36,6 +37,9 @@ pub struct Contacts {
     reach_m: f64,
     sink_max_m_s: f64,
     bank_max_rad: f64,
+    idle_n: Option<f64>,
+    /// Holds the aircraft until it is launched.
+    rail: Option<Rail>,
     /// Length of a step, s.
     step_s: f64,
     /// 0 to 1.
@@ -238,8 +242,10 @@ impl Contacts {
             reach_m: gear.contacts.iter().map(distance).fold(0.0, f64::max),
             sink_max_m_s: gear.sink_max_m_s,
             bank_max_rad: gear.bank_max_rad,
+            idle_n: gear.idle_n,
+            rail: None,
             step_s: f64::from(step_us) * 1.0e-6,
-            brakes: setup.brakes,
+            brakes: 0.0,
             held: HeldForces::default(),
             is_bearing: false,
             was_bearing: false,
@@ -252,6 +258,21 @@ impl Contacts {
         if brakes.is_finite() {
             self.brakes = brakes.clamp(0.0, 1.0);
         }
+    }
+
+    /// Holds the aircraft here, until a catapult accelerates it to a speed at the end of its rail.
+    pub fn hold_on_rail(&mut self, at: &RigidState, speed_m_s: f64, rail_m: f64) {
+        self.rail = Some(Rail::new(at, speed_m_s, rail_m));
+    }
+
+    /// Thrust of the engine at ground idle, N, while anything touches and the engine has one.
+    pub fn idle_n(&self) -> Option<f64> {
+        self.idle_n.filter(|_| self.is_bearing)
+    }
+
+    /// Load of all points across the ground, N; on the rail that of the aircraft.
+    pub fn load_n(&self) -> f64 {
+        self.rail.as_ref().map_or_else(|| self.loads_n().sum(), Rail::load_n)
     }
 
     /// The forces of the step to come; `None` if no point touches the ground.
@@ -311,6 +332,11 @@ impl Contacts {
         self.surface.under(position, place)
     }
 
+    /// How far a position is along the runway from its threshold and to the right of its centre line, m.
+    pub fn on_runway_m(&self, position: &Vector3<f64>, place: &Place) -> (f64, f64) {
+        self.surface.on_runway_m(position, place)
+    }
+
     /// Energy in the springs at a state, J.
     pub fn stored_j(&self, dynamics: &Dynamics, rigid: &RigidState) -> f64 {
         let of = |(point, depth_m): (&ContactState, f64)| {
@@ -336,6 +362,16 @@ impl Contacts {
         let reach_m = self.reach_m + shift_m.norm();
         let way_m = self.step_s * (rigid.velocity.0.norm() + turning.norm() * reach_m);
         self.is_bearing = false;
+        if let Some(rail) = &mut self.rail {
+            match rail.solve(dynamics, rigid, &turning, e, self.step_s) {
+                Some(held) => {
+                    (self.held, self.is_bearing) = (held, true);
+                    dynamics.support(e, &self.held);
+                    return;
+                }
+                None => self.rail = None,
+            }
+        }
         if under.height_m > reach_m + way_m {
             for point in &mut self.points {
                 point.now = Touch::AWAY;

@@ -18,6 +18,9 @@ pub struct Gear {
     pub sink_max_m_s: f64,
     /// Largest magnitude of the roll angle on the ground, rad.
     pub bank_max_rad: f64,
+    /// Thrust of the engine at ground idle, N, while anything touches; without it flight idle holds there too.
+    #[serde(default)]
+    pub idle_n: Option<f64>,
     /// Wheels, skids and points of the structure.
     pub contacts: Vec<ContactPoint>,
 }
@@ -62,6 +65,7 @@ impl Gear {
     pub fn check(&self) -> Result<(), Problem> {
         check_range("gear", "sink_max_m_s", self.sink_max_m_s, 0.1, 100.0)?;
         check_range("gear", "bank_max_deg", self.bank_max_rad.to_degrees(), 1.0, 180.0)?;
+        check_range("gear", "idle_n", self.idle_n.unwrap_or(0.0), 0.0, 1.0e6)?;
         let count = self.contacts.len();
         if !(1..=CONTACTS_MAX).contains(&count) {
             return Err(problem!(

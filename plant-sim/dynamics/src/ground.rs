@@ -23,8 +23,6 @@ pub struct GroundSetup {
     pub slope: f64,
     /// Friction over that of a dry runway.
     pub friction: f64,
-    /// Brakes at the start, 0 to 1.
-    pub brakes: f64,
     pub start: GroundStart,
 }
 
@@ -36,18 +34,26 @@ pub enum GroundStart {
     Air,
     /// At rest on the runway, this far from its threshold, m.
     Parked { along_m: f64 },
-    /// At the end of a catapult or out of a hand, the engine at idle.
+    /// Out of a hand, the engine at idle.
     Launched(Launch),
+    /// At the lower end of a rail of this length, m, along the nose. The catapult holds it there until the engine gives
+    /// [`CATAPULT_THRUST`] of its largest thrust; then it accelerates it evenly to the speed of the launch.
+    Catapult { launch: Launch, rail_m: f64 },
 }
 
-/// The state in which a launch releases the aircraft, wings level along the runway.
+/// The catapult lets go at this part of the largest thrust.
+pub const CATAPULT_THRUST: f64 = 0.8;
+/// Largest acceleration of a catapult, m/s²: thirty g.
+const CATAPULT_MAX_M_S2: f64 = 300.0;
+
+/// The state in which a launch begins, wings level along the runway.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Launch {
     /// Distance from the threshold, m.
     pub along_m: f64,
     /// Height of the centre of gravity above the ground, m.
     pub height_m: f64,
-    /// Speed over the ground, along the nose, m/s.
+    /// Speed over the ground along the nose at the end of the launch, m/s.
     pub speed_m_s: f64,
     pub pitch_rad: f64,
 }
@@ -57,7 +63,9 @@ impl GroundStart {
     pub fn along_m(&self) -> Option<f64> {
         match self {
             Self::Air => None,
-            Self::Parked { along_m } | Self::Launched(Launch { along_m, .. }) => Some(*along_m),
+            Self::Parked { along_m }
+            | Self::Launched(Launch { along_m, .. })
+            | Self::Catapult { launch: Launch { along_m, .. }, .. } => Some(*along_m),
         }
     }
 }
@@ -67,12 +75,16 @@ impl GroundSetup {
 
     /// Checks every number.
     pub fn check(&self) -> Result<(), Problem> {
-        let Self { threshold, heading_rad, length_m, slope, friction, brakes, start } = self;
+        let Self { threshold, heading_rad, length_m, slope, friction, start } = self;
         let most_percent = 100.0 * Self::SLOPE_MAX;
-        if let GroundStart::Launched(launch) = start {
+        if let GroundStart::Launched(launch) | GroundStart::Catapult { launch, .. } = start {
             check_range(SECTION, "height_m", launch.height_m, 0.0, 100.0)?;
             check_range(SECTION, "speed_m_s", launch.speed_m_s, 0.0, 200.0)?;
             check_range(SECTION, "pitch_deg", launch.pitch_rad.to_degrees(), -45.0, 80.0)?;
+        }
+        if let GroundStart::Catapult { launch, rail_m } = start {
+            let least_m = launch.speed_m_s * launch.speed_m_s / (2.0 * CATAPULT_MAX_M_S2);
+            check_range(SECTION, "rail_m", *rail_m, least_m.max(0.1), 500.0)?;
         }
         for (key, value, min, max) in [
             ("latitude_deg", threshold.latitude_rad.to_degrees(), -89.0, 89.0),
@@ -82,7 +94,6 @@ impl GroundSetup {
             ("length_m", *length_m, 10.0, 20_000.0),
             ("slope_percent", 100.0 * slope, -most_percent, most_percent),
             ("friction", *friction, 0.0, 2.0),
-            ("brakes", *brakes, 0.0, 1.0),
             ("along_m", start.along_m().unwrap_or(0.0), 0.0, *length_m),
         ] {
             check_range(SECTION, key, value, min, max)?;
@@ -134,6 +145,13 @@ impl Surface {
             slope: setup.slope,
             friction: setup.friction,
         }
+    }
+
+    /// How far a position is along the runway from its threshold and to the right of its centre line, m.
+    pub fn on_runway_m(&self, position: &Vector3<f64>, place: &Place) -> (f64, f64) {
+        let from = position - self.threshold;
+        let down = place.e_from_ned.column(2).into_owned();
+        (self.along.dot(&from), down.cross(&self.along).dot(&from))
     }
 
     /// The ground under a position, m, frame E. It follows the Earth, and beyond the ends of the runway it is level.

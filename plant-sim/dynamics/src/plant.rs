@@ -10,7 +10,9 @@
 use std::collections::VecDeque;
 
 use icd::fault::{PlantReport, Refusal};
-use icd::{Actuators, Effector, FaultReply, FaultRequest, Ned, PerEffector, Sensors, SimTime};
+use icd::{
+    Actuators, Effector, EffectorKind, FaultReply, FaultRequest, Ned, PerEffector, Sensors, SimTime,
+};
 
 use crate::airframe::Airframe;
 use crate::atmosphere::Atmosphere;
@@ -20,18 +22,22 @@ use crate::dynamics::{Dynamics, Evaluation, State, StepInputs};
 use crate::earth::{Earth, Place, Slopes};
 use crate::faults::{Effects, FaultContext, Faults, ScheduledFault, micros};
 use crate::release::{Controls, ReleaseSetup};
-use crate::sensors::{SensorSet, SensorSettings};
+use crate::sensors::{GroundSample, SensorSet, SensorSettings};
 use crate::servos::{self, Delayed, Servo};
 use crate::settling;
 use crate::setup::{self, PlantSetup, SetupError};
 use crate::start::Start;
 use crate::step_limit;
+use crate::touchdown::Touchdown;
 use crate::trim::{self, Trim};
 use crate::truth::Truth;
 use crate::wind::{self, DiscreteGust, DiscreteGusts, Gust, MovingAir, Surroundings, WindSettings};
 
 /// Reports that wait to be fetched; when there are more, the oldest is dropped and counted.
 pub const REPORTS_MAX: usize = 256;
+
+/// An aircraft that was in the air for this long touches down, µs: at the start and in a takeoff roll it may bounce.
+const TOUCHDOWN_AFTER_US: u64 = 5_000_000;
 
 /// One flight: an aircraft in its air over its Earth, advanced one control period at a time.
 ///
@@ -68,6 +74,9 @@ pub struct Plant {
     reports_dropped: u64,
     /// With the ground of the setup.
     contacts: Option<Box<Contacts>>,
+    /// Since when nothing touches, before the first touchdown.
+    airborne: Option<SimTime>,
+    touchdown: Option<Touchdown>,
     on_ground: bool,
     broken: Option<&'static str>,
 }
@@ -215,12 +224,13 @@ impl Plant {
                 &airframe.effectors,
                 &airframe.servos,
                 &state.positions,
-                &sensors.fitted_with(airframe),
+                &sensors.fitted_with(airframe, contacts.is_some()),
             ),
             losses: Losses::default(),
             paths: CommandPath::all(airframe, &state.positions),
             sensors: SensorSet::new(
                 airframe,
+                contacts.is_some(),
                 *dynamics.atmosphere(),
                 sensors,
                 period_us,
@@ -234,6 +244,8 @@ impl Plant {
             on_ground: false,
             broken: None,
             contacts,
+            airborne: None,
+            touchdown: None,
             dynamics,
             trim,
             time,
@@ -308,12 +320,9 @@ impl Plant {
         self.contacts.as_ref()?.failure().filter(|_| self.on_ground)
     }
 
-    /// Sets the brakes, 0 to 1.
-    pub fn set_brakes(&mut self, brakes: f64) {
-        if let Some(contacts) = &mut self.contacts {
-            contacts.set_brakes(brakes);
-            self.observe();
-        }
+    /// The first touchdown of the flight.
+    pub fn touchdown(&self) -> Option<&Touchdown> {
+        self.touchdown.as_ref()
     }
 
     /// Kinetic and potential energy over the ground and energy in the springs of the gear, J; `None` without a ground.
@@ -362,7 +371,11 @@ impl Plant {
 
     /// The sensor data of this instant. Draws this tick's noise: call it once each control tick.
     pub fn sense(&mut self) -> Sensors {
-        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, &self.faults)
+        let ground = self.contacts.as_ref().map(|contacts| GroundSample {
+            height_m: -contacts.deepest(&self.dynamics, &self.state.rigid).1,
+            load_n: contacts.load_n(),
+        });
+        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, ground, &self.faults)
     }
 
     /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of
@@ -388,6 +401,9 @@ impl Plant {
     pub fn advance(&mut self, actuators: &Actuators) {
         if self.on_ground {
             return;
+        }
+        if let Some(contacts) = &mut self.contacts {
+            contacts.set_brakes(actuators.brakes);
         }
         self.command(actuators);
         // Before the steps: the period burns by the thrust of its beginning.
@@ -423,6 +439,7 @@ impl Plant {
             // apart.
             self.touch_down();
         }
+        self.note_touchdown();
         let is_down = match &self.contacts {
             None => self.truth.altitude_m <= 0.0,
             Some(contacts) => contacts.failure().is_some(),
@@ -569,6 +586,27 @@ impl Plant {
         self.truth = Truth::of(&self.dynamics, self.time, &self.state, &self.inputs, &self.present);
     }
 
+    fn note_touchdown(&mut self) {
+        let Some(contacts) = &self.contacts else { return };
+        match (contacts.is_bearing(), &mut self.airborne) {
+            (false, airborne @ None) => *airborne = Some(self.time),
+            (true, Some(since)) => {
+                let flown_us = self.time.micros_since(*since);
+                self.airborne = None;
+                match &mut self.touchdown {
+                    Some(touchdown) => touchdown.bounces += 1,
+                    None if flown_us >= TOUCHDOWN_AFTER_US => {
+                        let (along_m, across_m) =
+                            contacts.on_runway_m(&self.state.rigid.position, &self.present.place);
+                        self.touchdown = Some(Touchdown::of(&self.truth, along_m, across_m));
+                    }
+                    None => {}
+                }
+            }
+            _ => {}
+        }
+    }
+
     fn touch_down(&mut self) {
         self.on_ground = true;
         let report = PlantReport::GroundContact { at: self.time };
@@ -579,6 +617,13 @@ impl Plant {
     fn command(&mut self, actuators: &Actuators) {
         let Airframe { effectors, servos, .. } = self.dynamics.airframe();
         let (count, now) = (effectors.len(), self.time);
+        let idle_n = self.contacts.as_ref().and_then(|contacts| contacts.idle_n());
+        let on_ground = idle_n.zip(effectors.only(EffectorKind::Engine)).map(|(idle_n, engine)| {
+            let mut servos = *servos;
+            servos[engine].min = servos[engine].min.min(idle_n);
+            servos
+        });
+        let servos = on_ground.as_ref().unwrap_or(servos);
         // Ideal actuators need no paths: they cost nothing and keep the bits that they have without
         // any.
         if self.paths.is_empty() {

@@ -48,6 +48,15 @@ pub struct SensorSet {
     faulty: FaultySensors,
 }
 
+/// What the sensors of the ground measure.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct GroundSample {
+    /// Of the lowest contact point, m.
+    pub height_m: f64,
+    /// Of all contact points, N.
+    pub load_n: f64,
+}
+
 /// Magnetic field of the Earth where the aircraft is, nT, and until when it counts as constant.
 #[derive(Debug, Clone, Copy)]
 struct MagneticField {
@@ -59,6 +68,7 @@ impl SensorSet {
     /// The sensors of an aircraft in this air with these errors; the random streams belong to seed and run.
     pub fn new(
         airframe: &Airframe,
+        has_ground: bool,
         atmosphere: Atmosphere,
         settings: &SensorSettings,
         period_us: u32,
@@ -75,7 +85,7 @@ impl SensorSet {
             gyro: Normals::new(seed, run, Source::Gyro),
             year: settings.date.decimal_year(),
             field: MagneticField { ned_nt: Ned::zero(), until: None },
-            fitted: settings.of(&airframe.effectors),
+            fitted: settings.of(&airframe.effectors, has_ground),
             real: real.map(Box::new),
             faulty: FaultySensors::new(period_us, seed, run),
         }
@@ -88,8 +98,10 @@ impl SensorSet {
         truth: &Truth,
         present: &Evaluation,
         gust: &Gust,
+        ground: Option<GroundSample>,
         faults: &Faults,
     ) -> Sensors {
+        let ground = ground.unwrap_or_default();
         let (AirData { vanes_m, pitot_m }, motion) = (self.places, &present.motion);
         // Taken out for the call, because `exact` borrows the whole set.
         let mut sensors = match self.real.take() {
@@ -97,13 +109,13 @@ impl SensorSet {
             None => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_at(place_m, motion, gust));
                 let gyro_error = self.gyro_error();
-                self.exact(truth, present, &air, &gyro_error)
+                self.exact(truth, present, &air, ground, &gyro_error)
             }
             // Everything exactly where it is measured, then with errors: vanes and pitot tube turn with the aircraft.
             Some(mut real) => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_around(place_m, motion));
                 // The noise of the scenario is that of ideal gyros; a grade has its own.
-                let sensors = real.sense(&self.exact(truth, present, &air, &Body::zero()));
+                let sensors = real.sense(&self.exact(truth, present, &air, ground, &Body::zero()));
                 self.real = Some(real);
                 sensors
             }
@@ -126,6 +138,7 @@ impl SensorSet {
         truth: &Truth,
         present: &Evaluation,
         [vanes, pitot]: &[AirState; 2],
+        ground: GroundSample,
         gyro_error: &Body,
     ) -> Sensors {
         let time = truth.time;
@@ -159,6 +172,8 @@ impl SensorSet {
             vanes: Sample::at(time, angles),
             engine_n: Sample::at(time, thrust_n),
             magnetometer_nt: Sample::at(time, field_nt),
+            radar_altimeter_m: Sample::at(time, ground.height_m),
+            weight_on_wheels_n: Sample::at(time, ground.load_n),
             fitted: [true; Sensors::SENSORS],
         }
     }

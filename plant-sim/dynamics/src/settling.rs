@@ -32,6 +32,7 @@ fn settle(
     state: &mut State,
 ) -> Result<(), Problem> {
     let earth = dynamics.earth();
+    contacts.set_brakes(1.0);
     let mut here = start.geodetic();
     let level = Attitude::from_euler(EulerAngles { phi: 0.0, theta: 0.0, psi: setup.heading_rad });
     state.rigid.q_e_from_body = earth.q_e_from_body(&here, &level);
@@ -73,8 +74,8 @@ fn settle(
     let way_m = earth.local_position(&state.rigid.position).0.xy().norm();
     Err(problem!(
         "[{SECTION}] start: the aircraft does not come to rest on its gear in {SETTLE_MAX_S} s: it still moves at {speed_m_s:.3e} m/s, \
-         has rolled to {roll_deg:.1} deg and moved by {way_m:.2} m; check brakes = {}, wind, thrust and [gear]",
-        setup.brakes
+         has rolled to {roll_deg:.1} deg and moved by {way_m:.2} m; check friction = {}, wind, thrust and [gear]",
+        setup.friction
     ))
 }
 
@@ -111,7 +112,7 @@ pub fn on_runway(
         effects: Effects::none(),
     };
     match &setup.start {
-        GroundStart::Launched(launch) => {
+        GroundStart::Launched(launch) | GroundStart::Catapult { launch, .. } => {
             let here =
                 Geodetic { altitude_m: start.altitude_m + launch.height_m, ..start.geodetic() };
             let attitude =
@@ -119,8 +120,12 @@ pub fn on_runway(
             let rigid = &mut state.rigid;
             rigid.position = earth.position(&here);
             rigid.q_e_from_body = earth.q_e_from_body(&here, &Attitude::from_euler(attitude));
-            rigid.velocity = Body::new(launch.speed_m_s, 0.0, 0.0);
             rigid.rates = earth.rotation_in(&rigid.e_from_body());
+            if let GroundStart::Catapult { rail_m, .. } = setup.start {
+                contacts.hold_on_rail(rigid, launch.speed_m_s, rail_m);
+            } else {
+                rigid.velocity = Body::new(launch.speed_m_s, 0.0, 0.0);
+            }
         }
         _ => settle(dynamics, contacts, setup, start, &inputs, &mut state)?,
     }
@@ -151,7 +156,9 @@ pub fn check_clear(
     let altitude_m = dynamics.earth().place(&rigid.position).altitude_m;
     let (key, is_m) = match &setup.start {
         GroundStart::Parked { .. } => return Ok(()),
-        GroundStart::Launched(launch) => ("[plant.ground] height_m", launch.height_m),
+        GroundStart::Launched(launch) | GroundStart::Catapult { launch, .. } => {
+            ("[plant.ground] height_m", launch.height_m)
+        }
         GroundStart::Air => ("[plant.start] altitude_m", altitude_m),
     };
     if depth_m <= 0.0 {

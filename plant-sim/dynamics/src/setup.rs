@@ -164,7 +164,7 @@ impl PlantSetup {
     /// Checks that the aircraft can have a fault.
     pub fn check_fault(&self, fault: &ScheduledFault) -> Result<(), Refusal> {
         let Airframe { effectors, servos, .. } = &self.airframe;
-        let has = self.sensors.fitted_with(&self.airframe);
+        let has = self.sensors.fitted_with(&self.airframe, self.ground.is_some());
         faults::check(effectors, servos, &has, fault)
     }
 }

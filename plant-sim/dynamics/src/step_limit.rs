@@ -170,7 +170,7 @@ mod tests {
         let mut setup = nominal(&airframe, step_us);
         setup.wind.turbulence_m_s = 3.0;
         let mut plant = Plant::new(&setup)?;
-        let commands = Actuators { commands: plant.trim().positions() };
+        let commands = Actuators::new(plant.trim().positions());
         for _ in 0..50 {
             plant.advance(&commands);
         }

@@ -218,7 +218,7 @@ mod tests {
         commands[tvc_jet::RUDDER] = -0.05;
         commands[tvc_jet::NOZZLE_PITCH] = 0.1;
         for _ in 0..100 {
-            plant.advance(&Actuators { commands });
+            plant.advance(&Actuators::new(commands));
         }
         *plant.truth()
     }

@@ -440,16 +440,16 @@ along_m = 50.0
 "#;
 
 #[test]
-fn the_ground_of_a_scenario_is_read_and_a_parked_aircraft_has_its_brakes_on() {
+fn the_ground_of_a_scenario_is_read() {
     let read = |text: &str| {
         Scenario::from_toml("my.toml", text, &tvc_jet::effectors()).unwrap().plant.ground
     };
     let ground = read(&format!("{NOMINAL}{GROUND}")).unwrap();
     assert_eq!(ground.start, GroundStart::Parked { along_m: 50.0 });
-    assert_eq!((ground.slope, ground.friction, ground.brakes), (0.01, 1.0, 1.0));
+    assert_eq!((ground.slope, ground.friction), (0.01, 1.0));
     let in_air = GROUND.replace("start = \"parked\"\nalong_m = 50.0\n", "");
     let ground = read(&format!("{NOMINAL}{in_air}")).unwrap();
-    assert_eq!((ground.start, ground.brakes), (GroundStart::Air, 0.0));
+    assert_eq!(ground.start, GroundStart::Air);
     assert_eq!(read(NOMINAL), None);
 }
 

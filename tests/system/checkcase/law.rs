@@ -105,7 +105,7 @@ fn flown(case: &CheckCase, data: &Path, end: SimTime, demand: Demand) -> Traject
             return Trajectory::read("maneuver", &text).expect("its own table");
         }
         plant.set_controls(&law.controls(&plant, demand));
-        plant.advance(&Actuators { commands: plant.controls().positions });
+        plant.advance(&Actuators::new(plant.controls().positions));
     }
 }
 

@@ -3,8 +3,8 @@
 //! The rows are in the file of each law, as one `gain_set` with the fields and the values of [`Gains::REFERENCE`].
 
 use super::{
-    ActivationGains, EstimatorGains, Gains, IncrementalGains, IsolationGains, LinearEsoGains,
-    NdiGains, NesoGains, ReferenceGains, ReliefGains,
+    ActivationGains, EstimatorGains, Gains, GroundGains, IncrementalGains, IsolationGains,
+    LinearEsoGains, NdiGains, NesoGains, ReferenceGains, ReliefGains,
 };
 use crate::main_controller::pid::{AltitudeGains, RollGains, SpeedGains, YawGains};
 
@@ -101,6 +101,7 @@ const BLOCKS: &[&[Tunable]] = &[
     ReliefGains::ROWS,
     IsolationGains::ROWS,
     EstimatorGains::ROWS,
+    GroundGains::ROWS,
 ];
 
 /// Rows of [`super::LqrGains`].

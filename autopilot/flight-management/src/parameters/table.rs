@@ -182,9 +182,13 @@ const GUIDANCE: &[Parameter] = numbers! { Real, "Guidance";
     "FW_LND_ANG", "deg", 1.0 to 15.0, 3.0, navigation.landing_angle_deg,
         "Glide to a landing; steeper where the altitude left needs it";
     "FW_LND_AIRSPD", "m/s", 0.0 to 500.0, 0.0, navigation.landing_airspeed_m_s,
-        "Calibrated airspeed of the approach; 0 is FW_AIRSPD_MIN";
+        "Calibrated airspeed of the approach; 0 is 1.3 times that of the stall by the model";
     "FW_LND_FL_SINK", "m/s", 0.05 to 2.0, 0.25, navigation.touchdown_m_s,
         "Sink rate to which the flare leads";
+    "MIS_TAKEOFF_ALT", "m", 5.0 to 5_000.0, 500.0, navigation.takeoff_height_m,
+        "Height above the ground to which Takeoff climbs without a given altitude";
+    "FW_TKO_PITCH", "deg", 0.0 to 30.0, 8.0, navigation.takeoff_pitch_deg,
+        "Pitch angle of the rotation";
     "GF_MAX_VER_DIST", "m", 0.0 to 20_000.0, 0.0, navigation.fence_max_m,
         "Highest altitude of the fence above home; 0 none";
     "GF_MIN_VER_DIST", "m", 0.0 to 20_000.0, 0.0, navigation.fence_min_m,

@@ -33,13 +33,15 @@ const REFERENCES: [(&str, Unit, (f64, f64), MakeReference); 4] = [
     ("course", ("deg", DEG), (0.0, 360.0), Reference::Course),
 ];
 /// The modes that need no stream of a ground station.
-const MODES: [(&str, Mode); 4] = [
+const MODES: [(&str, Mode); 5] = [
     ("position", Mode::Position),
     ("hold", Mode::Hold),
     ("mission", Mode::Mission),
     ("return", Mode::Return),
+    ("takeoff", Mode::Takeoff),
 ];
-const ACTIONS: &str = "an action: fail, clear, altitude, roll, airspeed, course, mode, say, end";
+const ACTIONS: &str =
+    "an action: fail, clear, altitude, roll, airspeed, course, mode, arm, disarm, land, say, end";
 
 /// Reads a whole text.
 pub(super) fn sequences(text: &str, effectors: &EffectorList) -> Result<Vec<Sequence>, TextError> {
@@ -153,6 +155,13 @@ fn action(cursor: &mut Cursor, effectors: &EffectorList) -> Result<Action, TextE
         if cursor.take(what) {
             let value = cursor.amount(what, &[unit], range)?;
             return Ok(Action::Refer(reference(value)));
+        }
+    }
+    for (word, action) in
+        [("arm", Action::Arm(true)), ("disarm", Action::Arm(false)), ("land", Action::Land)]
+    {
+        if cursor.take(word) {
+            return Ok(action);
         }
     }
     if cursor.take("mode") {

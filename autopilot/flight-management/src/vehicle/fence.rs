@@ -250,7 +250,7 @@ impl FenceWatch {
         }
         let dt_s = core::mem::take(&mut self.waited_s);
         let (most_m, least_m) = (navigation.fence_max_m, navigation.fence_min_m);
-        let height_m = situation.altitude_m;
+        let height_m = situation.altitude_m - situation.rules.ground_m;
         let breach = match fence.breach(situation.place) {
             None if most_m > 0.0 && height_m > most_m => Some(Breach::High),
             None if least_m > 0.0 && height_m < least_m => Some(Breach::Low),

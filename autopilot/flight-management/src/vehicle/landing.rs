@@ -5,9 +5,10 @@ use flight_control::Demand;
 use flight_control::guidance::follow_line;
 
 use super::Situation;
-use super::geodesy::Site;
+use super::geodesy::{Horizon, Site};
+use super::ground::Line;
 use super::modes::{Flown, target};
-use super::request::{Airspeed, Place};
+use super::request::Place;
 
 /// The flare reduces the sink rate to that of the touchdown with this time constant, s.
 const FLARE_S: f64 = 5.0;
@@ -39,7 +40,7 @@ pub struct Approach {
 /// The flare: the aircraft follows a path from where it begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Flare {
-    /// Altitude of the path, m.
+    /// Height of the path, m.
     path_m: f64,
     /// How far the reference led the aircraft at the sink rate with which the flare began, s.
     lead_s: f64,
@@ -60,8 +61,7 @@ impl Approach {
         let distance_m = situation.horizon().offset(&to).norm().max(1.0);
         let shallow = libm::tan(rules.navigation.landing_angle_deg.to_radians());
         let cruise_m_s = demand.airspeed_m_s;
-        let approach = Airspeed::Calibrated(rules.approach_airspeed_m_s());
-        demand.airspeed_m_s = approach.true_m_s(demand.altitude_m);
+        demand.airspeed_m_s = rules.approach_m_s(ground_m);
         Self {
             from,
             to,
@@ -73,6 +73,12 @@ impl Approach {
             flare: None,
             around: None,
         }
+    }
+
+    /// The line over the ground.
+    pub fn line(&self) -> Line {
+        let along = Horizon::at(self.from.place()).offset(&self.to);
+        Line { through: self.to, course_rad: libm::atan2(along.y, along.x) }
     }
 
     pub fn go_around(&mut self, altitude_m: Option<f64>) {
@@ -97,7 +103,9 @@ impl Approach {
         let (altitude_m, touchdown_m_s) = (situation.altitude_m, rules.navigation.touchdown_m_s);
         // There the sink rate of the flare is that of the glide.
         let flare_m = FLARE_S * (situation.speed_m_s * self.slope - touchdown_m_s);
-        if self.flare.is_none() && altitude_m - self.ground_m > flare_m {
+        // By the measured height, where there is one: the glide is as good as the altitude, the flare has to be better.
+        let height_m = situation.height_m.unwrap_or(altitude_m - self.ground_m);
+        if self.flare.is_none() && height_m > flare_m {
             // Level until the glide begins, and never back up to it.
             let glide_m = self.ground_m + self.slope * left_m.max(0.0);
             if glide_m < demand.altitude_m + self.lead_m {
@@ -108,12 +116,14 @@ impl Approach {
         } else {
             let lead_s =
                 (altitude_m - demand.altitude_m) / (-situation.climb_m_s).max(touchdown_m_s);
-            let begun = Flare { path_m: altitude_m, lead_s: lead_s.clamp(0.0, LEAD_S) };
+            let begun = Flare { path_m: height_m, lead_s: lead_s.clamp(0.0, LEAD_S) };
             let flare = self.flare.get_or_insert(begun);
-            let height_m = (flare.path_m - self.ground_m).max(0.0);
+            // The path is over the ground as it is measured now, in altitudes of the laws.
+            let ground_m = altitude_m - height_m;
+            let height_m = flare.path_m.max(0.0);
             let sink_m_s = height_m / FLARE_S + touchdown_m_s;
             flare.path_m -= sink_m_s * situation.dt_s;
-            demand.altitude_m = flare.path_m - flare.lead_s * sink_m_s;
+            demand.altitude_m = ground_m + flare.path_m - flare.lead_s * sink_m_s;
         }
         let steering = follow_line(&from, &to, &situation.velocity, &rules.guidance());
         Some(Flown { steering, target: Some(target(&self.to, &to, demand.altitude_m, None)) })

@@ -11,6 +11,7 @@ use flight_control::guidance::{Horizontal, follow_line};
 use super::Situation;
 use super::fence::FenceWatch;
 use super::geodesy::{Horizon, Site};
+use super::ground::Line;
 use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
 use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
@@ -219,6 +220,14 @@ impl Mission {
         }
     }
 
+    /// The line of the approach under way.
+    pub fn approach_line(&self) -> Option<Line> {
+        match &self.task {
+            Some(Task::Approach(approach)) => Some(approach.line()),
+            _ => None,
+        }
+    }
+
     /// The aircraft is on the ground: the landing under way is complete.
     pub fn touch_down(&mut self, publish: &mut dyn FnMut(VehicleEvent)) {
         if let Some(Task::Approach(_)) = self.task {
@@ -226,7 +235,10 @@ impl Mission {
             if self.current.saturating_add(1) >= self.plan.count() {
                 self.progress = Progress::Complete;
                 publish(VehicleEvent::PlanComplete);
+            } else {
+                self.current += 1;
             }
+            self.task = None;
         }
     }
 

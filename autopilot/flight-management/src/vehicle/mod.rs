@@ -8,11 +8,12 @@
 use std::sync::Arc;
 
 use flight_control::guidance::{Horizontal, hold_course};
-use flight_control::{Demand, NavigationState};
+use flight_control::{Demand, GroundDemand, NavigationState};
 use icd::SimTime;
 
 pub mod fence;
 pub mod geodesy;
+mod ground;
 mod landing;
 mod mission;
 mod modes;
@@ -23,6 +24,7 @@ pub mod schedule;
 
 use fence::{Fence, FenceAction, FenceChange, FenceWatch, RallyPoint};
 use geodesy::{Horizon, LocalAxes, Site};
+use ground::GroundOperation;
 use mission::{Flight, Mission};
 use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position, check_sticks};
 use plan::{Plan, Progress};
@@ -34,6 +36,8 @@ pub use rules::{NavigationParameters, ReferenceLimits, Rules};
 use rules::{check_place, check_radius};
 use schedule::ReferenceSchedule;
 
+/// Least height at which the landing of Return begins its glide, m.
+const APPROACH_MIN_M: f64 = 40.0;
 /// Longest time between two ticks that counts, s.
 const DT_MAX_S: f64 = 0.1;
 
@@ -67,6 +71,13 @@ pub struct Vehicle {
     altitude: AltitudeDemand,
     time: Option<SimTime>,
     terminated: bool,
+    ground: GroundOperation,
+    /// Altitude to which Takeoff climbs, m; `None`: the parameter.
+    takeoff_m: Option<f64>,
+    /// Course of the climb of Takeoff, rad from north, once it is in the air.
+    takeoff_course_rad: Option<f64>,
+    /// The landing of Return on the runway of the takeoff.
+    returning: Mission,
     /// Without plan and home.
     navigation: Navigation,
 }
@@ -119,14 +130,32 @@ impl Vehicle {
         self.terminated
     }
 
+    /// The engine may run.
+    pub fn is_armed(&self) -> bool {
+        self.ground.is_armed() && !self.terminated
+    }
+
+    /// What the law on the ground is to do.
+    pub fn ground_demand(&self) -> GroundDemand {
+        match self.terminated {
+            true => GroundDemand::STAND,
+            false => self.ground.demand(),
+        }
+    }
+
     /// Takes references, home and local axes from the first known state, if there are none yet, so that commands can change
     /// them before the first tick of [`Vehicle::track`].
-    pub fn see(&mut self, state: &NavigationState) {
+    pub fn see(&mut self, state: &NavigationState, rules: &Rules) {
         let valid = &state.valid;
         if self.demand.is_some() || !(valid.altitude && valid.airspeed && valid.position) {
             return;
         }
-        self.demand = Some(present(state));
+        let mut demand = present(state);
+        if state.on_wheels {
+            demand.altitude_m = rules.takeoff_altitude_m();
+            demand.airspeed_m_s = rules.cruise_m_s(demand.altitude_m);
+        }
+        self.demand = Some(demand);
         let place = Place::of(state);
         // Near a pole there are no axes: such a flight has no home, and cannot take local setpoints.
         if check_place(place).is_ok() {
@@ -144,15 +173,25 @@ impl Vehicle {
         let before = self.time.replace(time).unwrap_or(time);
         // Microseconds between two ticks.
         let dt_s = (time.micros_since(before) as f64 * 1.0e-6).min(DT_MAX_S);
-        self.see(state);
+        self.see(state, rules);
         self.place = Some(Place::of(state));
+        if self.demand.is_some() || state.on_wheels {
+            self.step_ground(state, rules, dt_s, publish);
+        }
         if self.demand.is_some() && self.has_fence(rules) {
             self.watch_fence(state, rules, dt_s, publish);
         }
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
         let mut altitude_m = None;
-        self.navigation = Navigation::default();
+        self.navigation = Navigation { ground_m: rules.ground_m, ..Navigation::default() };
+        if state.on_wheels || self.ground.is_stopping() {
+            // The guidance rests, and after a bounce the aircraft comes down again with level wings.
+            self.demand = Some(demand);
+            self.altitude = AltitudeDemand::default();
+            let airspeed_m_s = rules.approach_m_s(state.altitude_m);
+            return Demand { altitude_m: rules.ground_m, roll_rad: 0.0, airspeed_m_s };
+        }
         if self.is_guided() {
             let situation = Situation::new(state, rules, &mut self.wind, dt_s);
             if let Some(Flown { steering, target }) = self.fly(&situation, &mut demand, publish) {
@@ -171,6 +210,26 @@ impl Vehicle {
         }
         self.demand = Some(demand);
         Demand { altitude_m: altitude_m.unwrap_or(demand.altitude_m), ..demand }
+    }
+
+    fn step_ground(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
+        let wants_takeoff = match self.mode {
+            Mode::Takeoff => true,
+            Mode::Mission => !matches!(self.mission.progress(), Progress::Complete),
+            _ => false,
+        };
+        let Self { ground, mission, returning, mode, .. } = self;
+        let approach = || match mode {
+            Mode::Return => returning.approach_line(),
+            _ => mission.approach_line(),
+        };
+        if !ground.step(state, rules, dt_s, wants_takeoff, approach, publish) {
+            return;
+        }
+        publish(VehicleEvent::TouchDown);
+        self.touch_down(publish);
+        self.undo = None;
+        self.enter(Mode::Hold, rules, publish);
     }
 
     /// Whether the guidance or a pilot computes a reference: the laws get more than the given references.
@@ -222,6 +281,28 @@ impl Vehicle {
             Mode::Mission => None,
             Mode::Position => self.position.fly(situation, demand),
             Mode::Hold => Some(self.hold.fly(situation, demand)),
+            Mode::Takeoff => {
+                let course_rad =
+                    *self.takeoff_course_rad.get_or_insert_with(|| situation.course_rad());
+                demand.altitude_m =
+                    self.takeoff_m.unwrap_or_else(|| situation.rules.takeoff_altitude_m());
+                let left_m = demand.altitude_m - situation.altitude_m;
+                if left_m < situation.rules.altitude_reached_m() {
+                    self.mode = Mode::Hold;
+                    self.hold = Hold::default();
+                    publish(VehicleEvent::Mode(self.mode));
+                }
+                Some(situation.hold_course(course_rad))
+            }
+            Mode::Return if !self.returning.is_empty() => {
+                let Self { home, watch: fence, .. } = self;
+                let mut tick = mission::Tick { situation, home, fence, publish: &mut |_| {} };
+                match self.returning.fly(demand, &mut tick) {
+                    Flight::Fly(flown) => Some(flown),
+                    Flight::Complete(orbit) => Some(orbit.fly(situation, demand)),
+                    Flight::Home => None,
+                }
+            }
             Mode::Return => {
                 let refuge = self.refuge.map(|point| Site::at(point.place)).or(self.home);
                 refuge.map(|refuge| Orbit::around(refuge).fly(situation, demand))
@@ -248,6 +329,9 @@ impl Vehicle {
         self.can_obey()?;
         if mode == Mode::Mission && self.mission.is_empty() {
             return Err(VehicleRefusal::NoPlan);
+        }
+        if mode == Mode::Takeoff && !self.ground.is_on_wheels() {
+            return Err(VehicleRefusal::InTheAir);
         }
         self.undo = None;
         self.enter(mode, rules, publish);
@@ -285,7 +369,11 @@ impl Vehicle {
             Mode::Position => {}
             Mode::Hold => self.hold = Hold::default(),
             Mode::Mission => self.mission.start(),
+            Mode::Takeoff => (self.takeoff_m, self.takeoff_course_rad) = (None, None),
             Mode::Return => {
+                let landing = self.landing_at_runway(rules);
+                self.returning.replace(Arc::new(landing));
+                self.returning.start();
                 let altitude_m = self.choose_refuge(rules);
                 if let Some(demand) = self.demand.as_mut() {
                     demand.altitude_m = altitude_m;
@@ -494,11 +582,79 @@ impl Vehicle {
         altitude_m.unwrap_or_else(|| rules.return_altitude_m())
     }
 
-    /// Begins the landing of the plan, in Mission.
+    /// The way back to the runway of the takeoff and onto it, in its direction; empty if the flight began in the air.
+    fn landing_at_runway(&self, rules: &Rules) -> Plan {
+        let Some(runway) = self.ground.runway() else { return Plan::default() };
+        let place = runway.through.place();
+        let height_m = rules.limits.altitude_min_m - rules.ground_m;
+        let altitude_m = rules.ground_m + height_m.max(APPROACH_MIN_M);
+        let glide_m = (altitude_m - rules.ground_m)
+            / libm::tan(rules.navigation.landing_angle_deg.to_radians());
+        let radius_m = rules
+            .smallest_circle_m(rules.cruise_m_s(altitude_m))
+            .max(rules.navigation.loiter_radius_m);
+        let (sin, cos) = libm::sincos(runway.course_rad);
+        let (ahead, right) = (Horizontal::new(cos, sin), Horizontal::new(-sin, cos));
+        let horizon = Horizon::at(place);
+        let point = |offset: Horizontal| plan::Point {
+            place: Some(horizon.place_at(&offset)),
+            altitude_m: Some(altitude_m),
+        };
+        // The circle touches the extended centre line, far enough out for the turn onto it.
+        let out = ahead * -(1.5 * glide_m + 2.0 * radius_m);
+        let circle = plan::Circle {
+            centre: point(out + right * radius_m),
+            radius_m: Some(radius_m),
+            clockwise: true,
+        };
+        let fix =
+            plan::Action::Waypoint { point: point(ahead * -(1.2 * glide_m)), acceptance_m: None };
+        let touchdown =
+            plan::Action::Land { place, altitude_m: rules.ground_m, abort_m: Some(altitude_m) };
+        let items = [plan::Action::LoiterToAltitude(circle), fix, touchdown];
+        let items = items.map(|action| plan::Item { action, autocontinue: true }).to_vec();
+        Plan { id: 1, items }
+    }
+
+    /// Arms, standing on the ground, or disarms there.
+    pub fn arm(&mut self, armed: bool, publish: Publish) -> Result<(), VehicleRefusal> {
+        self.can_obey()?;
+        if armed == self.ground.is_armed() {
+            return Ok(());
+        }
+        if !self.ground.is_on_wheels() {
+            return Err(VehicleRefusal::InTheAir);
+        }
+        if armed && self.demand.is_none() {
+            return Err(VehicleRefusal::NotAligned);
+        }
+        self.ground.set_armed(armed, publish);
+        Ok(())
+    }
+
+    /// Selects Takeoff: an armed aircraft rolls at once, another when it is armed. An altitude, m, above the ellipsoid.
+    pub fn take_off(
+        &mut self,
+        altitude_m: Option<f64>,
+        rules: &Rules,
+        publish: Publish,
+    ) -> Result<(), VehicleRefusal> {
+        rules.check_some(None, altitude_m)?;
+        self.change_mode(Mode::Takeoff, rules, publish)?;
+        self.takeoff_m = altitude_m;
+        Ok(())
+    }
+
+    /// Begins the landing of the plan, in Mission; without one that of Return, where the aircraft took off from a runway.
     pub fn land(&mut self, rules: &Rules, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         let from = self.place.ok_or(VehicleRefusal::NoFlight)?;
-        let item = self.mission.landing(from).ok_or(VehicleRefusal::NoLanding)?;
+        let Some(item) = self.mission.landing(from) else {
+            return match self.ground.runway() {
+                Some(_) => self.change_mode(Mode::Return, rules, publish),
+                None => Err(VehicleRefusal::NoLanding),
+            };
+        };
         self.select_item(item, publish)?;
         self.change_mode(Mode::Mission, rules, publish)
     }
@@ -606,6 +762,8 @@ struct Situation<'a> {
     bank_rad: f64,
     /// Speed of the wind over the ground, m/s, smoothed.
     wind_m_s: f64,
+    /// Height above the ground, m, where it is measured.
+    height_m: Option<f64>,
 }
 
 /// A slow estimate of the steady wind over the ground, m/s.
@@ -629,6 +787,7 @@ impl<'a> Situation<'a> {
             climb_m_s: state.climb_rate_m_s(),
             bank_rad: state.attitude.phi,
             wind_m_s: wind.norm(),
+            height_m: state.height_above_ground_m,
         }
     }
 

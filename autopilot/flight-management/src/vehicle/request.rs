@@ -237,6 +237,15 @@ pub enum VehicleRefusal {
     /// A return must not lead beyond the fence.
     #[error("item {item}: rally point is beyond the fence")]
     RallyBeyondFence { item: u16 },
+    /// A takeoff, or to be disarmed.
+    #[error("the aircraft is in the air")]
+    InTheAir,
+    /// Only standing.
+    #[error("the aircraft moves at {m_s:.1} m/s")]
+    Moving { m_s: f64 },
+    /// Not before the navigation state is known.
+    #[error("position, altitude or airspeed are not known yet")]
+    NotAligned,
     /// A go-around without a landing to end.
     #[error("no landing is under way")]
     NoApproach,
@@ -295,12 +304,14 @@ icd::named! {
         Hold = "Hold",
         /// The aircraft flies its plan.
         Mission = "Mission",
-        /// The aircraft flies home and circles there.
+        /// The aircraft flies home and circles there, or lands where it took off.
         Return = "Return",
         /// A ground station streams setpoints.
         Offboard = "Offboard",
         /// A pilot's sticks give roll angle, climb and airspeed.
         Altitude = "Altitude",
+        /// The aircraft takes off, climbs straight on, and then holds.
+        Takeoff = "Takeoff",
     }
 }
 
@@ -345,6 +356,8 @@ pub struct Navigation {
     /// Home, once there was a first sample.
     pub home: Option<Place>,
     pub fence: FenceStatus,
+    /// Altitude of the ground, m.
+    pub ground_m: f64,
 }
 
 /// A point that the guidance flies to.
@@ -379,6 +392,11 @@ pub enum VehicleEvent {
     Home(Place),
     /// The flight was terminated.
     Terminated,
+    /// The engine may run, or may not any more.
+    Armed(bool),
+    LiftOff,
+    TouchDown,
+    TakeoffAborted,
     /// The controlling ground station has fallen silent, and this is the reaction.
     LinkLost(LinkLossAction),
     /// It is back, and this mode is restored.

@@ -3,10 +3,11 @@
 
 use core::f64::consts::FRAC_PI_2;
 
+use flight_control::aircraft_model::TrimModel;
 use flight_control::design_model::atmosphere;
 use flight_control::guidance::Horizontal;
 use flight_control::guidance::approach::planned_radius_m;
-use flight_control::{Gains, GuidanceGains};
+use flight_control::{AircraftModel, Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
 use super::request::{Airspeed, FenceAction, Place, Reference, VehicleRefusal};
@@ -36,6 +37,10 @@ pub struct NavigationParameters {
     pub landing_airspeed_m_s: f64,
     /// Sink rate at the touchdown, m/s.
     pub touchdown_m_s: f64,
+    /// Height above the ground to which a takeoff climbs, m.
+    pub takeoff_height_m: f64,
+    /// Pitch attitude of the rotation, deg.
+    pub takeoff_pitch_deg: f64,
     pub fence_action: FenceAction,
     /// Highest and lowest altitude of the fence above home, m; 0: none.
     pub fence_max_m: f64,
@@ -105,6 +110,10 @@ impl ReferenceLimits {
     }
 }
 
+/// Airspeeds over that of the stall: 14 CFR 25.125 for the approach; 25.107 has at least 1.05 for a rotation.
+const APPROACH_OVER_STALL: f64 = 1.3;
+const ROTATION_OVER_STALL: f64 = 1.1;
+
 /// Checks a number against its range; NaN is outside every range.
 pub fn within(
     what: &'static str,
@@ -146,6 +155,11 @@ pub struct Rules {
     pub navigation: NavigationParameters,
     /// The altitude laws see no larger error (`ALT_ERR_MAX`), m.
     pub altitude_error_max_m: f64,
+    /// Calibrated airspeeds of the aircraft's model, m/s: of the stall, and of its design point. Zero where the model is not known.
+    pub stall_m_s: f64,
+    pub design_m_s: f64,
+    /// Altitude of the ground, m, from which the lowest altitude reference counts.
+    pub ground_m: f64,
 }
 
 pub fn check_place(place: Place) -> Result<(), VehicleRefusal> {
@@ -169,19 +183,67 @@ pub fn turn_rad(along: &Horizontal, onwards: &Horizontal) -> f64 {
 impl Rules {
     /// The rules of a set of parameters.
     pub fn new(limits: ReferenceLimits, navigation: NavigationParameters, gains: &Gains) -> Self {
-        Self { limits, navigation, altitude_error_max_m: gains.pid.altitude.error_max_m }
+        Self {
+            limits,
+            navigation,
+            altitude_error_max_m: gains.pid.altitude.error_max_m,
+            stall_m_s: 0.0,
+            design_m_s: 0.0,
+            ground_m: 0.0,
+        }
     }
 
-    /// The same for items that take off or land: down to the ground, which is at altitude zero.
+    /// The same for an aircraft with this model.
+    pub fn of_model(self, model: &AircraftModel) -> Self {
+        let TrimModel { airspeed_m_s, altitude_m, .. } = model.trim;
+        Self {
+            stall_m_s: model.stall_airspeed_m_s(),
+            design_m_s: atmosphere::calibrated_airspeed(airspeed_m_s, altitude_m),
+            ..self
+        }
+    }
+
+    /// The same over ground at this altitude, m.
+    pub fn over(mut self, ground_m: f64) -> Self {
+        self.limits.altitude_min_m += ground_m - self.ground_m;
+        Self { ground_m, ..self }
+    }
+
+    /// The same for items that take off or land: down to the ground.
     pub fn near_ground(&self) -> Self {
-        let limits = ReferenceLimits { altitude_min_m: 0.0, ..self.limits };
+        let limits = ReferenceLimits { altitude_min_m: self.ground_m, ..self.limits };
         Self { limits, ..*self }
     }
 
-    /// Calibrated airspeed of an approach, m/s.
-    pub fn approach_airspeed_m_s(&self) -> f64 {
+    /// True airspeed of an approach, m/s: by the parameter, or 1.3 times that of the stall.
+    pub fn approach_m_s(&self, altitude_m: f64) -> f64 {
         let own_m_s = self.navigation.landing_airspeed_m_s;
-        if own_m_s > 0.0 { own_m_s } else { self.limits.airspeed_min_m_s }
+        let of_stall_m_s = match self.stall_m_s > 0.0 {
+            true => APPROACH_OVER_STALL * self.stall_m_s,
+            false => self.limits.airspeed_min_m_s,
+        };
+        let calibrated_m_s = if own_m_s > 0.0 { own_m_s } else { of_stall_m_s };
+        Airspeed::Calibrated(calibrated_m_s).true_m_s(altitude_m)
+    }
+
+    /// True airspeed of the rotation, m/s.
+    pub fn rotation_m_s(&self, altitude_m: f64) -> f64 {
+        Airspeed::Calibrated(ROTATION_OVER_STALL * self.stall_m_s).true_m_s(altitude_m)
+    }
+
+    /// True airspeed of a flight that nobody has given another, m/s: that of the design point.
+    pub fn cruise_m_s(&self, altitude_m: f64) -> f64 {
+        self.nearest_airspeed_m_s(Airspeed::Calibrated(self.design_m_s), altitude_m)
+    }
+
+    /// Pitch attitude of the rotation, rad.
+    pub fn takeoff_pitch_rad(&self) -> f64 {
+        self.navigation.takeoff_pitch_deg.to_radians()
+    }
+
+    /// Altitude to which a takeoff climbs, m.
+    pub fn takeoff_altitude_m(&self) -> f64 {
+        self.nearest_altitude_m(self.ground_m + self.navigation.takeoff_height_m)
     }
 
     /// An altitude counts as reached within this, m: the climb of the aircraft in a second.

@@ -5,7 +5,7 @@ use ::mavlink::dialects::common::MavResult;
 use icd::fault::PlantAction;
 use icd::pace::Pace;
 
-use crate::aircraft::{Aircraft, Phase};
+use crate::aircraft::Phase;
 use crate::codec::{CommandError, CommandMessage};
 use crate::command::{Decision, check_not_over};
 use crate::{Caller, Shared, convert, failure, modes, telemetry};
@@ -72,9 +72,6 @@ pub fn known() -> impl Iterator<Item = (u16, &'static str)> {
 /// p2 of COMPONENT_ARM_DISARM that forces it: a forced disarm in the air ends the flight.
 const FORCE: f32 = 21_196.0;
 
-/// QGroundControl offers this command as *Reboot Vehicle*.
-const RESTART: &str = "reboot the vehicle";
-
 /// DO_SET_MODE: p1 base mode, p2 main mode, p3 sub mode.
 fn set_mode(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     check_not_over(caller.shared)?;
@@ -102,14 +99,19 @@ fn return_home(_: &CommandMessage, _: &mut Caller) -> Ruling {
 fn arm_or_disarm(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     let [arm, force, ..] = command.params;
     let aircraft = &caller.shared.aircraft;
+    let has_to_fly = aircraft.phase() == Phase::Flying && !aircraft.is_terminated();
     if flag("p1", arm)? {
-        return match not_ready(aircraft) {
-            None => Ok(Decision::default()),
+        return match aircraft.not_ready() {
+            None if aircraft.is_armed() => Ok(Decision::default()),
+            None => Ok(Decision::pass_on(VehicleCommand::Arm(true))),
             Some(reason) => Err(CommandError::temporary(format!("PreArm: {reason}"))),
         };
     }
     match aircraft.phase() {
         Phase::OnGround | Phase::NoFlight => Ok(Decision::default()),
+        Phase::Flying if has_to_fly && aircraft.is_on_wheels() => {
+            Ok(Decision::pass_on(VehicleCommand::Arm(false)))
+        }
         Phase::Flying | Phase::Lost if force == FORCE => {
             Ok(Decision::pass_on(VehicleCommand::Terminate)
                 .with_note("Disarmed by force in the air: the flight is terminated".to_owned()))
@@ -120,23 +122,15 @@ fn arm_or_disarm(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     }
 }
 
-/// Obstacles to arming and flying.
-fn not_ready(aircraft: &Aircraft) -> Option<String> {
-    match aircraft.phase() {
-        Phase::Flying if aircraft.is_terminated() => Some(format!("flight terminated, {RESTART}")),
-        Phase::Flying => None,
-        Phase::OnGround => Some(VehicleRefusal::FlightOver.to_string()),
-        Phase::NoFlight => Some("no aircraft is connected".into()),
-        Phase::Lost => Some("the plant link is lost".into()),
-    }
-}
-
 /// RUN_PREARM_CHECKS. An armed aircraft must answer "temporarily rejected".
 /// QGroundControl sends it at each connect, so the text is not a warning.
 fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Ruling {
-    match not_ready(&caller.shared.aircraft) {
+    match caller.shared.aircraft.not_ready() {
+        None if !caller.shared.aircraft.is_armed() => {
+            Ok(Decision::default().with_note("PreArm: ready".to_owned()))
+        }
         None => {
-            let text = "No check: the aircraft is armed and in the air";
+            let text = "No check: the aircraft is armed";
             caller.shared.texts.inform(caller.now, text);
             Err(CommandError::without_text(MavResult::MAV_RESULT_TEMPORARILY_REJECTED))
         }
@@ -165,10 +159,16 @@ fn terminate(command: &CommandMessage, _: &mut Caller) -> Ruling {
     Err(CommandError::failed("Not terminated: p1 is not above 0.5"))
 }
 
-/// NAV_TAKEOFF: a flight begins in the air.
-fn take_off(_: &CommandMessage, caller: &mut Caller) -> Ruling {
+/// NAV_TAKEOFF: p7 altitude above the ellipsoid, m; NaN is that of MIS_TAKEOFF_ALT.
+fn take_off(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     check_not_over(caller.shared)?;
-    let reason = match not_ready(&caller.shared.aircraft) {
+    let aircraft = &caller.shared.aircraft;
+    let reason = match aircraft.not_ready() {
+        None if aircraft.is_on_wheels() => {
+            let altitude_m = convert::decimal(command.params[6]);
+            let altitude_m = Some(altitude_m).filter(|altitude_m| !altitude_m.is_nan());
+            return Ok(Decision::pass_on(VehicleCommand::TakeOff(altitude_m)));
+        }
         None => "the aircraft is in the air already".to_owned(),
         Some(reason) => reason,
     };

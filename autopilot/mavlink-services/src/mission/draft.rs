@@ -433,8 +433,8 @@ impl PlanCheck<'_> {
         if altitude_m.is_some() && self.home_m != 0.0 && is_absolute(item) {
             self.notes.add(Note::SeaLevel, seq);
         }
-        let above_m = if is_absolute(item) { self.home_m } else { 0.0 };
-        Ok(altitude_m.map(|altitude_m| altitude_m - above_m))
+        let zero_m = zero_m(item, self.home_m, self.rules.ground_m);
+        Ok(altitude_m.map(|altitude_m| altitude_m + zero_m))
     }
 
     /// The altitude of an item that requires one.
@@ -606,8 +606,18 @@ pub fn needed_place(item: &MissionItem<i32>) -> Result<Place, Rejected> {
     place(item, Zeros::AreThere)?.ok_or_else(no_place)
 }
 
+/// Where the altitudes of an item count from, m above the ellipsoid. Home is on the ground of the flight, which the plan may have
+/// at another altitude.
+pub fn zero_m(item: &MissionItem<i32>, home_m: f64, ground_m: f64) -> f64 {
+    match is_absolute(item) {
+        true if home_m == 0.0 => 0.0,
+        true => ground_m - home_m,
+        false => ground_m,
+    }
+}
+
 /// Whether the altitude is above mean sea level.
-pub fn is_absolute(item: &MissionItem<i32>) -> bool {
+fn is_absolute(item: &MissionItem<i32>) -> bool {
     convert::FRAMES_SEA_LEVEL.contains(&item.words.frame)
 }
 

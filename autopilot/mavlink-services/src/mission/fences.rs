@@ -5,7 +5,7 @@ use super::commands::{
     FENCE_POLYGON_INCLUSION, FENCE_RETURN_POINT, RALLY_POINT,
 };
 use super::draft::{
-    P1, R, Rejected, X, Z, altitude, is_absolute, needed_place, number, of_limits, word,
+    P1, R, Rejected, X, Z, altitude, needed_place, number, of_limits, word, zero_m,
 };
 use crate::codec::MissionItem;
 use flight_management::vehicle::Place;
@@ -109,15 +109,16 @@ fn rejected(problem: &FenceProblem) -> Rejected {
 }
 
 /// The rally points that these items are, all inside the fence, or all that is wrong with them. Altitudes above sea level count
-/// from home, at `home_m`.
+/// from home, which the plan has at `home_m`; it is on the ground.
 pub fn rally(
     items: &[MissionItem<i32>],
     fence: &Fence,
     home_m: f64,
+    ground_m: f64,
 ) -> Result<Vec<RallyPoint>, Vec<Rejected>> {
     let (mut points, mut problems) = (Vec::new(), Problems::new());
     for (seq, item) in (0_u16..).zip(items) {
-        match point(item, fence, home_m) {
+        match point(item, fence, home_m, ground_m) {
             Ok(point) => points.push(point),
             Err(rejected) => problems.push((seq, rejected)),
         }
@@ -125,7 +126,12 @@ pub fn rally(
     if problems.is_empty() { Ok(points) } else { Err(Rejected::all(problems, items)) }
 }
 
-fn point(item: &MissionItem<i32>, fence: &Fence, home_m: f64) -> Result<RallyPoint, Rejected> {
+fn point(
+    item: &MissionItem<i32>,
+    fence: &Fence,
+    home_m: f64,
+    ground_m: f64,
+) -> Result<RallyPoint, Rejected> {
     if item.words.command != RALLY_POINT {
         return Err(Rejected::unsupported("not a rally point"));
     }
@@ -135,6 +141,5 @@ fn point(item: &MissionItem<i32>, fence: &Fence, home_m: f64) -> Result<RallyPoi
         return Err(Rejected::param(X, "beyond the fence; expected a place inside it"));
     }
     let altitude_m = altitude(item)?.ok_or_else(|| Rejected::param(Z, "it needs an altitude"))?;
-    let above_m = if is_absolute(item) { home_m } else { 0.0 };
-    Ok(RallyPoint { place, altitude_m: altitude_m - above_m })
+    Ok(RallyPoint { place, altitude_m: altitude_m + zero_m(item, home_m, ground_m) })
 }

@@ -81,7 +81,7 @@ impl PlanFile {
         };
         let fence = fences::fence(&self.fence).map_err(reasons)?;
         let home_m = self.home().map_or(0.0, |(_, altitude_m)| altitude_m);
-        let rally = fences::rally(&self.rally, &fence, home_m).map_err(reasons)?;
+        let rally = fences::rally(&self.rally, &fence, home_m, 0.0).map_err(reasons)?;
         Ok((fence, rally))
     }
 

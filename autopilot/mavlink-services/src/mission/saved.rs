@@ -8,7 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
 use crate::mission::draft::PlanContext;
-use crate::mission::{Beside, LISTS, MissionService, What, checked, most_items, name, texts_of};
+use crate::mission::{
+    Beside, LISTS, MissionService, What, checked, most_items, name, rules, texts_of,
+};
 use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
 use flight_management::command::Outcome;
@@ -165,13 +167,14 @@ impl MissionService {
         let Some(saved) = self.restoring.waiting.take() else { return };
         let [plan, ..] = saved.0.clone();
         let mut fence = None;
+        let rules = rules(&shared.parameters, shared.aircraft.ground_m());
         for (list, items) in LISTS.into_iter().zip(saved.0) {
             if items.is_empty() {
                 continue;
             }
             let beside = Beside { plan: &plan, fence: fence.as_deref().unwrap_or(&self.fence) };
             // The present place of the aircraft does not matter yet.
-            match checked(list, items, &beside, PlanContext::default(), &shared.parameters) {
+            match checked(list, items, &beside, PlanContext::default(), &rules) {
                 Ok((command, what)) => {
                     if let What::List { fence: Some(saved), .. } = &what {
                         fence = Some(Arc::clone(saved));

@@ -365,7 +365,7 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
             health.set(sensor, is_used && aircraft.phase() == Phase::Flying);
         }
     }
-    if aircraft.phase() == Phase::Flying && !aircraft.is_terminated() {
+    if aircraft.not_ready().is_none() {
         health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     }
     Some(Encoded::new(&wire::SYS_STATUS_DATA {
@@ -402,6 +402,12 @@ pub fn fence_status(state: &Snapshot) -> Encoded {
 pub fn landed_state(aircraft: &Aircraft) -> wire::MavLandedState {
     match aircraft.phase() {
         Phase::NoFlight => wire::MavLandedState::MAV_LANDED_STATE_UNDEFINED,
+        Phase::Flying if aircraft.is_on_wheels() => {
+            wire::MavLandedState::MAV_LANDED_STATE_ON_GROUND
+        }
+        Phase::Flying if aircraft.mode() == Mode::Takeoff => {
+            wire::MavLandedState::MAV_LANDED_STATE_TAKEOFF
+        }
         Phase::Flying | Phase::Lost => wire::MavLandedState::MAV_LANDED_STATE_IN_AIR,
         Phase::OnGround => wire::MavLandedState::MAV_LANDED_STATE_ON_GROUND,
     }

@@ -24,7 +24,6 @@ fn runway() -> GroundSetup {
         length_m: 3_000.0,
         slope: 0.0,
         friction: 1.0,
-        brakes: 1.0,
         start: GroundStart::Air,
     }
 }
@@ -119,16 +118,26 @@ fn released(
 }
 
 const LEVEL: EulerAngles = EulerAngles { phi: 0.0, theta: 0.0, psi: 0.3 };
-const OFF: Actuators = Actuators { commands: PerEffector::new([0.0; Effector::MAX]) };
+const OFF: Actuators = Actuators::new(PerEffector::new([0.0; Effector::MAX]));
+const BRAKED: Actuators = Actuators { brakes: 1.0, ..OFF };
 
 fn height_m(plant: &Plant) -> f64 {
     plant.truth().altitude_m - ELEVATION_M
 }
 
-fn seconds(plant: &mut Plant, seconds: f64, mut each: impl FnMut(&mut Plant)) {
+fn seconds(plant: &mut Plant, seconds: f64, each: impl FnMut(&mut Plant)) {
+    seconds_with(plant, &BRAKED, seconds, each);
+}
+
+fn seconds_with(
+    plant: &mut Plant,
+    actuators: &Actuators,
+    seconds: f64,
+    mut each: impl FnMut(&mut Plant),
+) {
     let end = plant.time().as_seconds() + seconds;
     while plant.time().as_seconds() < end - 1.0e-9 {
-        plant.advance(&OFF);
+        plant.advance(actuators);
         let (broken, crash) = (plant.broken_by(), plant.crash());
         assert!(!plant.on_ground(), "the flight is over: {broken:?} {crash:?}");
         each(plant);
@@ -207,7 +216,7 @@ fn parked_with_brakes_in_wind_it_does_not_creep() {
             let commands = plant.trim().positions();
             let start = plant.truth().position;
             while plant.time().as_seconds() < 60.0 && !plant.on_ground() {
-                plant.advance(&Actuators { commands });
+                plant.advance(&Actuators { commands, brakes: 1.0 });
             }
             let crept_mm = 1.0e3 * (plant.truth().position.0 - start.0).norm();
             assert!(crept_mm < 1.0 && !plant.on_ground(), "{name}: {crept_mm} mm");
@@ -338,7 +347,7 @@ fn half_the_step_moves_the_touchdown_by_less_than_a_decimetre() {
 /// Advances until the flight is over, at most for so long.
 fn crash(plant: &mut Plant, duration_s: f64) -> Option<String> {
     while plant.time().as_seconds() < duration_s && !plant.on_ground() {
-        plant.advance(&OFF);
+        plant.advance(&BRAKED);
     }
     plant.crash().map(|failure| failure.to_string())
 }
@@ -385,7 +394,7 @@ fn a_spring_that_is_too_stiff_for_the_step_is_refused_at_its_effective_mass() {
 
 #[test]
 fn an_aircraft_that_nothing_holds_is_refused_by_what_moves() {
-    let ground = GroundSetup { brakes: 0.0, ..parked() };
+    let ground = GroundSetup { friction: 0.0, ..parked() };
     let refused = Plant::new(&setup(aircraft("tvc_jet"), ground, 1_000)).unwrap_err().to_string();
     assert!(refused.contains("does not come to rest on its gear in 60 s"), "{refused}");
     let mut airframe = aircraft("tvc_jet");
@@ -406,7 +415,7 @@ fn at_rest_everything_is_finite_and_the_accelerometers_feel_the_weight() {
         for _ in 0..500 {
             let sensors = plant.sense();
             assert!(sensors.to_array().iter().all(|x| x.is_finite()), "{name}: {sensors:?}");
-            plant.advance(&Actuators { commands });
+            plant.advance(&Actuators::new(commands));
         }
         let truth = plant.truth();
         let force = truth.specific_force.0.norm();
@@ -430,7 +439,7 @@ const JSBSIM_DROP: [(f64, f64); 8] = [
 /// The same rolling at 30 m/s, brakes and way to the stop, m. A braked wheel has 0.8 of the load.
 const JSBSIM_BRAKING: [(f64, f64); 2] = [(0.5, 154.219), (1.0, 91.385)];
 
-fn as_in_jsbsim(brakes: f64, height_m: f64, attitude: EulerAngles, velocity: Ned) -> Plant {
+fn as_in_jsbsim(height_m: f64, attitude: EulerAngles, velocity: Ned) -> Plant {
     let mut airframe = unbreakable("tvc_jet");
     empty_air(&mut airframe);
     airframe.mass.ixz_kg_m2 = 0.0;
@@ -438,7 +447,7 @@ fn as_in_jsbsim(brakes: f64, height_m: f64, attitude: EulerAngles, velocity: Ned
     contacts.truncate(3);
     contacts[1..].iter_mut().for_each(|wheel| wheel.brake_friction = 0.78);
     let threshold = Geodetic { altitude_m: 0.0, ..runway().threshold };
-    let ground = GroundSetup { threshold, brakes, heading_rad: 0.0, ..runway() };
+    let ground = GroundSetup { threshold, heading_rad: 0.0, ..runway() };
     let setup = PlantSetup { earth: EarthModel::Wgs84, ..setup(airframe, ground, 1_000) };
     released(&setup, height_m - ELEVATION_M, attitude, velocity, Body::zero())
 }
@@ -446,7 +455,7 @@ fn as_in_jsbsim(brakes: f64, height_m: f64, attitude: EulerAngles, velocity: Ned
 #[test]
 fn val_a_drop_and_a_braked_roll_are_those_of_jsbsim() {
     let level = EulerAngles { phi: 0.0, theta: 0.0, psi: 0.0 };
-    let mut plant = as_in_jsbsim(1.0, 2.1, level, Ned::zero());
+    let mut plant = as_in_jsbsim(2.1, level, Ned::zero());
     for (time_s, expected_m) in JSBSIM_DROP {
         let left_s = time_s - plant.time().as_seconds();
         seconds(&mut plant, left_s, |_| {});
@@ -456,9 +465,12 @@ fn val_a_drop_and_a_braked_roll_are_those_of_jsbsim() {
     }
     for (brakes, expected_m) in JSBSIM_BRAKING {
         let attitude = EulerAngles { theta: -0.013_f64.to_radians(), ..level };
-        let mut plant = as_in_jsbsim(brakes, 1.703_1, attitude, Ned::new(30.0, 0.0, 0.0));
+        let mut plant = as_in_jsbsim(1.703_1, attitude, Ned::new(30.0, 0.0, 0.0));
         let mut way_m = 0.0_f64;
-        seconds(&mut plant, 14.0, |plant| way_m = way_m.max(plant.truth().position.0.x));
+        let braked = Actuators { brakes, ..OFF };
+        seconds_with(&mut plant, &braked, 14.0, |plant| {
+            way_m = way_m.max(plant.truth().position.0.x)
+        });
         // Before a wheel slips its spring along the ground stretches by up to 8 cm, which JSBSim has none of.
         assert!((way_m - expected_m).abs() < 0.3, "{way_m} m, JSBSim {expected_m} m");
     }
@@ -489,4 +501,62 @@ fn a_launch_releases_it_over_the_runway_and_not_in_the_ground() {
     buried.start.airspeed_m_s = 150.0;
     let refused = Plant::new(&buried).unwrap_err().to_string();
     assert!(refused.starts_with("[plant.start] altitude_m = 701 puts the"), "{refused}");
+}
+
+#[test]
+fn a_catapult_holds_until_the_engine_is_up_and_then_gives_the_speed_of_the_launch() {
+    let launch = Launch { along_m: 10.0, height_m: 1.5, speed_m_s: 18.0, pitch_rad: 0.15 };
+    let start = GroundStart::Catapult { launch, rail_m: 3.0 };
+    for step_us in [1_000, 4_000] {
+        let mut setup = setup(aircraft("aerosonde"), GroundSetup { start, ..runway() }, step_us);
+        setup.wind.speed_m_s = 4.0;
+        setup.wind.towards_rad = 1.5;
+        setup.earth = EarthModel::Wgs84;
+        let mut plant = Plant::new(&setup).unwrap();
+        let from = plant.truth().position.0;
+        let way_m = |plant: &Plant| (plant.truth().position.0 - from).norm();
+        let weight_n = 11.0 * G;
+        seconds_with(&mut plant, &OFF, 2.0, |plant| {
+            assert!(way_m(plant) < 1.0e-4, "{} m on the rail", way_m(plant));
+            let load_n = plant.sense().weight_on_wheels_n.value;
+            assert!((load_n / weight_n - 1.0).abs() < 0.3, "{load_n} N");
+        });
+        let mut commands = OFF.commands;
+        let engine = setup.airframe.effectors.only(icd::EffectorKind::Engine).unwrap();
+        commands[engine] = 1.0e3;
+        let (mut speed_m_s, mut tilt) = (0.0_f64, 0.0_f64);
+        seconds_with(&mut plant, &Actuators::new(commands), 2.0, |plant| {
+            if plant.contacts().unwrap().is_bearing() {
+                speed_m_s = plant.truth().velocity.0.norm();
+                let euler = plant.truth().euler();
+                tilt = tilt.max((euler.theta - 0.15).abs()).max(euler.phi.abs());
+            }
+        });
+        assert!(!plant.contacts().unwrap().is_bearing() && plant.crash().is_none());
+        let late = 18.0 * 18.0 / 6.0 * f64::from(step_us) * 1.0e-6;
+        assert!((speed_m_s - 18.0).abs() < 1.0e-2 + late, "{speed_m_s} m/s");
+        assert!(tilt < 1.0e-3, "{tilt} rad");
+    }
+}
+
+#[test]
+fn height_and_load_are_those_of_the_contact_points_and_ground_idle_holds_only_there() {
+    let mut plant = Plant::new(&setup(aircraft("tvc_jet"), parked(), 1_000)).unwrap();
+    let weight_n = plant.dynamics().mass().mass_kg * G;
+    let sensors = plant.sense();
+    let (height_m, load_n) = (sensors.radar_altimeter_m.value, sensors.weight_on_wheels_n.value);
+    assert!((load_n / weight_n - 1.0).abs() < 1.0e-2, "{load_n} N of {weight_n}");
+    assert!((-0.2..0.0).contains(&height_m), "{height_m} m: springs give in");
+    let engine = plant.dynamics().airframe().effectors.only(icd::EffectorKind::Engine).unwrap();
+    seconds(&mut plant, 10.0, |_| {});
+    assert!((plant.state().positions[engine] - 2_500.0).abs() < 10.0);
+    let attitude = EulerAngles { phi: 0.2, ..LEVEL };
+    let setup_ = setup(aircraft("tvc_jet"), runway(), 1_000);
+    let mut plant = released(&setup_, 60.0, attitude, Ned::new(90.0, 0.0, 0.0), Body::zero());
+    let height_m = plant.sense().radar_altimeter_m.value;
+    // The right wing tip is the lowest point: 4.57 sin 0.2 - 1.8 cos 0.2 is less than the wheel below the wing.
+    let wheel_m = 1.8 * 0.2_f64.cos() + 1.18 * 0.2_f64.sin();
+    assert!((height_m - (60.0 - wheel_m)).abs() < 0.05, "{height_m} m");
+    seconds(&mut plant, 1.0, |_| {});
+    assert!(plant.state().positions[engine] > 4_000.0, "flight idle is 8 kN");
 }

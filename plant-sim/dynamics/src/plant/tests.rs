@@ -34,7 +34,7 @@ fn fly(plant: &mut Plant, ticks: u32, extra: impl Fn(SimTime, &mut PerEffector<f
     for _ in 0..ticks {
         let mut commands = plant.trim().positions();
         extra(plant.time(), &mut commands);
-        plant.advance(&Actuators { commands });
+        plant.advance(&Actuators::new(commands));
     }
 }
 
@@ -175,8 +175,8 @@ fn commands_that_are_no_numbers_change_nothing() {
     fly(&mut a, 10, wiggle);
     fly(&mut b, 10, wiggle);
     for _ in 0..10 {
-        a.advance(&Actuators { commands: a.inputs.commands });
-        b.advance(&Actuators { commands: PerEffector::from_fn(|_| f64::NAN) });
+        a.advance(&Actuators::new(a.inputs.commands));
+        b.advance(&Actuators::new(PerEffector::from_fn(|_| f64::NAN)));
     }
     assert_eq!(a.truth(), b.truth());
 }

@@ -51,7 +51,7 @@ fn setup(body: &str, earth: EarthModel, initial: InitialState) -> ReleaseSetup {
 fn flown(setup: &ReleaseSetup, seconds: u64) -> Plant {
     let mut plant = Plant::release(setup).unwrap();
     while plant.time() < SimTime::from_micros(seconds * 1_000_000) && !plant.on_ground() {
-        plant.advance(&Actuators { commands: plant.controls().positions });
+        plant.advance(&Actuators::new(plant.controls().positions));
     }
     plant
 }
@@ -256,7 +256,7 @@ fn controls_move_at_once_and_stay() {
     plant.set_controls(&stepped);
     assert_eq!(plant.truth().deflections[rudder], 0.05);
     assert!(plant.truth().specific_force.0.x > thrust + 0.1, "more thrust at once");
-    plant.advance(&Actuators { commands: plant.controls().positions });
+    plant.advance(&Actuators::new(plant.controls().positions));
     assert_eq!(plant.truth().deflections[rudder], 0.05);
 }
 

@@ -162,5 +162,7 @@ fn add(sensor: SensorKind, error: [f64; 3], to: &mut Sensors) {
             to.vanes.value.sideslip_rad += y;
         }
         SensorKind::EngineMonitor => to.engine_n.value += x,
+        SensorKind::RadarAltimeter => to.radar_altimeter_m.value += x,
+        SensorKind::WeightOnWheels => to.weight_on_wheels_n.value += x,
     }
 }

@@ -157,6 +157,7 @@ static OF_ALL: [GradeKey; 4] = [
     key!("instability_time_s", 1.0, 0.1, 1.0e6, instability_time_s),
     key!("scale_percent", PERCENT, 0.0, 50.0, scale),
 ];
+const RELATIVE: GradeKey = key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise);
 const AXES: GradeKey = key!("misalignment_deg", DEG, 0.0, 20.0, misalignment_rad);
 
 static GYRO: [GradeKey; 7] =
@@ -173,9 +174,10 @@ static GNSS: [GradeKey; 7] = in_unit!(
 );
 static PRESSURE: [GradeKey; 5] = in_unit!("pa", 1.0, 50_000.0);
 static VANES: [GradeKey; 5] = in_unit!("deg", DEG, 45.0);
-static ENGINE_MONITOR: [GradeKey; 6] =
-    in_unit!("n", 1.0, 1.0e6, key!("noise_percent", PERCENT, 0.0, 100.0, relative_noise));
+static ENGINE_MONITOR: [GradeKey; 6] = in_unit!("n", 1.0, 1.0e6, RELATIVE);
 static MAGNETOMETER: [GradeKey; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
+static RADAR_ALTIMETER: [GradeKey; 6] = in_unit!("m", 1.0, 1_000.0, RELATIVE);
+static WEIGHT_ON_WHEELS: [GradeKey; 6] = in_unit!("n", 1.0, 1.0e6, RELATIVE);
 
 /// The keys of a sensor's table.
 pub fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
@@ -188,6 +190,8 @@ pub fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
         SensorKind::Vanes => &VANES,
         SensorKind::EngineMonitor => &ENGINE_MONITOR,
         SensorKind::Magnetometer => &MAGNETOMETER,
+        SensorKind::RadarAltimeter => &RADAR_ALTIMETER,
+        SensorKind::WeightOnWheels => &WEIGHT_ON_WHEELS,
     };
     OF_ALL.iter().chain(own)
 }
@@ -225,13 +229,16 @@ impl SensorSettings {
     }
 
     /// Which sensors an aircraft has, and which of its parts can be torn off.
-    pub fn fitted_with(&self, airframe: &Airframe) -> Fitted {
-        Fitted { sensors: self.of(&airframe.effectors), parts: airframe.parts() }
+    pub fn fitted_with(&self, airframe: &Airframe, has_ground: bool) -> Fitted {
+        Fitted { sensors: self.of(&airframe.effectors, has_ground), parts: airframe.parts() }
     }
 
-    /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`].
-    pub fn of(&self, effectors: &EffectorList) -> [bool; Sensors::SENSORS] {
+    /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`]; those of the ground only over one.
+    pub fn of(&self, effectors: &EffectorList, has_ground: bool) -> [bool; Sensors::SENSORS] {
         let mut fitted = self.fitted;
+        for sensor in [SensorKind::RadarAltimeter, SensorKind::WeightOnWheels] {
+            fitted[sensor as usize] &= has_ground;
+        }
         fitted[SensorKind::EngineMonitor as usize] &=
             effectors.only(EffectorKind::Engine).is_some();
         fitted

@@ -29,6 +29,8 @@ pub(super) struct RealSensors {
     vanes: Sensor<2>,
     engine_monitor: Sensor<1>,
     magnetometer: Sensor<3>,
+    radar_altimeter: Sensor<1>,
+    weight_on_wheels: Sensor<1>,
     air_data: AirDataComputer,
 }
 
@@ -86,6 +88,8 @@ impl RealSensors {
             vanes: Sensor::new(errors(SensorKind::Vanes)),
             engine_monitor: Sensor::new(errors(SensorKind::EngineMonitor)),
             magnetometer: Sensor::new(errors(SensorKind::Magnetometer)),
+            radar_altimeter: Sensor::new(errors(SensorKind::RadarAltimeter)),
+            weight_on_wheels: Sensor::new(errors(SensorKind::WeightOnWheels)),
             // Of no pressures yet.
             air_data: AirDataComputer::new(f64::NAN, f64::NAN),
         }
@@ -107,7 +111,6 @@ impl RealSensors {
         let barometer = self.barometer.step(now, [exact.barometer.value.pressure_pa]);
         let pitot = self.pitot.step(now, [exact.pitot.value.impact_pa]);
         let vanes = self.vanes.step(now, [angle_of_attack_rad, sideslip_rad]);
-        let engine = self.engine_monitor.step(now, [exact.engine_n.value]);
         let air_data = self.air_data.of(barometer.value[0], pitot.value[0]);
         Sensors {
             gyro: self.gyro.body(now, &exact.gyro.value),
@@ -126,8 +129,10 @@ impl RealSensors {
                 angle_of_attack_rad,
                 sideslip_rad,
             }),
-            engine_n: with(&engine, |[thrust_n]| thrust_n),
+            engine_n: self.engine_monitor.scalar(now, exact.engine_n.value),
             magnetometer_nt: self.magnetometer.body(now, &exact.magnetometer_nt.value),
+            radar_altimeter_m: self.radar_altimeter.scalar(now, exact.radar_altimeter_m.value),
+            weight_on_wheels_n: self.weight_on_wheels.scalar(now, exact.weight_on_wheels_n.value),
             fitted: exact.fitted,
         }
     }
@@ -179,6 +184,12 @@ impl<const N: usize, T: Copy> Sensor<N, T> {
 impl<const N: usize> Sensor<N> {
     fn step(&mut self, now: SimTime, exact: [f64; N]) -> Sample<[f64; N]> {
         self.clock.step(now, || self.errors.apply(&exact))
+    }
+}
+
+impl Sensor<1> {
+    fn scalar(&mut self, now: SimTime, exact: f64) -> Sample<f64> {
+        with(&self.step(now, [exact]), |[value]| value)
     }
 }
 

@@ -306,7 +306,7 @@ proptest! {
             Ok(case) => {
                 let Ok(mut plant) = crate::Plant::release(&case.setup) else { return Ok(()) };
                 for _ in 0..20 {
-                    plant.advance(&icd::Actuators { commands: plant.controls().positions });
+                    plant.advance(&icd::Actuators::new(plant.controls().positions));
                 }
                 prop_assert!(plant.truth().altitude_m.is_finite());
             }

@@ -252,6 +252,8 @@ impl Flight {
             ),
             engine_n: Sample::at(now, 27_000.0),
             magnetometer_nt: Sample::at(now, Body(field + self.magnetic_bias + self.vector(60.0))),
+            radar_altimeter_m: Sample::at(now, 0.0),
+            weight_on_wheels_n: Sample::at(now, 0.0),
             fitted: [true; Sensors::SENSORS],
         };
         // 50 Hz.

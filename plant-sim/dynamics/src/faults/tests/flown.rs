@@ -42,7 +42,7 @@ impl Flight {
 
     fn fly(&mut self, ticks: u32) -> Truth {
         for _ in 0..ticks {
-            self.plant.advance(&Actuators { commands: self.commands });
+            self.plant.advance(&Actuators::new(self.commands));
         }
         *self.plant.truth()
     }

@@ -26,7 +26,7 @@ fn held(plant: &mut Plant, speed: f64, seconds: f64, command: impl Fn(f64) -> f6
         plant.resume_from(&State { rigid, ..*plant.state() });
         let mut commands = plant.trim().positions();
         commands[tvc_jet::RUDDER] = command(plant.time().as_seconds()).to_radians();
-        plant.advance(&Actuators { commands });
+        plant.advance(&Actuators::new(commands));
         positions.push(plant.truth().positions[tvc_jet::RUDDER].to_degrees());
     }
     positions

@@ -40,7 +40,7 @@ fn flies(airframe: &Airframe) {
     let mut plant = Plant::new(&setup).unwrap_or_else(|error| panic!("{error}"));
     let trim = plant.trim().positions();
     for _ in 0..500 {
-        plant.advance(&Actuators { commands: trim });
+        plant.advance(&Actuators::new(trim));
         let sensors = plant.sense();
         assert!(sensors.to_array().iter().all(|value| value.is_finite()));
     }
@@ -53,7 +53,7 @@ fn flies(airframe: &Airframe) {
         let mut commands = trim;
         commands[effector] += 0.02;
         for _ in 0..200 {
-            plant.advance(&Actuators { commands });
+            plant.advance(&Actuators::new(commands));
         }
         let (moved, still) = (plant.truth(), &truth);
         let name = list.name(effector);
@@ -190,7 +190,7 @@ fn commands_beyond_the_effectors_of_the_aircraft_change_nothing() {
         let trim = plant.trim().positions();
         let commands = PerEffector::from_fn(|e| if e.index() < 8 { trim[e] } else { beyond });
         for _ in 0..100 {
-            plant.advance(&Actuators { commands });
+            plant.advance(&Actuators::new(commands));
         }
         *plant.truth()
     };

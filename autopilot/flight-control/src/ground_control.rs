@@ -1,0 +1,192 @@
+//! Control on the ground: a law of its own for the time between touchdown and lift-off, in which the laws of flight rest.
+//!
+//! Attitude by the surfaces, as far as the air lets them act, heading by rudder and nose wheel. Without wheels and wind over the
+//! surfaces nothing of it acts.
+
+use icd::{AxisGains, Effector};
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::design_model::{DesignModel, FlightCondition};
+use crate::gains::Gains;
+use crate::navigation::NavigationState;
+use crate::signals::MainCommand;
+
+gain_set! {
+    /// Gains of the law on the ground.
+    GroundGains at ground {
+        /// Bandwidth of the attitude, rad/s.
+        attitude_rad_s = 1.5, "GND_ATT" "rad/s", 0.1 to 10.0, "Bandwidth of the attitude in takeoff roll and rollout";
+        /// Fastest change of the pitch reference, rad/s.
+        rotation_rad_s = 0.06, "GND_ROT_RATE" "rad/s", 0.005 to 1.0, "Pitch rate of the rotation";
+        /// Bandwidth of the heading, 1/s.
+        heading_per_s = 0.5, "GND_HDG" "1/s", 0.01 to 10.0, "Bandwidth of the heading";
+        /// Wheel base over the ratio of the steering, m: rudder is yaw rate times this over the speed.
+        steering_m = 10.0, "GND_STEER" "m", 0.01 to 1000.0, "Wheel base over the ratio of the nose wheel steering";
+    }
+}
+
+/// What the law on the ground is to do.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct GroundDemand {
+    /// Heading to be steered, rad from north.
+    pub heading_rad: f64,
+    /// Pitch attitude to be taken, rad; `None`: surfaces neutral, pitch rate damped.
+    pub pitch_rad: Option<f64>,
+    /// All the thrust there is; otherwise idle.
+    pub full_thrust: bool,
+    /// Wheel brakes, 0 to 1.
+    pub brakes: f64,
+}
+
+impl GroundDemand {
+    /// To stand with the brakes on, or to come to a stop.
+    pub const STAND: Self =
+        Self { heading_rad: 0.0, pitch_rad: None, full_thrust: false, brakes: 1.0 };
+}
+
+/// Slower than this nothing is steered, m/s.
+const STEERED_MIN_M_S: f64 = 0.5;
+/// At this speed the feedback of the yaw rate is as strong as its feedforward, m/s.
+const STEERING_M_S: f64 = 10.0;
+/// Largest lateral acceleration that is steered, m/s².
+const LATERAL_MAX_M_S2: f64 = 2.0;
+/// An effect of a surface below this acts on nothing, rad/s² per rad.
+const EFFECT_MIN: f64 = 0.02;
+
+/// The state of the law.
+#[derive(Debug, Clone, Default)]
+pub struct GroundControl {
+    /// Pitch reference under way, rad.
+    pitch_rad: Option<f64>,
+    /// Integral of the pitch error, rad s.
+    pitch_integral: f64,
+}
+
+impl GroundControl {
+    /// One control period of `h` s.
+    pub fn step(
+        &mut self,
+        state: &NavigationState,
+        demand: &GroundDemand,
+        gains: &Gains,
+        model: &DesignModel,
+        at: &FlightCondition,
+        h: f64,
+    ) -> MainCommand {
+        let GroundGains { attitude_rad_s: w, rotation_rad_s, .. } = gains.ground;
+        let (p, q) = (state.rates.x, state.rates.y);
+        let attitude = &state.attitude;
+        let pitch = match demand.pitch_rad {
+            None => {
+                *self = Self::default();
+                -2.0 * w * q
+            }
+            Some(wanted_rad) => {
+                let before = *self.pitch_rad.get_or_insert(attitude.theta);
+                let most = rotation_rad_s * h;
+                let reference = before + (wanted_rad - before).clamp(-most, most);
+                self.pitch_rad = Some(reference);
+                let error = reference - attitude.theta;
+                self.pitch_integral += error * h;
+                w * w * (error + w * self.pitch_integral) - 2.0 * w * q
+            }
+        };
+        let roll = -w * w * attitude.phi - 2.0 * w * p;
+        let effect = |gain: fn(&AxisGains) -> f64| -> Vector3<f64> {
+            let effectors = &model.aircraft().effectors;
+            let of = |e: Effector| model.effect(at, e) * gain(&effectors.gains[e]);
+            effectors.list.all().map(of).sum()
+        };
+        let command = |acceleration: f64, effect: f64| match effect.abs() > EFFECT_MIN {
+            true => acceleration / effect,
+            false => 0.0,
+        };
+        let thrust_n = model.thrust_range_n()[usize::from(demand.full_thrust)];
+        MainCommand {
+            aileron_rad: command(roll, effect(|gains| gains.roll).x),
+            elevator_rad: command(pitch, effect(|gains| gains.pitch).y),
+            rudder_rad: steer(state, demand.heading_rad, &gains.ground),
+            thrust_n,
+            ..MainCommand::default()
+        }
+    }
+}
+
+/// Rudder command with which the nose wheel turns the aircraft to a heading, rad; positive turns left.
+fn steer(state: &NavigationState, heading_rad: f64, gains: &GroundGains) -> f64 {
+    let speed_m_s = libm::hypot(state.velocity.0.x, state.velocity.0.y);
+    if speed_m_s < STEERED_MIN_M_S {
+        return 0.0;
+    }
+    let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
+    let most = LATERAL_MAX_M_S2 / speed_m_s;
+    let rate = (gains.heading_per_s * error).clamp(-most, most);
+    let feedback = (rate - state.rates.z) / (speed_m_s + STEERING_M_S);
+    -gains.steering_m * (rate / speed_m_s.max(STEERING_M_S) + feedback)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+    use icd::{EulerAngles, Ned};
+
+    fn rolling(speed_m_s: f64, attitude: EulerAngles) -> NavigationState {
+        NavigationState {
+            airspeed_m_s: speed_m_s,
+            altitude_m: 0.0,
+            velocity: Ned::new(speed_m_s * attitude.psi.cos(), speed_m_s * attitude.psi.sin(), 0.0),
+            attitude,
+            on_wheels: true,
+            rates: Vector3::zeros(),
+            ..NavigationState::at_rest()
+        }
+    }
+
+    fn step(
+        control: &mut GroundControl,
+        state: &NavigationState,
+        demand: &GroundDemand,
+    ) -> MainCommand {
+        let model = DesignModel::new(testing::aircraft_model());
+        let at = model.condition(state);
+        control.step(state, demand, &Gains::REFERENCE, &model, &at, 0.002)
+    }
+
+    const LEVEL: EulerAngles = EulerAngles { phi: 0.0, theta: 0.0, psi: 0.0 };
+
+    #[test]
+    fn every_command_turns_towards_its_reference() {
+        let run = GroundDemand {
+            heading_rad: 0.2,
+            pitch_rad: Some(0.15),
+            full_thrust: true,
+            brakes: 0.0,
+        };
+        let mut control = GroundControl::default();
+        let attitude = EulerAngles { phi: 0.05, theta: 0.0, psi: 0.0 };
+        let mut command = MainCommand::default();
+        for _ in 0..500 {
+            command = step(&mut control, &rolling(90.0, attitude), &run);
+        }
+        // A positive aileron rolls left, a positive elevator pitches down, a positive rudder yaws left.
+        assert!(
+            command.aileron_rad > 0.0 && command.elevator_rad < 0.0 && command.rudder_rad < 0.0
+        );
+        let model = DesignModel::new(testing::aircraft_model());
+        assert_eq!(command.thrust_n, model.thrust_range_n()[1]);
+        // The pitch reference moves with the rate of the rotation.
+        assert!((control.pitch_rad.unwrap() - 0.06).abs() < 1.0e-9);
+        let back = EulerAngles { psi: 0.4, ..LEVEL };
+        assert!(step(&mut control, &rolling(90.0, back), &run).rudder_rad > 0.0);
+    }
+
+    #[test]
+    fn standing_still_everything_is_neutral_at_idle() {
+        let state = NavigationState { airspeed_m_s: 0.0, ..rolling(0.0, LEVEL) };
+        let command = step(&mut GroundControl::default(), &state, &GroundDemand::STAND);
+        let idle = DesignModel::new(testing::aircraft_model()).thrust_range_n()[0];
+        assert_eq!(command, MainCommand { thrust_n: idle, ..MainCommand::default() });
+    }
+}

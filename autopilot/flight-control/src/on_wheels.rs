@@ -1,0 +1,124 @@
+//! Whether the aircraft stands on the ground, by the sensors of an aircraft that flies over one.
+
+use icd::units::STANDARD_GRAVITY_M_S2;
+use icd::{Sensors, SimTime, sensors::SensorKind};
+
+use crate::aircraft_model::AircraftModel;
+use crate::navigation::NavigationState;
+
+/// The wheels carry more than this part of the weight.
+const LOAD_SHARE: f64 = 0.1;
+/// A load for this long is a touchdown, s, and none for this long a lift-off: a bounce is neither.
+const TOUCHDOWN_S: f64 = 0.05;
+const LIFT_OFF_S: f64 = 0.3;
+/// Higher than this no load is believed, m: a rail may be this high.
+const HEIGHT_DOUBT_M: f64 = 12.0;
+/// Without a valid load it stands on the ground below this height, m.
+const HEIGHT_ON_GROUND_M: f64 = 0.1;
+
+/// Watches load and height.
+#[derive(Debug, Clone)]
+pub struct OnWheels {
+    weight_n: f64,
+    on_wheels: Option<bool>,
+    /// How long the samples have said otherwise, s.
+    otherwise_s: f64,
+    time: SimTime,
+}
+
+impl OnWheels {
+    /// Before the first samples of an aircraft.
+    pub fn new(aircraft: &AircraftModel) -> Self {
+        let weight_n = aircraft.mass.mass_kg * STANDARD_GRAVITY_M_S2;
+        Self { weight_n, on_wheels: None, otherwise_s: 0.0, time: SimTime::ZERO }
+    }
+
+    /// One tick: fills in what the state says of the ground. Without both sensors it is never on the ground.
+    pub fn step(&mut self, sensors: &Sensors, state: &mut NavigationState) {
+        let dt_s =
+            state.time.micros_since(core::mem::replace(&mut self.time, state.time)) as f64 * 1.0e-6;
+        let is_fitted = |sensor: SensorKind| sensors.fitted[sensor as usize];
+        if !is_fitted(SensorKind::WeightOnWheels) && !is_fitted(SensorKind::RadarAltimeter) {
+            return;
+        }
+        let height = &sensors.radar_altimeter_m;
+        state.height_above_ground_m =
+            (height.valid && height.value.is_finite()).then_some(height.value);
+        let load = &sensors.weight_on_wheels_n;
+        let is_load_known = load.valid && load.value.is_finite();
+        let is_high = state.height_above_ground_m.is_some_and(|height_m| height_m > HEIGHT_DOUBT_M);
+        let is_low = state.height_above_ground_m.map(|height_m| height_m < HEIGHT_ON_GROUND_M);
+        let says = match (is_high, is_load_known) {
+            (true, _) => Some(false),
+            (false, true) => Some(load.value > LOAD_SHARE * self.weight_n),
+            (false, false) => is_low,
+        };
+        let now = self.on_wheels.unwrap_or(says == Some(true));
+        let differs = says.is_some_and(|says| says != now);
+        self.otherwise_s = if differs { self.otherwise_s + dt_s } else { 0.0 };
+        let patience_s = if now { LIFT_OFF_S } else { TOUCHDOWN_S };
+        let changes = differs && self.otherwise_s >= patience_s;
+        if changes {
+            self.otherwise_s = 0.0;
+        }
+        state.on_wheels = now != changes;
+        self.on_wheels = Some(state.on_wheels);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    /// What it says after so many ticks of 10 ms of a load, parts of the weight, and a height, m; `None` is not valid.
+    fn after(
+        watch: &mut OnWheels,
+        tick: &mut u64,
+        load: Option<f64>,
+        height: Option<f64>,
+        ticks: u64,
+    ) -> bool {
+        let weight_n = testing::aircraft_model().mass.mass_kg * STANDARD_GRAVITY_M_S2;
+        let mut state = NavigationState::at_rest();
+        for _ in 0..ticks {
+            *tick += 1;
+            let time = SimTime::from_micros(10_000 * *tick);
+            let mut sensors = testing::level_sensors();
+            sensors.fitted = [true; Sensors::SENSORS];
+            sensors.weight_on_wheels_n.valid = load.is_some();
+            sensors.weight_on_wheels_n.value = load.unwrap_or(0.0) * weight_n;
+            sensors.radar_altimeter_m.valid = height.is_some();
+            sensors.radar_altimeter_m.value = height.unwrap_or(0.0);
+            state = NavigationState { time, ..NavigationState::at_rest() };
+            watch.step(&sensors, &mut state);
+            assert_eq!(state.height_above_ground_m, height);
+        }
+        state.on_wheels
+    }
+
+    #[test]
+    fn load_and_height_say_whether_it_stands_and_one_of_them_suffices() {
+        let mut watch = OnWheels::new(&testing::aircraft_model());
+        let mut tick = 0;
+        let mut says = |load, height, ticks| after(&mut watch, &mut tick, load, height, ticks);
+        assert!(says(Some(1.0), Some(0.0), 1), "parked, from the first sample on");
+        assert!(says(Some(0.0), Some(0.2), 25), "a bounce");
+        assert!(says(Some(0.5), Some(0.0), 1));
+        assert!(!says(Some(0.0), Some(1.0), 35), "a lift-off");
+        assert!(!says(Some(0.3), Some(0.0), 4), "a touch");
+        assert!(says(Some(0.3), Some(0.0), 4), "a touchdown");
+        assert!(!says(Some(1.0), Some(50.0), 40), "a load that is stuck in the air");
+        assert!(says(None, Some(0.05), 10), "by the height alone");
+        assert!(says(None, None, 100), "as it was");
+        assert!(!says(Some(0.0), None, 40), "by the load alone");
+    }
+
+    #[test]
+    fn without_the_sensors_it_is_never_on_the_ground() {
+        let mut watch = OnWheels::new(&testing::aircraft_model());
+        let mut state = NavigationState::at_rest();
+        watch.step(&testing::level_sensors(), &mut state);
+        assert_eq!(state, NavigationState::at_rest());
+    }
+}

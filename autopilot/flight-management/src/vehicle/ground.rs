@@ -1,0 +1,182 @@
+//! The aircraft on the ground: armed or not, the roll to the takeoff, and the rollout. What the law on the ground is to do follows
+//! from it ([`GroundDemand`]).
+
+use flight_control::guidance::Horizontal;
+use flight_control::{GroundDemand, NavigationState};
+
+use super::geodesy::{Horizon, Site};
+use super::request::{Place, VehicleEvent};
+use super::rules::Rules;
+
+/// Slower than this the aircraft stands, m/s; after this time standing it is disarmed, s.
+const STANDING_M_S: f64 = 0.3;
+const DISARM_AFTER_S: f64 = 2.0;
+/// A roll that takes longer than this is given up, s.
+const ROLL_MAX_S: f64 = 90.0;
+/// Rollout: the nose comes down first, then the brakes come on over this time, s, to this part.
+const NOSE_DOWN_S: f64 = 2.0;
+const BRAKES_S: f64 = 2.0;
+const BRAKES: f64 = 0.7;
+/// The centre line is approached over the way of this time, s, but at least over this distance, m, and at most at this angle, rad.
+const LINE_S: f64 = 2.5;
+const LINE_MIN_M: f64 = 15.0;
+const LINE_MAX_RAD: f64 = 0.2;
+
+/// A straight line over the ground.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    pub through: Site,
+    /// Its course, rad from north.
+    pub course_rad: f64,
+}
+
+impl Line {
+    /// Heading that leads to the line and along it, rad from north.
+    fn heading_rad(&self, state: &NavigationState) -> f64 {
+        let to = Horizon::at(Place::of(state)).offset(&self.through);
+        let (sin, cos) = libm::sincos(self.course_rad);
+        // Of the line from the aircraft, positive to its right.
+        let right_m = Horizontal::new(-sin, cos).dot(&to);
+        let speed_m_s = state.velocity.0.xy().norm();
+        let along_m = (LINE_S * speed_m_s).max(LINE_MIN_M);
+        let towards = libm::atan(right_m / along_m);
+        self.course_rad + towards.clamp(-LINE_MAX_RAD, LINE_MAX_RAD)
+    }
+}
+
+/// What the aircraft does on the ground.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+enum Phase {
+    /// It stands with its brakes on, or flies.
+    #[default]
+    Standing,
+    /// It accelerates along a line.
+    Rolling { along: Line, for_s: f64 },
+    /// It comes to a stop on a line, after a touchdown or an aborted takeoff.
+    Stopping { along: Line, for_s: f64, standing_s: f64 },
+}
+
+/// The ground and the aircraft on it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct GroundOperation {
+    /// `None` before the first sample: a flight that begins in the air is armed.
+    armed: Option<bool>,
+    /// The wheels carried it at the last tick.
+    on_wheels: bool,
+    phase: Phase,
+    /// Where the last takeoff began.
+    runway: Option<Line>,
+    demand: Option<GroundDemand>,
+}
+
+impl GroundOperation {
+    pub fn is_armed(&self) -> bool {
+        self.armed == Some(true)
+    }
+
+    pub fn is_on_wheels(&self) -> bool {
+        self.on_wheels
+    }
+
+    /// It accelerates to take off.
+    pub fn is_rolling(&self) -> bool {
+        matches!(self.phase, Phase::Rolling { .. })
+    }
+
+    /// It has touched down, or given up a takeoff, and has not stopped yet, whether its wheels touch or not.
+    pub fn is_stopping(&self) -> bool {
+        matches!(self.phase, Phase::Stopping { .. })
+    }
+
+    pub fn runway(&self) -> Option<Line> {
+        self.runway
+    }
+
+    pub fn set_armed(&mut self, armed: bool, publish: &mut dyn FnMut(VehicleEvent)) {
+        if self.armed.replace(armed) != Some(armed) {
+            publish(VehicleEvent::Armed(armed));
+        }
+    }
+
+    /// What the law on the ground is to do.
+    pub fn demand(&self) -> GroundDemand {
+        self.demand.unwrap_or(GroundDemand::STAND)
+    }
+
+    /// One tick of `dt_s`. `wants_takeoff`: the mode leads into the air; `along` is the line of the approach that ends now. Whether the
+    /// aircraft has just touched down.
+    pub fn step(
+        &mut self,
+        state: &NavigationState,
+        rules: &Rules,
+        dt_s: f64,
+        wants_takeoff: bool,
+        along: impl FnOnce() -> Option<Line>,
+        publish: &mut dyn FnMut(VehicleEvent),
+    ) -> bool {
+        self.armed.get_or_insert(!state.on_wheels);
+        let was_on_wheels = core::mem::replace(&mut self.on_wheels, state.on_wheels);
+        if !state.on_wheels {
+            if was_on_wheels && self.is_rolling() {
+                self.phase = Phase::Standing;
+                publish(VehicleEvent::LiftOff);
+            }
+            return false;
+        }
+        let speed_m_s = state.velocity.0.xy().norm();
+        let here = |course_rad| Line { through: Site::at(Place::of(state)), course_rad };
+        let mut has_touched_down = false;
+        if !was_on_wheels && self.phase == Phase::Standing && speed_m_s > STANDING_M_S {
+            let course = || here(libm::atan2(state.velocity.0.y, state.velocity.0.x));
+            let along = along().unwrap_or_else(course);
+            self.phase = Phase::Stopping { along, for_s: 0.0, standing_s: 0.0 };
+            has_touched_down = self.is_armed();
+        }
+        if !self.is_armed() {
+            self.demand = Some(GroundDemand::STAND);
+            return has_touched_down;
+        }
+        self.demand = Some(match &mut self.phase {
+            Phase::Standing if wants_takeoff => {
+                let along = here(state.attitude.psi);
+                self.runway = Some(along);
+                self.phase = Phase::Rolling { along, for_s: 0.0 };
+                GroundDemand { heading_rad: along.course_rad, ..GroundDemand::STAND }
+            }
+            Phase::Standing => GroundDemand::STAND,
+            Phase::Rolling { along, for_s } => {
+                *for_s += dt_s;
+                let along = *along;
+                if *for_s > ROLL_MAX_S || !wants_takeoff {
+                    self.phase = Phase::Stopping { along, for_s: NOSE_DOWN_S, standing_s: 0.0 };
+                    publish(VehicleEvent::TakeoffAborted);
+                }
+                let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
+                let rotates = measured >= rules.rotation_m_s(state.altitude_m);
+                GroundDemand {
+                    heading_rad: along.heading_rad(state),
+                    pitch_rad: rotates.then_some(rules.takeoff_pitch_rad()),
+                    full_thrust: true,
+                    brakes: 0.0,
+                }
+            }
+            Phase::Stopping { along, for_s, standing_s } => {
+                *for_s += dt_s;
+                *standing_s = if speed_m_s < STANDING_M_S { *standing_s + dt_s } else { 0.0 };
+                let braking = ((*for_s - NOSE_DOWN_S) / BRAKES_S).clamp(0.0, 1.0);
+                let (along, brakes) = (*along, BRAKES * braking);
+                if *standing_s > DISARM_AFTER_S {
+                    self.phase = Phase::Standing;
+                    self.set_armed(false, publish);
+                }
+                GroundDemand {
+                    heading_rad: along.heading_rad(state),
+                    pitch_rad: None,
+                    full_thrust: false,
+                    brakes,
+                }
+            }
+        });
+        has_touched_down
+    }
+}
