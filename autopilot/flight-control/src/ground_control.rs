@@ -47,8 +47,10 @@ impl GroundDemand {
 
 /// Slower than this nothing is steered, m/s.
 const STEERED_MIN_M_S: f64 = 0.5;
-/// At this speed the feedback of the yaw rate is as strong as its feedforward, m/s.
-const STEERING_M_S: f64 = 10.0;
+/// Slower than this the rudder does not turn farther, m/s.
+const STEERING_M_S: f64 = 5.0;
+/// A missing yaw rate is met by this part of the wheel angle that would give it.
+const STEERING_FEEDBACK: f64 = 0.5;
 /// Largest lateral acceleration that is steered, m/s².
 const LATERAL_MAX_M_S2: f64 = 2.0;
 /// Surfaces with less effect than this are left alone, rad/s² and rad/s² per rad.
@@ -137,8 +139,8 @@ fn steer(state: &NavigationState, heading_rad: f64, gains: &GroundGains) -> f64 
     let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
     let most = LATERAL_MAX_M_S2 / speed_m_s;
     let rate = (gains.heading_per_s * error).clamp(-most, most);
-    let feedback = (rate - state.rates.z) / (speed_m_s + STEERING_M_S);
-    -gains.steering_m * (rate / speed_m_s.max(STEERING_M_S) + feedback)
+    let feedback = STEERING_FEEDBACK * (rate - state.rates.z);
+    -gains.steering_m * (rate + feedback) / speed_m_s.max(STEERING_M_S)
 }
 
 #[cfg(test)]

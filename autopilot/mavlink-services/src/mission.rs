@@ -10,7 +10,7 @@
 //!
 //! There are three lists: the plan, the fence and the rally points. A new list replaces the old one when the control side has
 //! accepted the whole of it; until then, and if anything fails, the old one stays. One ground station uploads at a time; the
-//! service denies an upload of another one meanwhile. The plan in force is saved for the next start of the program.
+//! service denies an upload of another one meanwhile. The lists in force are saved for the next start of the program.
 
 #![expect(deprecated, reason = "ground stations without integer items get MISSION_REQUEST")]
 
@@ -24,13 +24,13 @@ use ::mavlink::dialects::common::MavSeverity;
 
 use crate::codec::{Encoded, Identity, ListKind, Message, MissionItem};
 use crate::mission::draft::{Draft, Finished, Notes, PlanContext, Rejected};
-use crate::mission::saved::Restoring;
-use crate::param::SaveQueue;
+use crate::mission::saved::{PlanStore, Restoring};
 use crate::peers::From;
 use crate::wall_time::WallTime;
 use crate::{Caller, Service, Shared, convert, telemetry};
 use flight_management::command::{Outcome, VehicleCommand};
 use flight_management::event::EventKind;
+use flight_management::parameters::Parameters;
 use flight_management::vehicle::fence::{Fence, RALLY_MAX, VERTICES_MAX};
 use flight_management::vehicle::plan::{ITEMS_MAX, Progress};
 use flight_management::vehicle::rules::Rules;
@@ -93,8 +93,8 @@ pub struct MissionService {
     waiting: WaitingList,
     ended: Option<Ended>,
     restoring: Restoring,
-    /// Plans to be saved; `None` where none is.
-    saves: Option<SaveQueue>,
+    /// The file of the lists; `None` where they are not saved.
+    store: Option<PlanStore>,
 }
 
 impl Caller<'_> {
@@ -181,7 +181,7 @@ impl Service for MissionService {
         }
     }
 
-    /// Requests the saved plan; answers commands without an outcome, and an upload whose next item is missing.
+    /// Requests the saved lists; answers commands without an outcome, and an upload whose next item is missing.
     fn poll(&mut self, now: WallTime, shared: &mut Shared) {
         self.restore(now, shared);
         while let Some((from, list)) = self.waiting.next_overdue(now) {
@@ -217,8 +217,17 @@ impl Service for MissionService {
 }
 
 impl MissionService {
-    /// Puts a list into force.
-    fn store(&mut self, list: ListKind, stored: &Arc<Stored>, shared: &mut Shared) {
+    /// Puts a list into force; `fence` is the same as a fence, if it is one.
+    fn put_into_force(
+        &mut self,
+        list: ListKind,
+        stored: &Arc<Stored>,
+        fence: Option<&Arc<Fence>>,
+        shared: &mut Shared,
+    ) {
+        if let Some(fence) = fence {
+            self.fence = Arc::clone(fence);
+        }
         if let Some(place) = self.stored.get_mut(usize::from(list.0)) {
             *place = Arc::clone(stored);
         }
@@ -389,32 +398,14 @@ impl MissionService {
         items: Vec<MissionItem<i32>>,
         caller: &mut Caller,
     ) -> Result<(), Vec<Rejected>> {
-        let (mut notes, mut fence) = (Notes::default(), None);
-        let (command, stored) = match list {
-            ListKind::FENCE => {
-                let checked = Arc::new(fences::fence(&items)?);
-                fence = Some(Arc::clone(&checked));
-                (VehicleCommand::Fence(checked), Stored::new(items))
-            }
-            ListKind::RALLY => {
-                let points = fences::rally(&items, &self.fence)?;
-                (VehicleCommand::Rally(points.into()), Stored::new(items))
-            }
-            _ => {
-                let parameters = &caller.shared.parameters;
-                let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-                let rules = rules.over(caller.shared.aircraft.ground_m());
-                let state = caller.shared.aircraft.snapshot();
-                let place = state.map(|state| Place::of(state.motion()));
-                let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
-                let present = PlanContext { place, airspeed, home_m: None };
-                let Finished { stored, plan, notes: differences } =
-                    draft::check(items, present, &rules)?;
-                notes = differences;
-                (VehicleCommand::Plan(Arc::new(plan)), stored)
-            }
-        };
-        let what = What::List { list, stored: Arc::new(stored), notes, fence };
+        let state = caller.shared.aircraft.snapshot();
+        let place = state.map(|state| Place::of(state.motion()));
+        let airspeed = state.map(|state| Airspeed::True(state.demand.airspeed_m_s));
+        let present = PlanContext { place, airspeed, home_m: None };
+        let parameters = &caller.shared.parameters;
+        let beside = Beside { plan: &self.plan().items, fence: &self.fence };
+        let rules = rules(parameters, caller.shared.aircraft.ground_m());
+        let (command, what) = checked(list, items, &beside, present, &rules)?;
         self.request(command, Some(list), what, caller);
         Ok(())
     }
@@ -505,12 +496,9 @@ impl MissionService {
                     return id;
                 }
                 let was_empty = self.list(list).is_none_or(|before| before.items.is_empty());
-                self.store(list, stored, shared);
-                if let Some(fence) = fence {
-                    self.fence = Arc::clone(fence);
-                }
-                if let (ListKind::MISSION, Some(saves)) = (list, &mut self.saves) {
-                    saves.push(saved::to_text(stored), true);
+                self.put_into_force(list, stored, fence.as_ref(), shared);
+                if let Some(store) = &mut self.store {
+                    store.save(list, &stored.items);
                 }
                 let text = match (list, stored.count()) {
                     (ListKind::FENCE | ListKind::RALLY, 0) if was_empty => return id,
@@ -532,6 +520,47 @@ impl MissionService {
             What::Guided => 0,
         }
     }
+}
+
+/// The rules over ground at this altitude, m.
+fn rules(parameters: &Parameters, ground_m: f64) -> Rules {
+    Rules::new(parameters.limits, parameters.navigation, &parameters.gains).over(ground_m)
+}
+
+/// The lists beside one that is checked.
+struct Beside<'a> {
+    plan: &'a [MissionItem<i32>],
+    fence: &'a Fence,
+}
+
+/// The command that replaces a list, or all that is wrong with it.
+fn checked(
+    list: ListKind,
+    items: Vec<MissionItem<i32>>,
+    beside: &Beside,
+    present: PlanContext,
+    rules: &Rules,
+) -> Result<(VehicleCommand, What), Vec<Rejected>> {
+    let (mut notes, mut fence) = (Notes::default(), None);
+    let (command, stored) = match list {
+        ListKind::FENCE => {
+            let checked = Arc::new(fences::fence(&items)?);
+            fence = Some(Arc::clone(&checked));
+            (VehicleCommand::Fence(checked), Stored::new(items))
+        }
+        ListKind::RALLY => {
+            let home_m = draft::home_altitude_m(beside.plan, rules);
+            let points = fences::rally(&items, beside.fence, home_m, rules.ground_m)?;
+            (VehicleCommand::Rally(points.into()), Stored::new(items))
+        }
+        _ => {
+            let Finished { stored, plan, notes: differences } =
+                draft::check(items, present, rules)?;
+            notes = differences;
+            (VehicleCommand::Plan(Arc::new(plan)), stored)
+        }
+    };
+    Ok((command, What::List { list, stored: Arc::new(stored), notes, fence }))
 }
 
 /// Problems of a list that get texts of their own.

@@ -1,5 +1,5 @@
-//! Small files saved for the next start: parameters, plan, signing key. Each is read at start and written by its
-//! own thread.
+//! Small files saved for the next start: parameters; plan, fence and rally points; signing key. Each is read at start and
+//! written by its own thread.
 //!
 //! The name always refers to a complete file, even if the process is killed, and only a file of its own kind
 //! is replaced or removed ([`OwnFile`]). Changes in quick succession are written once.
@@ -164,10 +164,14 @@ impl KeptPlan {
         OwnFile::new(&self.path, file::TEXT_MAX, is_own)
     }
 
-    /// One line about the plan; `None` if there is none.
+    /// One line about the plan, the fence and the rally points; `None` if there is none of them.
     pub fn summary(&self) -> Option<String> {
-        let count = self.plan.count();
-        (count > 0).then(|| format!("plan: {count} saved items from {}", self.path.display()))
+        let counts = self.plan.counts();
+        let parts = ["plan", "fence", "rally points"].iter().zip(counts);
+        let parts = parts.filter(|(_, count)| *count > 0);
+        let parts: Vec<_> =
+            parts.map(|(list, count)| format!("{list}: {count} saved items")).collect();
+        (!parts.is_empty()).then(|| format!("{} from {}", parts.join(", "), self.path.display()))
     }
 }
 

@@ -281,7 +281,11 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let parameters = &setup.parameters;
     let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
     let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
-    let (plan, notes) = file.plan(&rules).map_err(refused)?;
+    let airspeed = Airspeed::True(setup.plant.start.airspeed_m_s);
+    let (plan, notes) = file.plan(&rules, Some(airspeed)).map_err(refused)?;
+    if plan.items.is_empty() {
+        return Err(problem!("{name}: the mission has no items to fly"));
+    }
     for note in notes {
         print_line!("{note}");
     }
@@ -293,7 +297,9 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let start = &mut setup.plant.start;
     (start.latitude_rad, start.longitude_rad) = (home.latitude_rad, home.longitude_rad);
     start.heading_rad = libm::atan2(ahead.y, ahead.x);
-    let altitude_m = plan.items.iter().find_map(|item| item.action.altitude_m());
+    let above_ground =
+        |item: &Item| item.action.altitude_m().filter(|altitude_m| *altitude_m > 0.0);
+    let altitude_m = plan.items.iter().find_map(above_ground);
     start.altitude_m = altitude_m.unwrap_or(start.altitude_m);
     Ok((file, plan))
 }

@@ -28,6 +28,11 @@ const CHANGE_MAX_N: f64 = 1.0e-7;
 /// Most sweeps over the points in a step; a few are usual.
 const SWEEPS_MAX: usize = 40;
 
+/// Slip angle at which a tyre gives all its side force, rad: usual for aircraft tyres are 8 to 10 deg.
+const SLIP_FULL_RAD: f64 = 0.15;
+/// Slower than this, m/s, a tyre has no slip angle.
+const STILL_M_S: f64 = 0.1;
+
 /// The contact points of an aircraft over its ground.
 #[derive(Debug, Clone)]
 pub struct Contacts {
@@ -189,9 +194,19 @@ impl ContactState {
         let (forward, right) = (stick(0), stick(1));
         let rolls = forward.abs() > rolling;
         let forward = forward.max(-rolling).min(rolling);
+        // A tyre needs a slip angle for its side force; standing still it holds with all the friction.
+        let sideways = match self.data.is_wheel() {
+            true => {
+                (moving[1].abs() + STILL_M_S) / (SLIP_FULL_RAD * moving[0].abs()).max(STILL_M_S)
+            }
+            false => 1.0,
+        };
+        let side = most * sideways.min(1.0);
+        let drifts = right.abs() > side;
+        let right = right.max(-side).min(side);
         let size = (forward * forward + right * right).sqrt();
         if size <= most {
-            return ([forward, right], [rolls, false]);
+            return ([forward, right], [rolls, drifts]);
         }
         let scale = most / size;
         ([forward * scale, right * scale], [true, true])

@@ -3,6 +3,11 @@
 use serde::{Deserialize, Serialize};
 
 use super::{Integral, Law, LawInput, MainCommand, Visitor};
+use crate::aircraft_model::TrimModel;
+use crate::design_model::atmosphere;
+
+/// Largest factor of the feedback at low speed.
+const LOW_SPEED_FACTOR_MAX: f64 = 3.0;
 
 /// Gains of the PID.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -138,16 +143,16 @@ impl Pid {
         // A negative error raises the nose.
         let blocked = saturated.elevator.blocks(error) || (stall > 0.0 && error < 0.0);
         let error = error.clamp(-gains.error_max_m, gains.error_max_m);
+        let slow = low_speed_factor(input);
         if runs && !blocked {
-            self.altitude.add(gains.k_hi * error * h, gains.integral_max_rad);
+            self.altitude.add(slow * gains.k_hi * error * h, gains.integral_max_rad);
         }
-        trim.elevator_rad
-            + gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
+        let feedback = gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
             + gains.k_theta * (state.attitude.theta - trim.theta_rad)
             + gains.k_hd * state.climb_rate_m_s()
             + gains.k_h * error
-            + gains.k_alpha * stall
-            + self.altitude.value()
+            + gains.k_alpha * stall;
+        trim.elevator_rad + slow * feedback + self.altitude.value()
     }
 
     /// Aileron that holds the roll angle; the rudder's yaw damper δr_c = K_r r stands in [`Law::step`].
@@ -160,7 +165,8 @@ impl Pid {
         if !saturated.aileron.blocks(error) {
             self.roll.add(gains.k_phi_i * error * h, gains.integral_max_rad);
         }
-        gains.k_p * state.rates.x + gains.k_phi * error + self.roll.value()
+        let feedback = gains.k_p * state.rates.x + gains.k_phi * error;
+        low_speed_factor(input) * feedback + self.roll.value()
     }
 
     /// Thrust that holds the airspeed, N. Not in the paper, which leaves the speed open.
@@ -175,6 +181,21 @@ impl Pid {
         }
         aircraft.trim.thrust_n + aircraft.mass.mass_kg * (gains.k_v * error + self.speed.value())
     }
+}
+
+/// What the feedback to the surfaces is multiplied by: over a ground, where the aircraft flies slower than at its design point, the
+/// ratio of the dynamic pressures, so that the loops stay as fast as there. Without a ground the law is that of the paper.
+fn low_speed_factor(input: &LawInput<'_>) -> f64 {
+    let LawInput { state, model, .. } = *input;
+    if state.height_above_ground_m.is_none() {
+        return 1.0;
+    }
+    let pressure = |airspeed_m_s: f64, altitude_m: f64| {
+        0.5 * atmosphere::density(altitude_m) * airspeed_m_s * airspeed_m_s
+    };
+    let TrimModel { airspeed_m_s, altitude_m, .. } = model.aircraft().trim;
+    let here = pressure(state.airspeed_m_s, state.altitude_m).max(1.0);
+    (pressure(airspeed_m_s, altitude_m) / here).clamp(1.0, LOW_SPEED_FACTOR_MAX)
 }
 
 impl Law for Pid {

@@ -2,11 +2,12 @@
 //! they are made, so a fence in force is never in doubt.
 
 use flight_control::guidance::Horizontal;
+use icd::SimTime;
 use serde::{Deserialize, Serialize};
 
 use super::Situation;
 use super::geodesy::{Horizon, Site};
-pub use super::request::{Breach, FenceAction, FenceChange};
+pub use super::request::{Breach, FenceAction, FenceChange, FenceStatus};
 use super::request::{Place, VehicleRefusal};
 use super::rules::{RADIUS_MAX_M, check_place, within};
 
@@ -214,18 +215,30 @@ pub struct FenceWatch {
     /// Switched off by DO_FENCE_ENABLE.
     pub is_off: bool,
     breach: Option<Breach>,
+    breaches: u16,
+    last: Option<(Breach, SimTime)>,
     inside_s: f64,
     waited_s: f64,
 }
 
 impl FenceWatch {
-    /// The breach that lasts.
-    pub fn breach(&self) -> Option<Breach> {
-        self.breach
+    pub(super) fn status(&self, fence: &Fence) -> FenceStatus {
+        let Self { is_off, breach, breaches, last, .. } = *self;
+        FenceStatus { has_areas: !fence.areas().is_empty(), is_off, breach, breaches, last }
+    }
+
+    /// Watches another fence from now on; the breaches still count.
+    pub(super) fn restart(&mut self) {
+        *self = Self { breaches: self.breaches, last: self.last, ..Self::default() };
     }
 
     /// One tick.
-    pub(super) fn step(&mut self, fence: &Fence, situation: &Situation<'_>) -> Option<FenceChange> {
+    pub(super) fn step(
+        &mut self,
+        fence: &Fence,
+        situation: &Situation<'_>,
+        time: SimTime,
+    ) -> Option<FenceChange> {
         let navigation = &situation.rules.navigation;
         if self.is_off || navigation.fence_action == FenceAction::Nothing {
             self.breach = None;
@@ -246,6 +259,8 @@ impl FenceWatch {
         match (self.breach, breach) {
             (None, Some(breach)) => {
                 (self.breach, self.inside_s) = (Some(breach), 0.0);
+                (self.breaches, self.last) =
+                    (self.breaches.saturating_add(1), Some((breach, time)));
                 Some(FenceChange::Breached(breach))
             }
             (Some(_), None) => {

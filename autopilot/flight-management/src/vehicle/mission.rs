@@ -1,7 +1,7 @@
 //! Mission: the items of a plan, one after the other. An item becomes a task: a straight leg to a waypoint, a circle with the
 //! condition for leaving it, a climb.
 
-use core::f64::consts::{FRAC_PI_2, TAU};
+use core::f64::consts::TAU;
 use std::sync::Arc;
 
 use flight_control::Demand;
@@ -16,7 +16,7 @@ use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
 use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
 use super::request::{Navigation, Place, VehicleEvent, VehicleRefusal};
-use super::rules::Rules;
+use super::rules::{LEG_SHARE, Rules, turn_rad};
 
 /// Items that are begun in one tick, each with two events; further ones follow in the next tick.
 const AT_ONCE_MAX: u32 = 4;
@@ -613,11 +613,6 @@ impl Mission {
     }
 }
 
-/// Turns begin early as if they were no more than a right angle: the rest of a sharper one is flown
-/// beyond the point.
-const ANTICIPATED_MAX_RAD: f64 = FRAC_PI_2;
-/// A turn begins within this fraction of the shorter of its two legs.
-const LEG_SHARE: f64 = 0.5;
 /// The bisector of an almost reversed course has no direction; below this length it is ignored.
 const BISECTOR_MIN: f64 = 0.2;
 
@@ -699,14 +694,11 @@ impl MissionView {
         Self { from, to, along, onwards, length_m }
     }
 
-    /// How far before the point the turn into the next leg begins, m: R tan(Δχ/2) and the way of rolling in.
+    /// How far before the point the turn into the next leg begins, m.
     fn anticipation_m(&self, situation: &Situation) -> f64 {
         let Some((onwards, next_m)) = self.onwards else { return 0.0 };
-        let turn = libm::acos(self.along.dot(&onwards).clamp(-1.0, 1.0)).min(ANTICIPATED_MAX_RAD);
-        let (v, rules) = (situation.speed_m_s, situation.rules);
-        let radius_m = planned_radius_m(v, &rules.guidance());
-        let roll_in_m = v * rules.roll_in_s() * turn / ANTICIPATED_MAX_RAD;
-        let lead_m = radius_m * libm::tan(0.5 * turn) + roll_in_m;
+        let turn_rad = turn_rad(&self.along, &onwards);
+        let lead_m = situation.rules.turn_lead_m(turn_rad, situation.speed_m_s);
         lead_m.min(LEG_SHARE * self.length_m).min(LEG_SHARE * next_m)
     }
 

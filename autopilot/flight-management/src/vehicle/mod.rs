@@ -123,7 +123,8 @@ impl Vehicle {
     /// The guidance of the last tick, with plan and home of the present.
     pub fn navigation(&self) -> Navigation {
         let home = self.home.map(|home| home.place());
-        let mut navigation = Navigation { home, ..self.navigation };
+        let fence = self.watch.status(&self.fence);
+        let mut navigation = Navigation { home, fence, ..self.navigation };
         self.mission.describe(&mut navigation);
         navigation
     }
@@ -523,7 +524,7 @@ impl Vehicle {
     /// Replaces the fence; an empty one removes it.
     pub fn replace_fence(&mut self, fence: &Arc<Fence>) {
         self.fence = Arc::clone(fence);
-        self.watch = FenceWatch::default();
+        self.watch.restart();
     }
 
     /// Replaces the rally points.
@@ -548,8 +549,7 @@ impl Vehicle {
 
     /// Whether there is anything to watch: flights without a fence pay nothing for it.
     fn has_fence(&self, rules: &Rules) -> bool {
-        let NavigationParameters { fence_max_m, fence_min_m, .. } = rules.navigation;
-        !self.fence.areas().is_empty() || fence_max_m > 0.0 || fence_min_m > 0.0
+        !self.fence.areas().is_empty() || rules.navigation.has_fence_altitudes()
     }
 
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
@@ -560,7 +560,7 @@ impl Vehicle {
         // The wind does not matter here.
         let situation = Situation::new(state, &watched, &mut None, dt_s);
         let fence = Arc::clone(&self.fence);
-        let Some(change) = self.watch.step(&fence, &situation) else { return };
+        let Some(change) = self.watch.step(&fence, &situation, state.time) else { return };
         publish(VehicleEvent::Fence(change));
         let action = rules.navigation.fence_action;
         if self.terminated || change == FenceChange::Back {

@@ -3,7 +3,10 @@
 pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
-use crate::vehicle::rules::{RADIUS_MAX_M, Rules, check_place, check_radius, within};
+use crate::vehicle::geodesy::{Horizon, Site};
+use crate::vehicle::rules::{
+    LEG_SHARE, RADIUS_MAX_M, Rules, check_place, check_radius, turn_rad, within,
+};
 use serde::{Deserialize, Serialize};
 
 /// Items that a plan may have.
@@ -114,6 +117,18 @@ pub enum WaitCondition {
     Within(f64),
 }
 
+/// A waypoint whose legs are too short for the turn: the aircraft passes it wide.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TightCorner {
+    pub item: u16,
+    /// The shorter of its two legs, m.
+    pub leg_m: f64,
+    /// What the turn needs, m.
+    pub needed_m: f64,
+    /// True airspeed there, m/s.
+    pub airspeed_m_s: f64,
+}
+
 /// Most turns of a circle.
 const TURNS_MAX: f64 = 1_000.0;
 /// Longest time on a circle, s: a day.
@@ -165,6 +180,53 @@ impl Plan {
         behind.first().is_some_and(|item| low(&item))
             && (before.iter().rev().take_while(low).any(is_takeoff)
                 || behind.iter().take_while(low).any(|item| is_takeoff(item) || is_landing(item)))
+    }
+
+    /// The waypoints between legs that are too short for the turn, in still air; the plan begins at this airspeed.
+    pub fn tight_corners(&self, airspeed: Airspeed, rules: &Rules) -> Vec<TightCorner> {
+        let (mut airspeed, mut from, mut corners) = (airspeed, None, Vec::new());
+        for (item, Item { action, autocontinue }) in (0_u16..).zip(&self.items) {
+            match *action {
+                Action::ChangeSpeed { airspeed: new } => airspeed = new,
+                Action::Waypoint { point, acceptance_m } => {
+                    let next = self.place_behind(item).filter(|_| *autocontinue);
+                    if let (Some(from), Some(at), Some(next), None) =
+                        (from, point.place, next, acceptance_m)
+                    {
+                        let altitude_m = point.altitude_m.unwrap_or(rules.limits.altitude_min_m);
+                        let airspeed_m_s = rules.nearest_airspeed_m_s(airspeed, altitude_m);
+                        let horizon = Horizon::at(at);
+                        let [along, onwards] = [from, next].map(|to| horizon.offset(&Site::at(to)));
+                        let leg_m = along.norm().min(onwards.norm());
+                        let turn_rad = turn_rad(&-along.normalize(), &onwards.normalize());
+                        let needed_m = rules.turn_lead_m(turn_rad, airspeed_m_s) / LEG_SHARE;
+                        // Two points at one place are no corner.
+                        if (1.0..needed_m).contains(&leg_m) {
+                            corners.push(TightCorner { item, leg_m, needed_m, airspeed_m_s });
+                        }
+                    }
+                    from = point.place;
+                }
+                action if action.is_immediate() || matches!(action, Action::Jump { .. }) => {}
+                _ => from = None,
+            }
+        }
+        corners
+    }
+
+    /// The place of the next item that is flown, where a jump is made.
+    fn place_behind(&self, item: u16) -> Option<Place> {
+        let mut at = item.saturating_add(1);
+        // After as many steps as there are items, the jumps have come round.
+        for _ in 0..self.items.len() {
+            at = match self.items.get(usize::from(at))?.action {
+                Action::Jump { times: Some(0), .. } => at.saturating_add(1),
+                Action::Jump { to, .. } => to,
+                action if action.is_immediate() => at.saturating_add(1),
+                action => return action.place(),
+            };
+        }
+        None
     }
 
     /// Checks that a jump arrives and, if it has no end, does not return to itself without an item flown between. Counted

@@ -4,7 +4,7 @@ use core::fmt;
 
 use flight_control::NavigationState;
 use flight_control::design_model::atmosphere;
-use icd::Ned;
+use icd::{Ned, SimTime};
 use serde::{Deserialize, Serialize};
 
 /// A point on the Earth.
@@ -130,6 +130,20 @@ pub enum Breach {
     Exclusion,
     High,
     Low,
+}
+
+/// The fence of a flight.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FenceStatus {
+    /// It has areas, beside the altitude limits of the parameters.
+    pub has_areas: bool,
+    /// Switched off by DO_FENCE_ENABLE.
+    pub is_off: bool,
+    /// The breach that lasts.
+    pub breach: Option<Breach>,
+    /// Number of breaches, and the last of them.
+    pub breaches: u16,
+    pub last: Option<(Breach, SimTime)>,
 }
 
 /// What happens at a breach (parameter `GF_ACTION`).
@@ -341,6 +355,7 @@ pub struct Navigation {
     pub progress: Progress,
     /// Home, once there was a first sample.
     pub home: Option<Place>,
+    pub fence: FenceStatus,
     /// Altitude of the ground, m.
     pub ground_m: f64,
 }

@@ -1,8 +1,12 @@
 //! The parameters of the vehicle: limits of references, and the guidance; the checks of references and commands on receipt.
 //! Defaults and ranges of the parameters are in their table.
 
+use core::f64::consts::FRAC_PI_2;
+
 use flight_control::aircraft_model::TrimModel;
 use flight_control::design_model::atmosphere;
+use flight_control::guidance::Horizontal;
+use flight_control::guidance::approach::planned_radius_m;
 use flight_control::{AircraftModel, Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +45,13 @@ pub struct NavigationParameters {
     /// Highest and lowest altitude of the fence above home, m; 0: none.
     pub fence_max_m: f64,
     pub fence_min_m: f64,
+}
+
+impl NavigationParameters {
+    /// The fence limits the altitude.
+    pub fn has_fence_altitudes(&self) -> bool {
+        self.fence_max_m > 0.0 || self.fence_min_m > 0.0
+    }
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -131,6 +142,12 @@ const ROLL_SLEW_DEG_S: f64 = 20.0;
 const ROLL_SLEW_RAD_S: f64 = 0.349_065_85;
 const ROLL_IN_S: f64 = 2.0;
 
+/// Turns begin early as if they were no more than a right angle: the rest of a sharper one is flown
+/// beyond the point.
+const ANTICIPATED_MAX_RAD: f64 = FRAC_PI_2;
+/// A turn begins within this fraction of the shorter of its two legs.
+pub const LEG_SHARE: f64 = 0.5;
+
 /// The parameters of the vehicle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rules {
@@ -156,6 +173,11 @@ pub fn check_place(place: Place) -> Result<(), VehicleRefusal> {
 /// Radius of a circle, m.
 pub fn check_radius(radius_m: Option<f64>) -> Result<(), VehicleRefusal> {
     radius_m.map_or(Ok(()), |value| within("radius", "m", value, (1.0, RADIUS_MAX_M)))
+}
+
+/// Angle between two directions, rad.
+pub fn turn_rad(along: &Horizontal, onwards: &Horizontal) -> f64 {
+    libm::acos(along.dot(onwards).clamp(-1.0, 1.0))
 }
 
 impl Rules {
@@ -252,6 +274,14 @@ impl Rules {
     /// Time to roll into a turn of a right angle or more, s.
     pub fn roll_in_s(&self) -> f64 {
         ROLL_IN_S / self.slews()
+    }
+
+    /// How far before a point a turn has to begin, m: R tan(Δχ/2) and the way of rolling in.
+    pub fn turn_lead_m(&self, turn_rad: f64, ground_speed_m_s: f64) -> f64 {
+        let turn_rad = turn_rad.min(ANTICIPATED_MAX_RAD);
+        let radius_m = planned_radius_m(ground_speed_m_s, &self.guidance());
+        let roll_in_m = ground_speed_m_s * self.roll_in_s() * turn_rad / ANTICIPATED_MAX_RAD;
+        radius_m * libm::tan(0.5 * turn_rad) + roll_in_m
     }
 
     /// Fastest change of the roll reference in units of [`ROLL_SLEW_RAD_S`].

@@ -18,7 +18,9 @@ use crate::mission::Stored;
 use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::geodesy::{Horizon, Site};
-use flight_management::vehicle::plan::{Action, Circle, Item, Plan, Point, WaitCondition};
+use flight_management::vehicle::plan::{
+    Action, Circle, Item, Plan, Point, TightCorner, WaitCondition,
+};
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Airspeed, Place, Reference, Reposition, VehicleRefusal};
 
@@ -98,20 +100,21 @@ struct PlanCheck<'a> {
 
 /// The plan that these items are, or all that is wrong with them, at least one problem.
 ///
-/// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right.
+/// An item 0 that is the home position of a file (`QGC WPL 110`) leads to item 1, so that the targets of jumps stay right. A
+/// plan with a home of its own has none there.
 pub fn check(
     items: Vec<MissionItem<i32>>,
     present: PlanContext,
     rules: &Rules,
 ) -> Result<Finished, Vec<Rejected>> {
-    let home = home_of(&items, rules);
-    let home_m = home.map(|home| convert::decimal(home.z)).filter(|home_m| home_m.is_finite());
-    let home_m = home_m.or(present.home_m).unwrap_or(0.0);
+    let home = if present.home_m.is_none() { home_of(&items, rules) } else { None };
+    let home_m = present.home_m.or(home.and_then(elevation)).unwrap_or(0.0);
+    let has_home = home.is_some();
     let (notes, problems) = (Notes::default(), Vec::new());
     let mut check = PlanCheck { rules, home_m, present, notes, problems };
     let mut actions = Vec::with_capacity(items.len());
     for (seq, item) in (0_u16..).zip(&items) {
-        let action = if seq == 0 && home.is_some() {
+        let action = if seq == 0 && has_home {
             check.notes.add(Note::Home, 0);
             Ok(Action::Jump { to: 1, times: None })
         } else {
@@ -128,21 +131,35 @@ pub fn check(
         autocontinue: item.words.autocontinue,
     };
     let plan = Plan { id: 0, items: actions.into_iter().zip(&items).map(item).collect() };
-    let PlanCheck { notes, mut problems, .. } = check;
+    let PlanCheck { mut notes, mut problems, .. } = check;
     for (seq, refusal) in plan.problems(rules) {
         let command = items.get(usize::from(seq)).map_or(0, |item| item.words.command);
         problems.push((seq, of_limits(command, &refusal)));
     }
     if problems.is_empty() {
+        if let Some(airspeed) = present.airspeed {
+            for corner in plan.tight_corners(airspeed, rules) {
+                notes.add(Note::Corner(corner), corner.item);
+            }
+        }
         let stored = Stored::new(items);
         return Ok(Finished { plan: Plan { id: stored.id, ..plan }, stored, notes });
     }
     Err(Rejected::all(problems, &items))
 }
 
+/// Altitude of the home of a plan above sea level, m; 0 without one.
+pub fn home_altitude_m(items: &[MissionItem<i32>], rules: &Rules) -> f64 {
+    home_of(items, rules).and_then(elevation).unwrap_or(0.0)
+}
+
+fn elevation(home: &MissionItem<i32>) -> Option<f64> {
+    Some(convert::decimal(home.z)).filter(|home_m| home_m.is_finite())
+}
+
 /// Item 0, if it is home. The first item that is flown decides: a waypoint where that item is absolute too and the altitude
 /// could be flown, else home.
-fn home_of(items: &[MissionItem<i32>], rules: &Rules) -> Option<MissionItem<i32>> {
+fn home_of<'a>(items: &'a [MissionItem<i32>], rules: &Rules) -> Option<&'a MissionItem<i32>> {
     let [first, others @ ..] = items else { return None };
     // A plan of one item has nothing behind its home that could be flown.
     if others.is_empty() || !may_be_home(first) {
@@ -154,7 +171,7 @@ fn home_of(items: &[MissionItem<i32>], rules: &Rules) -> Option<MissionItem<i32>
         is_absolute(item) && !takes_off && !is_low
     };
     let flown = others.iter().find(|item| !is_immediate(item));
-    (!flown.is_some_and(shows_waypoint)).then_some(*first)
+    (!flown.is_some_and(shows_waypoint)).then_some(first)
 }
 
 /// A problem that the limits of the aircraft show.
@@ -416,13 +433,8 @@ impl PlanCheck<'_> {
         if altitude_m.is_some() && self.home_m != 0.0 && is_absolute(item) {
             self.notes.add(Note::SeaLevel, seq);
         }
-        // Home is on the ground of the flight, which the plan may have at another altitude.
-        let above_m = match is_absolute(item) {
-            true if self.home_m == 0.0 => 0.0,
-            true => self.home_m - self.rules.ground_m,
-            false => -self.rules.ground_m,
-        };
-        Ok(altitude_m.map(|altitude_m| altitude_m - above_m))
+        let zero_m = zero_m(item, self.home_m, self.rules.ground_m);
+        Ok(altitude_m.map(|altitude_m| altitude_m + zero_m))
     }
 
     /// The altitude of an item that requires one.
@@ -457,9 +469,10 @@ fn jump(to: f32, times: f32) -> Result<Action, Rejected> {
 }
 
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
-/// yaw (NaN) as its last parameter where nobody has given one.
+/// yaw (NaN) as its last parameter where nobody has given one. No waypoint is flown on the ground.
 pub fn may_be_home(item: &MissionItem<i32>) -> bool {
-    item.words.command == WAYPOINT && is_absolute(item) && item.params == [0.0; 4]
+    let is_on_ground = convert::GLOBAL_FRAMES.contains(&item.words.frame) && item.z == 0.0;
+    item.words.command == WAYPOINT && (is_absolute(item) || is_on_ground) && item.params == [0.0; 4]
 }
 
 /// The item is not flown: the next one begins at once.
@@ -593,6 +606,16 @@ pub fn needed_place(item: &MissionItem<i32>) -> Result<Place, Rejected> {
     place(item, Zeros::AreThere)?.ok_or_else(no_place)
 }
 
+/// Where the altitudes of an item count from, m above the ellipsoid. Home is on the ground of the flight, which the plan may have
+/// at another altitude.
+pub fn zero_m(item: &MissionItem<i32>, home_m: f64, ground_m: f64) -> f64 {
+    match is_absolute(item) {
+        true if home_m == 0.0 => 0.0,
+        true => ground_m - home_m,
+        false => ground_m,
+    }
+}
+
 /// Whether the altitude is above mean sea level.
 fn is_absolute(item: &MissionItem<i32>) -> bool {
     convert::FRAMES_SEA_LEVEL.contains(&item.words.frame)
@@ -665,6 +688,8 @@ pub enum Note {
         /// Smallest radius, m.
         radius_m: f64,
     },
+    /// A corner that is too tight for its airspeed.
+    Corner(TightCorner),
 }
 
 impl Note {
@@ -683,31 +708,43 @@ impl Note {
             Self::Widened { airspeed_m_s, radius_m } => {
                 format!("at {airspeed_m_s:.0} m/s the circle needs {radius_m:.0} m and is widened")
             }
+            Self::Corner(TightCorner { leg_m, needed_m, airspeed_m_s, .. }) => format!(
+                "at {airspeed_m_s:.0} m/s the turn needs legs of {needed_m:.0} m, has {leg_m:.0} m and is flown wide"
+            ),
         }
     }
 }
 
-/// The notes of a plan, one of each kind.
+/// Items that a note names.
+const NAMED_MAX: usize = 8;
+
+/// The notes of a plan, one of each kind, with the items: all of them matter where the path is another one.
 #[derive(Debug, Clone, Default)]
-pub struct Notes(Vec<(Note, u16, u16)>);
+pub struct Notes(Vec<(Note, Vec<u16>)>);
 
 impl Notes {
     /// Adds a note about an item.
     pub fn add(&mut self, note: Note, item: u16) {
-        let same = |known: &&mut (Note, u16, u16)| {
+        let same = |known: &&mut (Note, Vec<u16>)| {
             core::mem::discriminant(&known.0) == core::mem::discriminant(&note)
         };
         match self.0.iter_mut().find(same) {
-            Some((_, _, more)) => *more += 1,
-            None => self.0.push((note, item, 0)),
+            Some((_, items)) => items.push(item),
+            None => self.0.push((note, vec![item])),
         }
     }
 
     /// The notes as texts.
     pub fn texts(&self) -> impl Iterator<Item = String> + '_ {
-        self.0.iter().map(|(note, item, more)| match more {
-            0 => format!("Mission item {item}: {}", note.text()),
-            _ => format!("Mission item {item} and {more} more: {}", note.text()),
+        self.0.iter().map(|(note, items)| {
+            let named = if matches!(note, Note::Corner(_)) { NAMED_MAX } else { 1 };
+            let plural = if items.len() > 1 && named > 1 { "s" } else { "" };
+            let names: Vec<_> = items.iter().take(named).map(u16::to_string).collect();
+            let more = match items.len().saturating_sub(named) {
+                0 => String::new(),
+                more => format!(" and {more} more"),
+            };
+            format!("Mission item{plural} {}{more}: {}", names.join(", "), note.text())
         })
     }
 }

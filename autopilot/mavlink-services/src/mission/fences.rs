@@ -4,7 +4,9 @@ use super::commands::{
     FENCE_CIRCLE_EXCLUSION, FENCE_CIRCLE_INCLUSION, FENCE_POLYGON_EXCLUSION,
     FENCE_POLYGON_INCLUSION, FENCE_RETURN_POINT, RALLY_POINT,
 };
-use super::draft::{P1, R, Rejected, X, Z, altitude, needed_place, number, of_limits, word};
+use super::draft::{
+    P1, R, Rejected, X, Z, altitude, needed_place, number, of_limits, word, zero_m,
+};
 use crate::codec::MissionItem;
 use flight_management::vehicle::Place;
 use flight_management::vehicle::fence::{Area, AreaShape, Fence, FenceProblem, RallyPoint};
@@ -106,11 +108,17 @@ fn rejected(problem: &FenceProblem) -> Rejected {
     Rejected { result, reason: problem.to_string() }
 }
 
-/// The rally points that these items are, all inside the fence, or all that is wrong with them.
-pub fn rally(items: &[MissionItem<i32>], fence: &Fence) -> Result<Vec<RallyPoint>, Vec<Rejected>> {
+/// The rally points that these items are, all inside the fence, or all that is wrong with them. Altitudes above sea level count
+/// from home, which the plan has at `home_m`; it is on the ground.
+pub fn rally(
+    items: &[MissionItem<i32>],
+    fence: &Fence,
+    home_m: f64,
+    ground_m: f64,
+) -> Result<Vec<RallyPoint>, Vec<Rejected>> {
     let (mut points, mut problems) = (Vec::new(), Problems::new());
     for (seq, item) in (0_u16..).zip(items) {
-        match point(item, fence) {
+        match point(item, fence, home_m, ground_m) {
             Ok(point) => points.push(point),
             Err(rejected) => problems.push((seq, rejected)),
         }
@@ -118,7 +126,12 @@ pub fn rally(items: &[MissionItem<i32>], fence: &Fence) -> Result<Vec<RallyPoint
     if problems.is_empty() { Ok(points) } else { Err(Rejected::all(problems, items)) }
 }
 
-fn point(item: &MissionItem<i32>, fence: &Fence) -> Result<RallyPoint, Rejected> {
+fn point(
+    item: &MissionItem<i32>,
+    fence: &Fence,
+    home_m: f64,
+    ground_m: f64,
+) -> Result<RallyPoint, Rejected> {
     if item.words.command != RALLY_POINT {
         return Err(Rejected::unsupported("not a rally point"));
     }
@@ -128,5 +141,5 @@ fn point(item: &MissionItem<i32>, fence: &Fence) -> Result<RallyPoint, Rejected>
         return Err(Rejected::param(X, "beyond the fence; expected a place inside it"));
     }
     let altitude_m = altitude(item)?.ok_or_else(|| Rejected::param(Z, "it needs an altitude"))?;
-    Ok(RallyPoint { place, altitude_m })
+    Ok(RallyPoint { place, altitude_m: altitude_m + zero_m(item, home_m, ground_m) })
 }

@@ -1,21 +1,21 @@
-//! Files of plans as the items that a ground station would upload: `.plan` of QGroundControl (JSON) and waypoints as text
-//! (`QGC WPL 110`). The items are checked where uploads are.
+//! Files of plans as the items that a ground station would upload: `.plan` of QGroundControl and the `.mission` before it
+//! (JSON), and waypoints as text (`QGC WPL 110`). The items are checked where uploads are.
 
 use serde_json::Value;
 
 use super::commands::{
     FENCE_CIRCLE_EXCLUSION, FENCE_CIRCLE_INCLUSION, FENCE_POLYGON_EXCLUSION,
-    FENCE_POLYGON_INCLUSION, JUMP, LAND, LAND_START, LOITER_TO_ALTITUDE, RALLY_POINT, VTOL_LAND,
-    WAYPOINT,
+    FENCE_POLYGON_INCLUSION, FENCE_RETURN_POINT, JUMP, LAND, LAND_START, LOITER_TO_ALTITUDE,
+    RALLY_POINT, VTOL_LAND, WAYPOINT,
 };
 use super::draft::{self, Finished, PlanContext};
 use super::fences;
 use crate::codec::{ItemWords, ListKind, MissionItem};
 use crate::convert;
-use flight_management::vehicle::Place;
 use flight_management::vehicle::fence::{Fence, RallyPoint};
 use flight_management::vehicle::plan::{ITEMS_MAX, Plan};
 use flight_management::vehicle::rules::Rules;
+use flight_management::vehicle::{Airspeed, Place};
 
 /// First line of a text of waypoints; the version behind it does not change the columns.
 const WAYPOINTS: &str = "QGC WPL";
@@ -32,11 +32,14 @@ pub struct PlanFile {
     mission: Vec<MissionItem<i32>>,
     fence: Vec<MissionItem<i32>>,
     rally: Vec<MissionItem<i32>>,
+    /// What was read in another way than it is written.
+    notes: Vec<String>,
 }
 
 impl PlanFile {
     /// Reads a file of either kind; a refusal names line or key.
     pub fn read(text: &str) -> Result<Self, String> {
+        let text = text.trim_start_matches('\u{feff}');
         if text.trim_start().starts_with(WAYPOINTS) {
             Self::waypoints(text)
         } else {
@@ -55,12 +58,18 @@ impl PlanFile {
         self.home.or_else(|| first.and_then(of_item))
     }
 
-    /// The plan and what of it is flown in another way than it says, or all that is wrong with it.
-    pub fn plan(&self, rules: &Rules) -> Result<(Plan, Vec<String>), Vec<String>> {
+    /// The plan and what of it is flown in another way than it says, or all that is wrong with it; it begins at this airspeed.
+    pub fn plan(
+        &self,
+        rules: &Rules,
+        airspeed: Option<Airspeed>,
+    ) -> Result<(Plan, Vec<String>), Vec<String>> {
         let home_m = self.home.map(|(_, altitude_m)| altitude_m);
-        let present = PlanContext { home_m, ..PlanContext::default() };
+        let present = PlanContext { home_m, airspeed, ..PlanContext::default() };
         match draft::check(self.mission.clone(), present, rules) {
-            Ok(Finished { plan, notes, .. }) => Ok((plan, notes.texts().collect())),
+            Ok(Finished { plan, notes, .. }) => {
+                Ok((plan, self.notes.iter().cloned().chain(notes.texts()).collect()))
+            }
             Err(problems) => Err(problems.into_iter().map(|problem| problem.reason).collect()),
         }
     }
@@ -71,7 +80,8 @@ impl PlanFile {
             problems.into_iter().map(|problem| problem.reason).collect::<Vec<_>>()
         };
         let fence = fences::fence(&self.fence).map_err(reasons)?;
-        let rally = fences::rally(&self.rally, &fence).map_err(reasons)?;
+        let home_m = self.home().map_or(0.0, |(_, altitude_m)| altitude_m);
+        let rally = fences::rally(&self.rally, &fence, home_m, 0.0).map_err(reasons)?;
         Ok((fence, rally))
     }
 
@@ -83,6 +93,7 @@ impl PlanFile {
 
     fn waypoints(text: &str) -> Result<Self, String> {
         let mut file = Self::default();
+        let mut items = 0_u16;
         for (line, words) in (1..).zip(text.lines()).skip(1) {
             if words.trim().is_empty() || words.starts_with('#') {
                 continue;
@@ -99,13 +110,39 @@ impl PlanFile {
             let real = |text: &str| {
                 text.parse::<f64>().map_err(|_| at(format!("\"{text}\" is no number")))
             };
-            if usize::from(whole("item number", seq)?) != file.mission.len() {
-                return Err(at(format!("item number {seq}; expected {}", file.mission.len())));
+            // Ground stations count the lines, and so do the jumps.
+            if whole("item number", seq)? != items {
+                file.notes.push(format!("line {line}: item number {seq} is taken as {items}"));
             }
             let frame = u8::try_from(whole("frame", frame)?).unwrap_or(u8::MAX);
-            let params = [real(p1)?, real(p2)?, real(p3)?, real(p4)?, real(x)?, real(y)?, real(z)?];
+            let mut params =
+                [real(p1)?, real(p2)?, real(p3)?, real(p4)?, real(x)?, real(y)?, real(z)?];
+            let mut command = whole("command", command)?;
             let autocontinue = whole("autocontinue", autocontinue)? != 0;
-            file.push(whole("command", command)?, frame, params, autocontinue).map_err(at)?;
+            // Mission Planner writes zeros for a home that is not set.
+            if items == 0 && command == 0 {
+                (command, params) = (WAYPOINT, [0.0, 0.0, 0.0, 0.0, f64::NAN, f64::NAN, 0.0]);
+            }
+            match command {
+                command @ FENCE_RETURN_POINT..=FENCE_CIRCLE_EXCLUSION => {
+                    push(&mut file.fence, command, frame, params)
+                }
+                RALLY_POINT => push(&mut file.rally, RALLY_POINT, frame, params),
+                // Otherwise the lines would not be the numbers that jumps have.
+                _ if file.fence.len() + file.rally.len() > 0 => {
+                    Err("an item of the mission behind a fence or rally points".to_owned())
+                }
+                command => file.push(command, frame, params, autocontinue),
+            }
+            .map_err(at)?;
+            items = items.saturating_add(1);
+        }
+        // A file of a fence or of rally points may begin with home as well.
+        if let ([home], 1..) = (&file.mission[..], file.fence.len() + file.rally.len())
+            && draft::may_be_home(home)
+        {
+            file.home = file.home();
+            file.mission.clear();
         }
         Ok(file)
     }
@@ -113,15 +150,20 @@ impl PlanFile {
     fn json(text: &str) -> Result<Self, String> {
         let text = without_comments(text);
         let value: Value = serde_json::from_str(&text).map_err(|error| error.to_string())?;
-        let mission = &value["mission"];
+        // Files before the fence (`.mission`) are what the mission is now.
+        let mission = if value["items"].is_array() { &value } else { &value["mission"] };
         let items = mission["items"].as_array().ok_or("mission.items: there is no such list")?;
         let mut file = Self::default();
-        if let Some(home) = mission["plannedHomePosition"].as_array() {
+        let home = &mission["plannedHomePosition"];
+        // The first of them have an item there.
+        if let Some(home) = home.as_array().or(home["coordinate"].as_array()) {
             let [latitude, longitude, altitude] = numbers(home, "mission.plannedHomePosition")?;
-            let place = convert::place(latitude, longitude).ok_or_else(|| {
-                format!("mission.plannedHomePosition: {latitude} {longitude} deg is no place")
-            })?;
-            file.home = Some((place, if altitude.is_finite() { altitude } else { 0.0 }));
+            if !(latitude.is_nan() && longitude.is_nan()) {
+                let place = convert::place(latitude, longitude).ok_or_else(|| {
+                    format!("mission.plannedHomePosition: {latitude} {longitude} deg is no place")
+                })?;
+                file.home = Some((place, if altitude.is_finite() { altitude } else { 0.0 }));
+            }
         }
         let mut ids = Vec::new();
         for (index, item) in items.iter().enumerate() {
@@ -178,7 +220,7 @@ impl PlanFile {
                 self.landing_pattern(item, kind == "vtolLandingPattern")?;
             }
             (_, Some(items)) => items.iter().try_for_each(|item| self.take_simple(item, ids))?,
-            _ => return Err(format!("a complex item {kind} cannot be read")),
+            _ => return Err(format!("a complex item {kind} without items cannot be read")),
         }
         // The items in it have no ids of their own: a jump leads to the first.
         ids.resize(self.mission.len(), f64::NAN);
@@ -191,10 +233,24 @@ impl PlanFile {
             number.ok_or_else(|| format!("{key}: no whole number of 0 to 65535"))
         };
         let frame = u8::try_from(whole("frame")?).unwrap_or(u8::MAX);
-        let params = item["params"].as_array().ok_or("params: there is no such list")?;
+        let params = match (item["coordinate"].as_array(), item["params"].as_array()) {
+            (None, Some(params)) => numbers(params, "params")?,
+            (Some(place), params) => {
+                // Older files have the place apart, and the first of them a key for each parameter.
+                let [p1, p2, p3, p4] = match params {
+                    Some(params) => numbers(params, "params")?,
+                    None => ["param1", "param2", "param3", "param4"]
+                        .map(|key| item[key].as_f64().unwrap_or(f64::NAN)),
+                };
+                let [x, y, z] = numbers(place, "coordinate")?;
+                [p1, p2, p3, p4, x, y, z]
+            }
+            (None, None) => return Err("params: there is no such list".to_owned()),
+        };
         let autocontinue = item["autoContinue"].as_bool().unwrap_or(true);
-        self.push(whole("command")?, frame, numbers(params, "params")?, autocontinue)?;
-        ids.push(item["doJumpId"].as_f64().unwrap_or(f64::NAN));
+        self.push(whole("command")?, frame, params, autocontinue)?;
+        let id = item["doJumpId"].as_f64().or(item["id"].as_f64());
+        ids.push(id.unwrap_or(f64::NAN));
         Ok(())
     }
 
@@ -203,7 +259,12 @@ impl PlanFile {
         let place = |key: &str| coordinate::<3>(&item[key]).map_err(|why| format!("{key}: {why}"));
         let radius = item["loiterRadius"].as_f64().unwrap_or(0.0);
         let radius = if item["loiterClockwise"] == false { -radius } else { radius };
-        let frame = if item["altitudesAreRelative"] == false { 0 } else { FRAME_ABOVE_HOME };
+        // Files before version 2 have a key for each altitude.
+        let frame = |key: &str| {
+            let is_absolute = item["altitudesAreRelative"] == false || item[key] == false;
+            if is_absolute { FRAME_GLOBAL } else { FRAME_ABOVE_HOME }
+        };
+        let approach_frame = frame("loiterAltitudeRelative");
         let [x, y, z] = match place("landingApproachCoordinate") {
             Ok(approach) => approach,
             // Its name in files before version 2.
@@ -211,13 +272,14 @@ impl PlanFile {
         };
         self.push(LAND_START, FRAME_MISSION, [0.0; 7], true)?;
         if item["useLoiterToAlt"] == false {
-            self.push(WAYPOINT, frame, [0.0, 0.0, 0.0, f64::NAN, x, y, z], true)?;
+            self.push(WAYPOINT, approach_frame, [0.0, 0.0, 0.0, f64::NAN, x, y, z], true)?;
         } else {
-            self.push(LOITER_TO_ALTITUDE, frame, [1.0, radius, 0.0, 1.0, x, y, z], true)?;
+            self.push(LOITER_TO_ALTITUDE, approach_frame, [1.0, radius, 0.0, 1.0, x, y, z], true)?;
         }
         let [x, y, z] = place("landCoordinate")?;
         let land = if vtol { VTOL_LAND } else { LAND };
-        self.push(land, frame, [0.0, 0.0, 0.0, f64::NAN, x, y, z], true)
+        let land_frame = frame("landAltitudeRelative");
+        self.push(land, land_frame, [0.0, 0.0, 0.0, f64::NAN, x, y, z], true)
     }
 
     fn push(

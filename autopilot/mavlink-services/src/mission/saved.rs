@@ -1,4 +1,4 @@
-//! The plan saved for the next start of the program, as TOML, and its restoration: like an upload, and not started.
+//! The three lists saved for the next start of the program, as TOML, and their restoration: like an upload, and not started.
 //! `autopilot::io::store` writes the file.
 
 use std::sync::Arc;
@@ -7,18 +7,18 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shared;
 use crate::codec::{ItemWords, ListKind, MissionItem};
-use crate::mission::draft::{self, Finished, Notes, PlanContext};
-use crate::mission::{MissionService, Stored, texts_of};
+use crate::mission::draft::PlanContext;
+use crate::mission::{
+    Beside, LISTS, MissionService, What, checked, most_items, name, rules, texts_of,
+};
 use crate::param::{Save, SaveQueue, Saved};
 use crate::wall_time::WallTime;
-use flight_management::command::{Outcome, VehicleCommand};
-use flight_management::vehicle::plan::ITEMS_MAX;
-use flight_management::vehicle::rules::Rules;
+use flight_management::command::Outcome;
 
 /// Header of the file, above the items.
 const HEADER: &str = "\
-# The plan that a ground station has uploaded: its items as MISSION_ITEM_INT has them.
-# Written anew, comments and all, whenever the plan changes.
+# The plan, the fence and the rally points that a ground station has uploaded: their items as MISSION_ITEM_INT has them.
+# Written anew, comments and all, whenever one of them changes.
 ";
 
 /// Why the saved plan cannot be used.
@@ -30,13 +30,21 @@ pub struct SavedPlanError {
     pub problem: String,
 }
 
-/// The file: the number of items, and the items. The number reveals a truncated file.
+/// The file: the numbers of items, and the items. The numbers reveal a truncated file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SavedPlanFile {
     count: usize,
     #[serde(default)]
+    fence_count: usize,
+    #[serde(default)]
+    rally_count: usize,
+    #[serde(default)]
     item: Vec<SavedItem>,
+    #[serde(default)]
+    fence: Vec<SavedItem>,
+    #[serde(default)]
+    rally: Vec<SavedItem>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -51,98 +59,140 @@ struct SavedItem {
     z: f32,
 }
 
-/// A plan that was uploaded in an earlier run of the program. It has not been checked against the aircraft yet.
+/// The lists that were uploaded in an earlier run of the program. They have not been checked against the aircraft yet.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SavedPlan(pub(super) Vec<MissionItem<i32>>);
+pub struct SavedPlan([Vec<MissionItem<i32>>; LISTS.len()]);
 
 impl SavedPlan {
-    pub fn count(&self) -> usize {
-        self.0.len()
+    /// Numbers of items of plan, fence and rally points.
+    pub fn counts(&self) -> [usize; LISTS.len()] {
+        self.0.each_ref().map(Vec::len)
     }
 
-    /// The plan in `text`, which comes from `file`.
+    /// The lists in `text`, which comes from `file`.
     pub fn from_text(file: &str, text: &str) -> Result<Self, SavedPlanError> {
         let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
-        let SavedPlanFile { count, item } = toml::from_str(text)
+        let file: SavedPlanFile = toml::from_str(text)
             .map_err(|error| refuse(error.to_string().trim_end().replace('\n', " ")))?;
-        if item.len() != count {
-            return Err(refuse(format!("count = {count}, but there are {} items", item.len())));
+        let mut saved = Self::default();
+        for (list, key, count, items) in [
+            (ListKind::MISSION, "count", file.count, file.item),
+            (ListKind::FENCE, "fence_count", file.fence_count, file.fence),
+            (ListKind::RALLY, "rally_count", file.rally_count, file.rally),
+        ] {
+            if items.len() != count {
+                return Err(refuse(format!(
+                    "{key} = {count}, but there are {} items",
+                    items.len()
+                )));
+            }
+            let most = most_items(list).unwrap_or(0);
+            if count > most {
+                return Err(refuse(format!("{key} = {count} is outside 0 to {most}")));
+            }
+            let restored = |(seq, item)| {
+                let SavedItem { command, frame, autocontinue, params, x, y, z } = item;
+                let words = ItemWords { seq, command, frame, current: 0, autocontinue, list };
+                MissionItem { params, x, y, z, words }
+            };
+            saved.replace(list, (0..).zip(items).map(restored).collect());
         }
-        if count > ITEMS_MAX {
-            return Err(refuse(format!("count = {count} is outside 0 to {ITEMS_MAX}")));
+        Ok(saved)
+    }
+
+    fn to_text(&self) -> String {
+        let [item, fence, rally] = self.0.each_ref().map(|items| {
+            let saved = items.iter().map(|item| SavedItem {
+                command: item.words.command,
+                frame: item.words.frame,
+                autocontinue: item.words.autocontinue,
+                params: item.params,
+                x: item.x,
+                y: item.y,
+                z: item.z,
+            });
+            saved.collect::<Vec<_>>()
+        });
+        let [count, fence_count, rally_count] = self.counts();
+        let file = SavedPlanFile { count, fence_count, rally_count, item, fence, rally };
+        let items = toml::to_string(&file).expect("numbers and booleans are TOML");
+        format!("{HEADER}{items}")
+    }
+
+    fn replace(&mut self, list: ListKind, items: Vec<MissionItem<i32>>) {
+        if let Some(place) = self.0.get_mut(usize::from(list.0)) {
+            *place = items;
         }
-        let restored = |(seq, item)| {
-            let SavedItem { command, frame, autocontinue, params, x, y, z } = item;
-            let list = ListKind::MISSION;
-            let words = ItemWords { seq, command, frame, current: 0, autocontinue, list };
-            MissionItem { params, x, y, z, words }
-        };
-        Ok(Self((0..).zip(item).map(restored).collect()))
     }
 }
 
-/// The text for a plan.
-pub(super) fn to_text(plan: &Stored) -> String {
-    let item = plan.items.iter().map(|item| SavedItem {
-        command: item.words.command,
-        frame: item.words.frame,
-        autocontinue: item.words.autocontinue,
-        params: item.params,
-        x: item.x,
-        y: item.y,
-        z: item.z,
-    });
-    let file = SavedPlanFile { count: plan.items.len(), item: item.collect() };
-    let items = toml::to_string(&file).expect("numbers and booleans are TOML");
-    format!("{HEADER}{items}")
+/// The file of the lists.
+#[derive(Debug, Default)]
+pub(super) struct PlanStore {
+    /// Its content; a list that was refused at the start stays in it.
+    lists: SavedPlan,
+    saves: SaveQueue,
+}
+
+impl PlanStore {
+    /// Saves a list that is in force.
+    pub(super) fn save(&mut self, list: ListKind, items: &[MissionItem<i32>]) {
+        self.lists.replace(list, items.to_vec());
+        self.saves.push(self.lists.to_text(), true);
+    }
 }
 
 /// State of the restoration.
 #[derive(Debug, Default)]
-pub(super) enum Restoring {
-    /// There is no saved plan, or it is in force, or it was refused.
-    #[default]
-    Nothing,
-    /// The control side has not received it yet.
-    Waiting(SavedPlan),
-    /// The intent with this number requests it.
-    Requested(u32, Arc<Stored>, Notes),
+pub(super) struct Restoring {
+    /// The control side has not received them yet.
+    waiting: Option<SavedPlan>,
+    /// The intents with these numbers request them.
+    requested: Vec<(u32, What)>,
 }
 
 impl MissionService {
-    /// Saves plans for the next start from now on; `saved` is the saved plan.
+    /// Saves the lists for the next start from now on; `saved` are the saved ones.
     pub fn keep(&mut self, saved: SavedPlan) {
-        self.saves = Some(SaveQueue::default());
-        if saved.count() > 0 {
-            self.restoring = Restoring::Waiting(saved);
-        }
+        self.restoring.waiting = Some(saved.clone());
+        self.store = Some(PlanStore { lists: saved, saves: SaveQueue::default() });
     }
 
-    /// Requests the control side, once, to take the saved plan.
+    /// Requests the control side, once, to take the saved lists.
     pub(super) fn restore(&mut self, now: WallTime, shared: &mut Shared) {
-        if !matches!(self.restoring, Restoring::Waiting(_)) || shared.intents.room() == 0 {
+        // The room is checked before, because lists that are taken out here cannot be put back.
+        if shared.intents.room() < LISTS.len() {
             return;
         }
-        // The room is checked before, because a plan that is taken out here cannot be put back.
-        let Restoring::Waiting(saved) = std::mem::take(&mut self.restoring) else { return };
-        let parameters = &shared.parameters;
-        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-        // The present place of the aircraft does not matter yet.
-        match draft::check(saved.0, PlanContext::default(), &rules) {
-            Ok(Finished { stored, plan, notes }) => {
-                if let Some(number) = shared.intents.push(VehicleCommand::Plan(Arc::new(plan))) {
-                    self.restoring = Restoring::Requested(number, Arc::new(stored), notes);
-                }
+        let Some(saved) = self.restoring.waiting.take() else { return };
+        let [plan, ..] = saved.0.clone();
+        let mut fence = None;
+        let rules = rules(&shared.parameters, shared.aircraft.ground_m());
+        for (list, items) in LISTS.into_iter().zip(saved.0) {
+            if items.is_empty() {
+                continue;
             }
-            Err(problems) => {
-                for text in texts_of(&problems) {
-                    report_refusal(&text, now, shared);
+            let beside = Beside { plan: &plan, fence: fence.as_deref().unwrap_or(&self.fence) };
+            // The present place of the aircraft does not matter yet.
+            match checked(list, items, &beside, PlanContext::default(), &rules) {
+                Ok((command, what)) => {
+                    if let What::List { fence: Some(saved), .. } = &what {
+                        fence = Some(Arc::clone(saved));
+                    }
+                    if let Some(number) = shared.intents.push(command) {
+                        self.restoring.requested.push((number, what));
+                    }
+                }
+                Err(problems) => {
+                    for text in texts_of(&problems) {
+                        report_refusal(list, &text, now, shared);
+                    }
                 }
             }
         }
     }
 
-    /// Handles the outcome of an intent, if it is the one with the saved plan.
+    /// Handles the outcome of an intent, if it is one with a saved list.
     pub(super) fn take_restored(
         &mut self,
         number: u32,
@@ -150,30 +200,32 @@ impl MissionService {
         now: WallTime,
         shared: &mut Shared,
     ) {
-        self.restoring = match std::mem::take(&mut self.restoring) {
-            Restoring::Requested(requested, stored, notes) if requested == number => {
-                match outcome {
-                    Outcome::Done => {
-                        let text = format!("Mission of the last run: {} items", stored.count());
-                        self.store(ListKind::MISSION, &stored, shared);
-                        for text in core::iter::once(text).chain(notes.texts()) {
-                            shared.texts.inform(now, text);
-                        }
-                    }
-                    Outcome::Refused(refusal) => report_refusal(&refusal.to_string(), now, shared),
-                    Outcome::NoAnswer | Outcome::Plant(_) => {
-                        report_refusal("the aircraft does not answer", now, shared);
-                    }
-                }
-                Restoring::Nothing
-            }
-            other => other,
+        let requested = &mut self.restoring.requested;
+        let Some(place) = requested.iter().position(|(requested, _)| *requested == number) else {
+            return;
         };
+        let (_, what) = requested.remove(place);
+        let What::List { list, stored, notes, fence } = what else { return };
+        match outcome {
+            Outcome::Done => {
+                let count = stored.count();
+                self.put_into_force(list, &stored, fence.as_ref(), shared);
+                let plural = if count == 1 { "item" } else { "items" };
+                let text = format!("{} of the last run: {count} {plural}", name(list));
+                for text in core::iter::once(text).chain(notes.texts()) {
+                    shared.texts.inform(now, text);
+                }
+            }
+            Outcome::Refused(refusal) => report_refusal(list, &refusal.to_string(), now, shared),
+            Outcome::NoAnswer | Outcome::Plant(_) => {
+                report_refusal(list, "the aircraft does not answer", now, shared);
+            }
+        }
     }
 
     /// Next content of the plan file.
     pub fn pop_save(&mut self) -> Option<Save> {
-        self.saves.as_mut()?.pop()
+        self.store.as_mut()?.saves.pop()
     }
 
     /// Handles the result of a save.
@@ -184,16 +236,17 @@ impl MissionService {
     }
 }
 
-fn report_refusal(reason: &str, now: WallTime, shared: &mut Shared) {
-    shared.texts.warn(now, format!("Mission of the last run refused: {reason}"));
+fn report_refusal(list: ListKind, reason: &str, now: WallTime, shared: &mut Shared) {
+    shared.texts.warn(now, format!("{} of the last run refused: {reason}", name(list)));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mission::Stored;
 
-    fn plan() -> Stored {
-        let item = |seq, params, x, y, z| MissionItem {
+    fn plan() -> SavedPlan {
+        let item = |list, seq, params, x, y, z| MissionItem {
             params,
             x,
             y,
@@ -204,30 +257,51 @@ mod tests {
                 frame: 3,
                 current: 0,
                 autocontinue: seq == 0,
-                list: ListKind::MISSION,
+                list,
             },
         };
-        Stored::new(vec![
-            item(0, [0.1, -0.0, f32::NAN, f32::MAX], i32::MIN, i32::MAX, 5_000.3),
-            item(1, [1.0e-40, f32::INFINITY, 264.7, 3.0], 351_704_001, -1_179_000_003, f32::NAN),
-        ])
+        let mission = vec![
+            item(
+                ListKind::MISSION,
+                0,
+                [0.1, -0.0, f32::NAN, f32::MAX],
+                i32::MIN,
+                i32::MAX,
+                5_000.3,
+            ),
+            item(
+                ListKind::MISSION,
+                1,
+                [1.0e-40, f32::INFINITY, 264.7, 3.0],
+                351_704_001,
+                -1_179_000_003,
+                f32::NAN,
+            ),
+        ];
+        let one = |list| vec![item(list, 0, [3.0, f32::NAN, 0.0, 0.1], 1, -1, 0.3)];
+        SavedPlan([mission, one(ListKind::FENCE), one(ListKind::RALLY)])
     }
 
     #[test]
-    fn a_plan_comes_back_to_the_bit_with_the_same_id() {
-        let stored = plan();
-        let back = SavedPlan::from_text("f", &to_text(&stored)).unwrap();
-        assert_eq!(Stored::new(back.0).id, stored.id, "the id is a hash of every byte");
-        let none = SavedPlan::from_text("f", &to_text(&Stored::default())).unwrap();
+    fn the_lists_come_back_to_the_bit_with_the_same_ids() {
+        let ids = |saved: SavedPlan| saved.0.map(|items| Stored::new(items).id);
+        let back = SavedPlan::from_text("f", &plan().to_text()).unwrap();
+        assert_eq!(back.counts(), [2, 1, 1]);
+        assert_eq!(ids(back), ids(plan()), "the id is a hash of every byte");
+        let none = SavedPlan::from_text("f", &SavedPlan::default().to_text()).unwrap();
         assert_eq!(none, SavedPlan::default());
+        assert_eq!(SavedPlan::from_text("f", "count = 0").unwrap(), none, "from before the fence");
     }
 
     #[test]
     fn a_damaged_text_is_refused_with_file_and_reason() {
-        let whole = to_text(&plan());
+        let whole = plan().to_text();
         let second = whole.rfind("[[item]]").unwrap();
+        let (fence, rally) = (whole.find("[[fence]]").unwrap(), whole.find("[[rally]]").unwrap());
         for (text, words) in [
             (whole[..second].to_owned(), "count = 2, but there are 1 items"),
+            (whole[..fence].to_owned(), "fence_count = 1, but there are 0 items"),
+            (whole[..rally].to_owned(), "rally_count = 1, but there are 0 items"),
             (whole[..whole.len() - 2].to_owned(), "line"),
             (whole.replace("frame = 3", "frame = 300"), "u8"),
             (whole.replace("frame = 3\n", ""), "missing field `frame`"),

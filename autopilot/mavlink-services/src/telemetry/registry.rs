@@ -132,7 +132,7 @@ impl Row {
 }
 
 /// Rows of [`TABLE`].
-pub const ROWS: usize = 34;
+pub const ROWS: usize = 35;
 
 macro_rules! table {
     ($($message:ident: $rate:ident$(($ms:literal))?, $group:ident, $build:ident($function:expr);)*) => {
@@ -178,6 +178,7 @@ table! {
     VIBRATION_DATA: EveryMs(1000), Extra3, State(status::vibration);
     SYSTEM_TIME_DATA: EveryMs(1000), Extra3, Known(status::system_time);
     MISSION_CURRENT_DATA: EveryMs(1000), ExtendedStatus, State(status::mission_current);
+    FENCE_STATUS_DATA: EveryMs(1000), ExtendedStatus, State(status::fence_status);
     CURRENT_MODE_DATA: EveryMs(2000), ExtendedStatus, Aircraft(modes::current_mode);
     AVAILABLE_MODES_MONITOR_DATA: EveryMs(2000), ExtendedStatus, Aircraft(modes::monitor);
     AVAILABLE_MODES_DATA: Answer, ExtendedStatus, Listed(modes::available_modes);

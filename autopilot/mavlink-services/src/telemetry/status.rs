@@ -24,6 +24,7 @@ use crate::telemetry::motion::{calibrated_m_s, known};
 use crate::{convert, heartbeat};
 use flight_management::event::Snapshot;
 use flight_management::vehicle::Mode;
+use flight_management::vehicle::fence::{Breach, FenceAction, FenceStatus};
 use flight_management::vehicle::plan::Progress;
 
 /// Command of an effector: -1 to 1 of its travel, 0 to 1 of the engine's range.
@@ -334,11 +335,17 @@ fn validity(aircraft: &Aircraft) -> Validity {
 /// SYS_STATUS. A sensor is healthy while its measurement is valid, and where the estimator flies, while that uses it; control while the
 /// aircraft flies and has not been terminated. The same condition makes it ready.
 pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
-    let enabled = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     let aircraft = &view.shared.aircraft;
-    // A geofence that is switched off: MAVProxy reports a breach of one that is absent.
-    let mut health = Sensor::MAV_SYS_STATUS_GEOFENCE;
-    let present = enabled | health;
+    let navigation = &view.shared.parameters.navigation;
+    let fence = aircraft.snapshot().map(|state| state.navigation.fence).unwrap_or_default();
+    let has_fence = fence.has_areas || navigation.has_fence_altitudes();
+    let is_watched = has_fence && !fence.is_off && navigation.fence_action != FenceAction::Nothing;
+    let mut present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+    let (mut enabled, mut health) = (present, Sensor::empty());
+    present.set(Sensor::MAV_SYS_STATUS_GEOFENCE, has_fence);
+    enabled.set(Sensor::MAV_SYS_STATUS_GEOFENCE, is_watched);
+    // Also without a fence: MAVProxy reports a breach where it is missing.
+    health.set(Sensor::MAV_SYS_STATUS_GEOFENCE, fence.breach.is_none());
     let valid = validity(aircraft);
     for (is_valid, sensor) in [
         (valid.rates, Sensor::MAV_SYS_STATUS_SENSOR_3D_GYRO),
@@ -373,6 +380,23 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
         onboard_control_sensors_health_extended: wire::MavSysStatusSensorExtended::empty(),
         ..wire::SYS_STATUS_DATA::DEFAULT
     }))
+}
+
+/// FENCE_STATUS: the breach that lasts, and the last one.
+pub fn fence_status(state: &Snapshot) -> Encoded {
+    let FenceStatus { breach, breaches, last, .. } = state.navigation.fence;
+    let kind = |breach| match breach {
+        Breach::Low => wire::FenceBreach::FENCE_BREACH_MINALT,
+        Breach::High => wire::FenceBreach::FENCE_BREACH_MAXALT,
+        Breach::Outside | Breach::Exclusion => wire::FenceBreach::FENCE_BREACH_BOUNDARY,
+    };
+    Encoded::new(&wire::FENCE_STATUS_DATA {
+        breach_time: last.map_or(0, |(_, time)| convert::boot_ms(time)),
+        breach_count: breaches,
+        breach_status: u8::from(breach.is_some()),
+        breach_type: last.map_or(wire::FenceBreach::FENCE_BREACH_NONE, |(breach, _)| kind(breach)),
+        breach_mitigation: wire::FenceMitigate::FENCE_MITIGATE_NONE,
+    })
 }
 
 pub fn landed_state(aircraft: &Aircraft) -> wire::MavLandedState {

@@ -204,7 +204,7 @@ fn the_plan_file_is_beside_the_parameters_and_a_file_of_another_program_stays() 
     let folder = tempfile::tempdir().unwrap();
     let parameters = folder.path().join("parameters.toml");
     let kept = KeptPlan::read_beside(&parameters).unwrap();
-    assert_eq!((kept.plan.count(), kept.summary()), (0, None), "not there yet");
+    assert_eq!((kept.plan.counts(), kept.summary()), ([0; 3], None), "not there yet");
     assert_eq!(kept.path, folder.path().join("parameters.plan.toml"));
 
     fs::write(&kept.path, "count = 0\n").unwrap();

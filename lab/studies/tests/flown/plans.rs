@@ -55,10 +55,12 @@ fn fly(file: &str, wind_m_s: f64) -> (Flown, Plan, Vec<u16>) {
 #[test]
 fn every_file_with_a_landing_is_flown_to_its_landing_point() {
     for (file, wind_m_s) in [
+        ("before_fences.mission", 0.0),
         ("circles_to_altitudes.waypoints", 0.0),
         ("circuit_for_ever.waypoints", 3.0),
         ("every_kind.waypoints", 0.0),
         ("exchanged_radius.plan", 0.0),
+        ("home_on_the_ground.waypoints", 0.0),
         ("survey_and_landing_pattern.plan", 3.0),
         ("takeoff_circle_land.plan", 0.0),
         ("there_and_back.waypoints", 0.0),

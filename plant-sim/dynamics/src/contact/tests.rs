@@ -508,7 +508,7 @@ fn a_catapult_holds_until_the_engine_is_up_and_then_gives_the_speed_of_the_launc
     let launch = Launch { along_m: 10.0, height_m: 1.5, speed_m_s: 18.0, pitch_rad: 0.15 };
     let start = GroundStart::Catapult { launch, rail_m: 3.0 };
     for step_us in [1_000, 4_000] {
-        let mut setup = setup(aircraft("aerosonde"), GroundSetup { start, ..runway() }, step_us);
+        let mut setup = setup(unbreakable("aerosonde"), GroundSetup { start, ..runway() }, step_us);
         setup.wind.speed_m_s = 4.0;
         setup.wind.towards_rad = 1.5;
         setup.earth = EarthModel::Wgs84;

@@ -1,13 +1,16 @@
 //! The lists of the fence and of the rally points.
 
 use super::client::*;
+use crate::tests::world::Got;
 use ::mavlink::dialects::common::{
-    MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavMissionResult as R, MavMissionType as Kind,
+    FENCE_STATUS_DATA, FenceBreach, MISSION_ITEM_INT_DATA, MavCmd, MavFrame, MavMissionResult as R,
+    MavMissionType as Kind, MavSysStatusSensor, SYS_STATUS_DATA,
 };
+use flight_management::command::{Command, VehicleCommand};
 use flight_management::vehicle::Mode;
 
-const FENCE: Kind = Kind::MAV_MISSION_TYPE_FENCE;
-const RALLY: Kind = Kind::MAV_MISSION_TYPE_RALLY;
+pub const FENCE: Kind = Kind::MAV_MISSION_TYPE_FENCE;
+pub const RALLY: Kind = Kind::MAV_MISSION_TYPE_RALLY;
 const IN: MavCmd = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION;
 const OUT: MavCmd = MavCmd::MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION;
 
@@ -37,6 +40,14 @@ fn numbered(mut items: Vec<MISSION_ITEM_INT_DATA>) -> Vec<MISSION_ITEM_INT_DATA>
 /// Half a degree around the aircraft.
 const SQUARE: [[f64; 2]; 4] = [[-0.5, -0.5], [-0.5, 0.5], [0.5, 0.5], [0.5, -0.5]];
 
+pub fn some_fence() -> Vec<MISSION_ITEM_INT_DATA> {
+    numbered(polygon(IN, &SQUARE))
+}
+
+pub fn some_rally() -> Vec<MISSION_ITEM_INT_DATA> {
+    numbered(vec![at(RALLY, MavCmd::MAV_CMD_NAV_RALLY_POINT, 0.0, [0.3, 0.1]); 2])
+}
+
 fn client(list: Kind) -> Client {
     Client { list, ..Client::new(QGC) }
 }
@@ -51,7 +62,7 @@ fn a_fence_and_rally_points_come_back_as_they_were_uploaded_and_can_be_cleared()
     let (got, got_id) = client.download().unwrap();
     assert_eq!((bytes(&got), got_id), (bytes(&fence), id));
     client.list = RALLY;
-    let rally = numbered(vec![at(RALLY, MavCmd::MAV_CMD_NAV_RALLY_POINT, 0.0, [0.3, 0.1]); 2]);
+    let rally = some_rally();
     assert_eq!(client.upload(&rally).unwrap().0, ACCEPTED);
     assert_eq!(bytes(&client.download().unwrap().0), bytes(&rally));
     for list in [FENCE, RALLY] {
@@ -134,4 +145,71 @@ fn beyond_the_fence_the_aircraft_holds_and_the_operator_hears_it() {
     client.world.run_ms(500);
     assert!(client.world.has_text("Fence breached: in an exclusion area"));
     assert_eq!(client.world.autopilot.snapshot().unwrap().mode, Mode::Hold);
+}
+
+/// Whether the fence is present, enabled and healthy in SYS_STATUS, and FENCE_STATUS.
+fn state_of_fence(client: &mut Client) -> ([bool; 3], FENCE_STATUS_DATA) {
+    client.world.got.clear();
+    client.world.run_ms(1_100);
+    let got = &client.world.got;
+    let status = got.iter().rev().find_map(Got::read::<SYS_STATUS_DATA>).unwrap();
+    let bits = [
+        status.onboard_control_sensors_present,
+        status.onboard_control_sensors_enabled,
+        status.onboard_control_sensors_health,
+    ];
+    let fence = got.iter().rev().find_map(Got::read::<FENCE_STATUS_DATA>).unwrap();
+    (bits.map(|bits| bits.contains(MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE)), fence)
+}
+
+#[test]
+fn ground_stations_see_the_fence_and_its_breach() {
+    let mut client = client(FENCE);
+    let (bits, fence) = state_of_fence(&mut client);
+    assert_eq!(bits, [false, false, true], "there is none");
+    assert_eq!((fence.breach_status, fence.breach_count, fence.breach_time), (0, 0, 0));
+    assert_eq!(fence.breach_type, FenceBreach::FENCE_BREACH_NONE);
+    client.upload(&some_fence()).unwrap();
+    assert_eq!(state_of_fence(&mut client).0, [true; 3]);
+    client.world.send_command(207, [0.0; 7]);
+    assert_eq!(state_of_fence(&mut client).0, [true, false, true], "switched off");
+
+    let keep_out = [[-0.1, -0.1], [-0.1, 0.1], [0.1, 0.1], [0.1, -0.1]];
+    client.upload(&numbered(polygon(OUT, &keep_out))).unwrap();
+    let (bits, fence) = state_of_fence(&mut client);
+    assert_eq!(bits, [true, true, false]);
+    assert_eq!((fence.breach_status, fence.breach_count), (1, 1));
+    assert_eq!(fence.breach_type, FenceBreach::FENCE_BREACH_BOUNDARY);
+    assert!(fence.breach_time > 2_000, "{fence:?}");
+    client.clear().unwrap();
+    let (bits, cleared) = state_of_fence(&mut client);
+    assert_eq!(bits, [false, false, true]);
+    assert_eq!((cleared.breach_status, cleared.breach_count), (0, 1), "the last one stays");
+    assert_eq!(cleared.breach_time, fence.breach_time);
+
+    client.world.got.clear();
+    client.world.send_command(512, [162.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    client.world.run_ms(10);
+    assert!(client.world.got.iter().any(|got| got.read::<FENCE_STATUS_DATA>().is_some()));
+}
+
+#[test]
+fn rally_points_above_sea_level_count_from_the_home_of_the_plan() {
+    let mut client = client(Kind::MAV_MISSION_TYPE_MISSION);
+    let home = MISSION_ITEM_INT_DATA {
+        z: 702.0,
+        frame: MavFrame::MAV_FRAME_GLOBAL,
+        ..item(0, MavCmd::MAV_CMD_NAV_WAYPOINT, [0.0; 4])
+    };
+    assert_eq!(client.upload(&[home, waypoint(1), waypoint(2)]).unwrap().0, ACCEPTED);
+    client.list = RALLY;
+    client.world.take_commands();
+    assert_eq!(client.upload(&some_rally()).unwrap().0, ACCEPTED);
+    let altitudes_m = client.world.take_commands().into_iter().find_map(|command| match command {
+        Command::Vehicle(VehicleCommand::Rally(points)) => {
+            Some(points.iter().map(|point| point.altitude_m).collect::<Vec<_>>())
+        }
+        _ => None,
+    });
+    assert_eq!(altitudes_m, Some(vec![4_798.0; 2]), "5500 m, and home at 702 m");
 }

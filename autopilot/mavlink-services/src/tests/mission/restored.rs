@@ -1,9 +1,13 @@
-//! The plan of an earlier run of the program.
+//! The plan, the fence and the rally points of an earlier run of the program.
 
 use super::client::*;
+use super::fences::{FENCE, RALLY, some_fence, some_rally};
 use crate::mission::SavedPlan;
 use crate::tests::world::*;
-use ::mavlink::dialects::common::{MISSION_ITEM_INT_DATA, MavCmd};
+use ::mavlink::dialects::common::{
+    MISSION_ITEM_INT_DATA, MavCmd, MavMissionResult, MavMissionType,
+};
+use flight_management::command::{Command, VehicleCommand};
 use flight_management::parameters::Parameters;
 use flight_management::vehicle::Mode;
 
@@ -64,7 +68,7 @@ fn a_cleared_plan_is_gone_after_a_restart() {
     file(&mut first);
     first.clear().unwrap();
     let saved = file(&mut first);
-    assert_eq!(saved.count(), 0);
+    assert_eq!(saved.counts(), [0; 3]);
     let mut second = keeping(saved);
     assert_eq!(second.download().unwrap().0.len(), 0);
     assert!(!second.world.has_text("ission"), "{:?}", second.world.texts());
@@ -105,4 +109,52 @@ fn without_a_plan_file_nothing_is_written_and_a_failed_write_is_reported() {
     client.world.ground.handle_plan_saved(&saved, client.world.now);
     client.world.settle();
     assert!(client.world.has_text("The plan is not saved: No space left"));
+}
+
+#[test]
+fn fence_and_rally_points_are_in_force_after_a_restart_and_clearing_the_plan_keeps_them() {
+    let mut first = keeping(SavedPlan::default());
+    first.upload(&some_items()).unwrap();
+    for (list, items) in [(FENCE, some_fence()), (RALLY, some_rally())] {
+        first.list = list;
+        assert_eq!(first.upload(&items).unwrap().0, ACCEPTED, "{:?}", first.world.texts());
+    }
+    let saved = file(&mut first);
+    assert_eq!(saved.counts(), [4, 4, 2]);
+
+    let mut second = keeping(saved.clone());
+    for words in ["Fence of the last run: 4 items", "Rally points of the last run: 2 items"] {
+        assert!(second.world.has_text(words), "{:?}", second.world.texts());
+    }
+    for (list, items) in [(FENCE, some_fence()), (RALLY, some_rally())] {
+        second.list = list;
+        assert_eq!(bytes(&second.download().unwrap().0), bytes(&items));
+    }
+    let commands = second.world.take_commands();
+    let is_fence =
+        |command: &Command| matches!(command, Command::Vehicle(VehicleCommand::Fence(_)));
+    assert!(commands.iter().any(is_fence), "{commands:?}");
+    let beyond = some_rally().into_iter().map(|item| MISSION_ITEM_INT_DATA { x: 0, ..item });
+    let (result, _) = second.upload(&beyond.collect::<Vec<_>>()).unwrap();
+    assert_eq!(result, MavMissionResult::MAV_MISSION_INVALID_PARAM5_X, "beyond the saved fence");
+    assert!(second.world.ground.pop_plan_save().is_none(), "the file is as it was");
+    second.list = MavMissionType::MAV_MISSION_TYPE_MISSION;
+    second.clear().unwrap();
+    assert_eq!(file(&mut second).counts(), [0, 4, 2]);
+}
+
+#[test]
+fn a_saved_list_that_is_refused_stays_in_the_file_when_another_one_changes() {
+    let mut first = keeping(SavedPlan::default());
+    first.upload(&some_items()).unwrap();
+    let saved = file(&mut first);
+    let mut parameters = Parameters::default();
+    parameters.set_all([("REF_ALT_MIN", 11_000.0), ("RTL_RETURN_ALT", 11_000.0)]).unwrap();
+    let mut second = Client::new(QGC);
+    second.world = World::flying_with(&parameters);
+    second.world.ground.keep_plan(saved);
+    second.world.run_ms(20);
+    second.list = FENCE;
+    second.upload(&some_fence()).unwrap();
+    assert_eq!(file(&mut second).counts(), [4, 4, 0]);
 }
