@@ -49,8 +49,10 @@ impl GroundDemand {
 const STEERED_MIN_M_S: f64 = 0.5;
 /// Slower than this the rudder does not turn farther, m/s.
 const STEERING_M_S: f64 = 5.0;
-/// A missing yaw rate is met by this part of the wheel angle that would give it.
-const STEERING_FEEDBACK: f64 = 0.5;
+/// A missing yaw rate is met by this times the wheel angle that would give it, and its integral by this, 1/s.
+const STEERING_FEEDBACK: f64 = 1.5;
+const STEERING_INTEGRAL_PER_S: f64 = 1.0;
+const YAW_INTEGRAL_MAX_RAD: f64 = 0.5;
 /// Largest lateral acceleration that is steered, m/s².
 const LATERAL_MAX_M_S2: f64 = 2.0;
 /// Surfaces with less effect than this are left alone, rad/s² and rad/s² per rad.
@@ -65,6 +67,8 @@ pub struct GroundControl {
     pitch_rad: Option<f64>,
     /// Integral of the pitch error, rad s.
     pitch_integral: f64,
+    /// Integral of the missing yaw rate, rad.
+    yaw_integral_rad: f64,
 }
 
 impl GroundControl {
@@ -94,7 +98,7 @@ impl GroundControl {
             + nozzle.map_or(0.0, |nozzle| model.effect(at, nozzle).y) * nozzle_max;
         let pitch = match demand.pitch_rad {
             None => {
-                *self = Self::default();
+                (self.pitch_rad, self.pitch_integral) = (None, 0.0);
                 0.0
             }
             Some(wanted_rad) => {
@@ -123,24 +127,38 @@ impl GroundControl {
             // A positive elevator command pitches down.
             elevator_rad: -share * elevator_max,
             nozzle_pitch_rad: share * nozzle_max,
-            rudder_rad: steer(state, demand.heading_rad, &gains.ground),
+            rudder_rad: self.steer(state, demand.heading_rad, &gains.ground, h),
             thrust_n,
             ..MainCommand::default()
         }
     }
 }
 
-/// Rudder command with which the nose wheel turns the aircraft to a heading, rad; positive turns left.
-fn steer(state: &NavigationState, heading_rad: f64, gains: &GroundGains) -> f64 {
-    let speed_m_s = libm::hypot(state.velocity.0.x, state.velocity.0.y);
-    if speed_m_s < STEERED_MIN_M_S {
-        return 0.0;
+impl GroundControl {
+    /// Rudder command with which the nose wheel turns the aircraft to a heading, rad; positive turns left.
+    fn steer(
+        &mut self,
+        state: &NavigationState,
+        heading_rad: f64,
+        gains: &GroundGains,
+        h: f64,
+    ) -> f64 {
+        let speed_m_s = libm::hypot(state.velocity.0.x, state.velocity.0.y);
+        if speed_m_s < STEERED_MIN_M_S {
+            self.yaw_integral_rad = 0.0;
+            return 0.0;
+        }
+        let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
+        let most = LATERAL_MAX_M_S2 / speed_m_s;
+        let rate = (gains.heading_per_s * error).clamp(-most, most);
+        let missing = rate - state.rates.z;
+        // The wind turns the nose all the time.
+        self.yaw_integral_rad = (self.yaw_integral_rad + missing * h)
+            .clamp(-YAW_INTEGRAL_MAX_RAD, YAW_INTEGRAL_MAX_RAD);
+        let feedback =
+            STEERING_FEEDBACK * missing + STEERING_INTEGRAL_PER_S * self.yaw_integral_rad;
+        -gains.steering_m * (rate + feedback) / speed_m_s.max(STEERING_M_S)
     }
-    let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
-    let most = LATERAL_MAX_M_S2 / speed_m_s;
-    let rate = (gains.heading_per_s * error).clamp(-most, most);
-    let feedback = STEERING_FEEDBACK * (rate - state.rates.z);
-    -gains.steering_m * (rate + feedback) / speed_m_s.max(STEERING_M_S)
 }
 
 #[cfg(test)]

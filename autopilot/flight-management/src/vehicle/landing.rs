@@ -133,7 +133,8 @@ impl Approach {
             flare.correction_m_s += FLARE_RATE_PER_S * too_fast_m_s * situation.dt_s;
             demand.altitude_m =
                 altitude_m + flare.lead_s * (too_fast_m_s + flare.correction_m_s - wanted_m_s);
-            demand.airspeed_m_s = rules.rotation_m_s(self.ground_m);
+            demand.airspeed_m_s =
+                0.5 * (rules.approach_m_s(self.ground_m) + rules.rotation_m_s(self.ground_m));
         }
         let steering = follow_line(&from, &to, &situation.velocity, &rules.guidance());
         Some(Flown { steering, target: Some(target(&self.to, &to, demand.altitude_m, None)) })
