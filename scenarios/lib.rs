@@ -8,8 +8,18 @@ pub const NOMINAL: &str = include_str!("nominal.toml");
 pub const CASE1: &str = include_str!("case1.toml");
 /// The paper's second case: turn with a rudder that jams at +7 degrees.
 pub const CASE2: &str = include_str!("case2.toml");
+/// At rest on a runway, for a ground station.
+pub const FIELD: &str = include_str!("field.toml");
+/// Takeoff and landing there.
+pub const CIRCUIT: &str = concat!(include_str!("field.toml"), include_str!("circuit.toml"));
 /// A chain of faults.
 pub const CHAIN: &str = include_str!("chain.toml");
 
 /// The scenarios that have a name.
-pub const SCENARIOS: &[(&str, &str)] = &[("nominal", NOMINAL), ("case1", CASE1), ("case2", CASE2)];
+pub const SCENARIOS: &[(&str, &str)] = &[
+    ("nominal", NOMINAL),
+    ("case1", CASE1),
+    ("case2", CASE2),
+    ("field", FIELD),
+    ("circuit", CIRCUIT),
+];

@@ -43,6 +43,7 @@ pub const STUDIES: &[(&str, &str)] = files![
     "detection-jams",
     "isolation",
     "isolation-pairs",
+    "landings",
 ];
 
 /// Campaigns that stay as they are, so that laws can be compared across versions and papers.

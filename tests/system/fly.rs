@@ -341,7 +341,7 @@ fn a_flight_that_cannot_be_flown_is_refused_with_key_value_and_expectation() {
     for (words, expected) in [
         (
             &["case9"][..],
-            "case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2",
+            "case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2, field, circuit",
         ),
         (&["case1", "--airframe", "no.toml"], "no.toml: "),
         (&["case1", "--model", "no.toml"], "no.toml: "),

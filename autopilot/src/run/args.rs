@@ -599,7 +599,7 @@ mod tests {
         let message = error(&["--model", "no.toml"]);
         assert!(message.starts_with("--model no.toml: "), "{message}");
         let message = error(&["--scenario", "case9"]);
-        let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
+        let words = "--scenario case9: there is no such scenario and no such file; the scenarios are nominal, case1, case2, field, circuit";
         assert_eq!(message, words);
     }
 

@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn a_missing_scenario_is_named() {
         let error = parse(&["--scenario", "no.toml"]).unwrap().plant_setup().unwrap_err();
-        let words = "--scenario no.toml: there is no such scenario and no such file; the scenarios are nominal, case1, case2";
+        let words = "--scenario no.toml: there is no such scenario and no such file; the scenarios are nominal, case1, case2, field, circuit";
         assert_eq!(error.to_string(), words);
         let error = parse(&["--airframe", "no.toml"]).unwrap().plant_setup().unwrap_err();
         assert!(error.to_string().starts_with("--airframe no.toml: "), "{error}");

@@ -11,11 +11,14 @@ use super::modes::{Flown, target};
 use super::request::Place;
 
 /// The flare reduces the sink rate to that of the touchdown with this time constant, s.
-const FLARE_S: f64 = 4.0;
+const FLARE_S: f64 = 5.0;
 /// A wrong rate of descent is corrected at this rate, 1/s.
-const FLARE_RATE_PER_S: f64 = 0.5;
-/// Least lead of the reference in the flare, s.
-const LEAD_MIN_S: f64 = 2.0;
+const FLARE_RATE_PER_S: f64 = 0.7;
+/// And at once by this times what the lead gives.
+const FLARE_GAIN: f64 = 2.0;
+/// Least lead of the reference in the flare, s per m/s: where the integrator of the altitude law has taken over the glide, the lead seen
+/// there is too small.
+const LEAD_MIN_S2_M: f64 = 0.12;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
 /// Time constant with which the reference comes to lead the glide, s: twice the lag of the slowest altitude law.
@@ -126,13 +129,16 @@ impl Approach {
         } else {
             let sink_m_s = -situation.climb_m_s;
             let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
-            let begun = Flare { lead_s: lead_s.clamp(LEAD_MIN_S, LEAD_S), correction_m_s: 0.0 };
+            let begun = Flare {
+                lead_s: lead_s.min(LEAD_S).max(LEAD_MIN_S2_M * situation.speed_m_s),
+                correction_m_s: 0.0,
+            };
             let flare = self.flare.get_or_insert(begun);
             let wanted_m_s = height_m.max(0.0) / FLARE_S + touchdown_m_s;
             let too_fast_m_s = sink_m_s - wanted_m_s;
             flare.correction_m_s += FLARE_RATE_PER_S * too_fast_m_s * situation.dt_s;
-            demand.altitude_m =
-                altitude_m + flare.lead_s * (too_fast_m_s + flare.correction_m_s - wanted_m_s);
+            demand.altitude_m = altitude_m
+                + flare.lead_s * (FLARE_GAIN * too_fast_m_s + flare.correction_m_s - wanted_m_s);
             demand.airspeed_m_s =
                 0.5 * (rules.approach_m_s(self.ground_m) + rules.rotation_m_s(self.ground_m));
         }
