@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use autopilot::command::Command;
-use autopilot::event::EventKind;
+use autopilot::event::{Event, EventKind};
 use autopilot::mavlink::mission::file::PlanFile;
 use autopilot::run::LawArgs;
 use autopilot::vehicle::geodesy::{Horizon, Site};
@@ -18,6 +18,8 @@ use autopilot::vehicle::{Airspeed, Mode, Place, VehicleEvent};
 use flight_control::guidance::Horizontal;
 use host_io::folder::OutFolder;
 use icd::SimTime;
+use plant_sim::geodesy::Geodetic;
+use plant_sim::ground::{GroundSetup, GroundStart};
 use plant_sim::io::{parse_earth, whole};
 use plant_sim::{EarthModel, Start};
 
@@ -73,8 +75,8 @@ pub struct MissionOptions {
     /// Turbulence, m/s rms: light 1.5, moderate 3
     #[arg(long, allow_negative_numbers = true, value_name = "M_S", default_value_t = 0.0, value_parser = up_to(TURBULENCE_MAX_M_S, "m/s"))]
     pub turbulence_m_s: f64,
-    /// Plan to fly instead of the demonstration: a .plan of QGroundControl or a text of waypoints (QGC WPL 110). The flight begins over
-    /// its home, at the altitude of its first item
+    /// Plan to fly instead of the demonstration: a .plan of QGroundControl or a text of waypoints (QGC WPL 110). The flight begins at
+    /// its home: on the ground if the plan begins with a takeoff, else at the altitude of its first item
     #[arg(long, value_name = "FILE")]
     pub plan: Option<PathBuf>,
     /// Begin the landing of the plan at this time, s: it leaves an endless jump
@@ -215,11 +217,12 @@ pub fn start(setup: &FlightSetup) -> Place {
     Place { latitude_rad: start.latitude_rad, longitude_rad: start.longitude_rad }
 }
 
-/// The commands that begin a plan.
+/// The commands that begin a plan; an aircraft in the air is armed already.
 pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
     let at = SimTime::from_seconds(BEGIN_S).unwrap_or(SimTime::ZERO);
     let commands = [
         Command::Vehicle(VehicleCommand::Plan(Arc::clone(plan))),
+        Command::Vehicle(VehicleCommand::Arm(true)),
         Command::Vehicle(VehicleCommand::Mode(Mode::Mission)),
     ];
     commands.map(|command| TimedCommand { at, command }).into()
@@ -228,13 +231,21 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 /// Flies commands until some time after the plan is complete, and keeps the track.
 pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Problem> {
     let mut flown = Flown::default();
-    let (mut over_s, mut last) = (f64::INFINITY, None);
+    let (mut over_s, mut last, mut down) = (f64::INFINITY, None, None);
+    let is = |event: &Event, what: VehicleEvent| event.kind == EventKind::Vehicle(what);
     let end = watch_with_commands(setup, commands, |tick| {
         let t_s = tick.exchange.time.as_seconds();
         flown.events.extend(tick.events.iter().map(|event| (t_s, event.kind)));
-        let complete = EventKind::Vehicle(VehicleEvent::PlanComplete);
-        if tick.events.iter().any(|event| event.kind == complete) {
+        if tick.events.iter().any(|event| is(event, VehicleEvent::PlanComplete)) {
             over_s = t_s + AFTER_S;
+        }
+        if let (None, Some(touchdown)) = (&down, tick.plant.touchdown()) {
+            let sink_m_s = touchdown.sink_m_s;
+            down = Some(Touchdown { sink_m_s, ..Touchdown::of(tick) });
+        }
+        // It has stopped, too.
+        if tick.events.iter().any(|event| is(event, VehicleEvent::Armed(false))) {
+            over_s = t_s;
         }
         if tick.exchange.step.is_multiple_of(TRACK_EVERY) {
             flown.track.push(TrackPoint::of(tick));
@@ -242,7 +253,7 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         last = Some(Touchdown::of(tick));
         if t_s < over_s { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })?;
-    flown.touchdown = last.filter(|_| end.on_ground);
+    flown.touchdown = down.or_else(|| last.filter(|_| end.on_ground));
     Ok(flown)
 }
 
@@ -270,10 +281,29 @@ impl TrackPoint {
     }
 }
 
+/// Elevations that a runway may have, m.
+const ELEVATIONS_M: [f64; 2] = [-450.0, 9_000.0];
 /// Largest file of a plan, bytes.
 const FILE_MAX: u64 = 4 << 20;
 
-/// The plan of a file, and a flight that begins over its home with the first leg ahead.
+/// A runway at a place, as long as any aircraft needs.
+fn field(home: Place, elevation_m: f64, heading_rad: f64) -> GroundSetup {
+    GroundSetup {
+        threshold: Geodetic {
+            latitude_rad: home.latitude_rad,
+            longitude_rad: home.longitude_rad,
+            altitude_m: elevation_m,
+        },
+        heading_rad,
+        length_m: 5_000.0,
+        slope: 0.0,
+        friction: 1.0,
+        start: GroundStart::Ready { along_m: 0.0 },
+    }
+}
+
+/// The plan of a file, and a flight that begins at its home with the first leg ahead: on the ground if the plan begins with a takeoff,
+/// else over it.
 pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan), Problem> {
     let name = path.display();
     let text = host_io::file::read_text(path, FILE_MAX)?;
@@ -281,8 +311,16 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let parameters = &setup.parameters;
     let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
     let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
-    let airspeed = Airspeed::True(setup.plant.start.airspeed_m_s);
-    let (plan, notes) = file.plan(&rules, Some(airspeed)).map_err(refused)?;
+    let airspeed = Some(Airspeed::True(setup.plant.start.airspeed_m_s));
+    let (mut plan, mut notes) = file.plan(&rules, airspeed).map_err(refused)?;
+    let first = plan.items.iter().find(|item| !item.action.is_immediate());
+    let lifts_off = first.is_some_and(|item| matches!(item.action, Action::Takeoff { .. }));
+    let elevation_m = file.home().map(|(_, m)| m).filter(|m| m.is_finite()).unwrap_or(0.0);
+    let elevation_m = elevation_m.max(ELEVATIONS_M[0]).min(ELEVATIONS_M[1]);
+    let from_ground = lifts_off && setup.plant.airframe.gear.is_some();
+    if from_ground {
+        (plan, notes) = file.plan(&rules.over(elevation_m), airspeed).map_err(refused)?;
+    }
     if plan.items.is_empty() {
         return Err(problem!("{name}: the mission has no items to fly"));
     }
@@ -297,6 +335,10 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let start = &mut setup.plant.start;
     (start.latitude_rad, start.longitude_rad) = (home.latitude_rad, home.longitude_rad);
     start.heading_rad = libm::atan2(ahead.y, ahead.x);
+    if from_ground {
+        setup.plant.ground = Some(field(home, elevation_m, start.heading_rad));
+        return Ok((file, plan));
+    }
     let above_ground =
         |item: &Item| item.action.altitude_m().filter(|altitude_m| *altitude_m > 0.0);
     let altitude_m = plan.items.iter().find_map(above_ground);
