@@ -118,6 +118,12 @@ fn mavsdk_flies_a_mission_and_sees_a_healthy_aircraft() {
 }
 
 #[test]
+fn mavsdk_takes_off_flies_a_mission_inside_a_fence_and_lands() {
+    let options = ["--speed", "10", "--scenario", "field", "--airframe", "aerosonde"];
+    holds(run("clients/mavsdk_takeoff.py", "udpin://", &options, &[]));
+}
+
+#[test]
 fn mavsdk_injects_and_clears_faults_and_receives_refusals() {
     holds(run("clients/mavsdk_failure.py", "udpin://", &["--speed", "5"], &[]));
 }

@@ -1,6 +1,5 @@
 //! The aircraft as the ground-station side knows it, from events and snapshots only.
 
-use flight_control::NavigationState;
 use icd::{Body, Ned};
 
 use flight_management::event::{EventKind, Snapshot};
@@ -28,7 +27,7 @@ pub enum Phase {
     Lost,
 }
 
-/// A point on the ground, altitude zero. At first it is below the aircraft's first known position, until a command moves it.
+/// A point on the ground. At first it is below the aircraft's first known position, until a command moves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Home {
     /// Geodetic latitude, rad.
@@ -40,13 +39,15 @@ pub struct Home {
 }
 
 impl Home {
-    fn at(place: Place, motion: &NavigationState) -> Self {
+    fn at(place: Place, snapshot: &Snapshot) -> Self {
+        let motion = snapshot.motion();
         let offset = Horizon::at(Place::of(motion)).offset(&Site::at(place));
         let at = motion.position.0;
+        let height_m = motion.altitude_m - snapshot.navigation.ground_m;
         Self {
             latitude_rad: place.latitude_rad,
             longitude_rad: place.longitude_rad,
-            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + motion.altitude_m),
+            position: Ned::new(at.x + offset.x, at.y + offset.y, at.z + height_m),
         }
     }
 
@@ -115,7 +116,7 @@ impl Aircraft {
             EventKind::Vehicle(VehicleEvent::Home(place)) => {
                 // Before the first snapshot there are no local axes; that snapshot also sets home.
                 if let Some(snapshot) = &self.snapshot {
-                    self.home = Some(Home::at(place, snapshot.motion()));
+                    self.home = Some(Home::at(place, snapshot));
                     self.home_reported = true;
                 }
             }
@@ -148,7 +149,7 @@ impl Aircraft {
             && !self.home.is_some_and(|home| home.is_at(place))
             && !self.home_reported
         {
-            self.home = Some(Home::at(place, snapshot.motion()));
+            self.home = Some(Home::at(place, snapshot));
         }
         // A snapshot that contradicts the event may predate it; the mirror takes the next one.
         self.home_reported = false;

@@ -316,7 +316,7 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let first = plan.items.iter().find(|item| !item.action.is_immediate());
     let lifts_off = first.is_some_and(|item| matches!(item.action, Action::Takeoff { .. }));
     let elevation_m = file.home().map(|(_, m)| m).filter(|m| m.is_finite()).unwrap_or(0.0);
-    let elevation_m = elevation_m.max(ELEVATIONS_M[0]).min(ELEVATIONS_M[1]);
+    let elevation_m = elevation_m.clamp(ELEVATIONS_M[0], ELEVATIONS_M[1]);
     let from_ground = lifts_off && setup.plant.airframe.gear.is_some();
     if from_ground {
         (plan, notes) = file.plan(&rules.over(elevation_m), airspeed).map_err(refused)?;

@@ -5,7 +5,9 @@ use std::net::UdpSocket;
 use std::process::{Child, ChildStdout, Command, Stdio};
 
 use autopilot::config;
-use flight_control::{CompensatorMode, Demand, FlightControl, Gains, MainLaw, Navigator};
+use flight_control::{
+    CompensatorMode, Demand, FlightControl, Gains, GroundDemand, MainLaw, Navigator,
+};
 use icd::ControlPeriod;
 use icd::wire::VERSION;
 use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario};
@@ -32,7 +34,7 @@ fn fly(name: &str, text: &str, compensator: CompensatorMode) -> (f64, f64) {
     let mut law = example::MyLaw::default();
     for _ in 0..30_000 {
         let state = navigator.step(plant.time(), &plant.sense());
-        let log = flight.step_with(&state, &demand, Some(&mut law));
+        let log = flight.step_with(&state, &demand, &GroundDemand::STAND, Some(&mut law));
         assert!(!log.health.implausible_command);
         plant.advance(&log.actuators());
     }

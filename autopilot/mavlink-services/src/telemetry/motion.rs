@@ -97,14 +97,13 @@ pub fn global_position_int(state: &Snapshot) -> Option<Encoded> {
     if motion.latitude_rad.is_nan() || motion.altitude_m.is_nan() || velocity.x.is_nan() {
         return None;
     }
-    let altitude = convert::millimetres(motion.altitude_m);
     Some(Encoded::new(&wire::GLOBAL_POSITION_INT_DATA {
         time_boot_ms: convert::boot_ms(state.time),
         lat: convert::degrees_e7(motion.latitude_rad),
         lon: convert::degrees_e7(motion.longitude_rad),
-        alt: altitude,
-        // Home is at altitude zero.
-        relative_alt: altitude,
+        alt: convert::millimetres(motion.altitude_m),
+        // Home is on the ground.
+        relative_alt: convert::millimetres(motion.altitude_m - state.navigation.ground_m),
         vx: convert::centimetres_per_second(velocity.x),
         vy: convert::centimetres_per_second(velocity.y),
         vz: convert::centimetres_per_second(velocity.z),
@@ -177,15 +176,17 @@ pub fn gps_raw_int(view: &TelemetryView, state: &Snapshot) -> Encoded {
 pub fn altitude(state: &Snapshot) -> Encoded {
     let motion = known(state);
     let altitude = convert::float(motion.altitude_m);
+    // The ground is level.
+    let above_ground_m = motion.altitude_m - state.navigation.ground_m;
+    let clearance_m = motion.height_above_ground_m.unwrap_or(above_ground_m);
     Encoded::new(&wire::ALTITUDE_DATA {
         time_usec: state.time.as_micros(),
         altitude_monotonic: altitude,
         altitude_amsl: altitude,
         altitude_local: convert::float(-motion.position.0.z),
-        altitude_relative: altitude,
-        // The ground is at altitude zero everywhere.
-        altitude_terrain: altitude,
-        bottom_clearance: altitude,
+        altitude_relative: convert::float(above_ground_m),
+        altitude_terrain: convert::float(above_ground_m),
+        bottom_clearance: convert::float(clearance_m),
     })
 }
 
@@ -196,8 +197,7 @@ pub fn home_position(view: &TelemetryView) -> Option<Encoded> {
     Some(Encoded::new(&wire::HOME_POSITION_DATA {
         latitude: convert::degrees_e7(home.latitude_rad),
         longitude: convert::degrees_e7(home.longitude_rad),
-        // The ground is at altitude zero everywhere.
-        altitude: 0,
+        altitude: convert::millimetres(view.shared.aircraft.ground_m()),
         x: convert::float(position.x),
         y: convert::float(position.y),
         z: convert::float(position.z),

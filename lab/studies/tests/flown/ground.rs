@@ -95,8 +95,8 @@ fn every_aircraft_takes_off_and_lands_where_it_began_without_an_alarm() {
         let flown = Circuit::fly(airframe, CIRCUIT, &wind);
         assert_eq!(flown.crash, None, "{airframe}");
         let times = [VehicleEvent::LiftOff, VehicleEvent::TouchDown, VehicleEvent::Armed(false)];
-        let [lift_off_s, touchdown_s, _] =
-            times.map(|event| flown.time_of(event).unwrap_or_else(|| panic!("{airframe}: {event:?}")));
+        let [lift_off_s, touchdown_s, _] = times
+            .map(|event| flown.time_of(event).unwrap_or_else(|| panic!("{airframe}: {event:?}")));
         let near = |time_s: f64| {
             let since = |event_s| (0.0..10.0).contains(&(time_s - event_s));
             since(lift_off_s) || since(touchdown_s)

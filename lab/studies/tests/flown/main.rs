@@ -9,5 +9,4 @@ mod isolation;
 mod laws;
 mod plans;
 mod script_flight;
-mod try_ground;
 mod wls;
