@@ -253,6 +253,7 @@ fn command() -> clap::Command {
     // Its first screen has some options; the help of `live` has the rest.
     let short = Cli::command()
         .mut_args(hide)
+        .mut_arg("scenario", |arg| arg.help("Name of a scenario, or a file"))
         .mut_arg("airframe", |arg| arg.help("Name of an aircraft, or a file"));
     with_short_help(without_models(short).disable_help_flag(true))
 }

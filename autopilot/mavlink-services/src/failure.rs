@@ -485,9 +485,10 @@ impl Unit {
     pub const EVERYTHING: Self = Self(-1);
 
     /// Those that cannot fail here: number, name, and why.
-    const TABLE: [(Self, &'static str, &'static str); 8] = [
+    const TABLE: [(Self, &'static str, &'static str); 9] = [
         (Self(5), "optical_flow", "there is no such sensor"),
         (Self(6), "vio", "there is no such sensor"),
+        (Self(7), "distance_sensor", "there is no such sensor"),
         (Self(100), "battery", "there is no battery"),
         (Self(103), "avoidance", "there is no obstacle avoidance"),
         (Self(104), "rc_signal", "there is no radio, switch the joystick off instead"),

@@ -287,6 +287,7 @@ mod tests {
             (Mode::Return, 84_148_224),
             (Mode::Offboard, 393_216),
             (Mode::Altitude, 131_072),
+            (Mode::Takeoff, 33_816_576),
         ] {
             assert_eq!(custom_mode(mode), expected, "{mode}");
         }
@@ -303,7 +304,7 @@ mod tests {
     #[test]
     fn unknown_modes_and_modes_without_the_custom_flag_are_denied_with_the_reason() {
         for (main, sub) in
-            [(0, 0), (1, 0), (3, 1), (4, 2), (4, 6), (4, 11), (4, 12), (7, 0), (255, 255)]
+            [(0, 0), (1, 0), (3, 1), (4, 1), (4, 6), (4, 11), (4, 12), (7, 0), (255, 255)]
         {
             let refused = requested(true, main, sub, ALL_STREAMS).unwrap_err();
             assert_eq!(refused.result, MavResult::MAV_RESULT_DENIED, "{main}/{sub}");

@@ -457,7 +457,7 @@ mod tests {
                 assert!(control.iter().any(|other| other.as_str() == format!("{before}_{name}")));
             }
         }
-        assert_eq!(control.len(), 126);
+        assert_eq!(control.len(), 128);
     }
 
     /// Replaces each number by a different one, and each flag by true.

@@ -328,7 +328,7 @@ sensor_faults! {
     Attitude: "deg" = DEG, "deg/s", 180.0, ["bias_deg", "rate_deg_s", "noise_deg"], (1_000, "attitude");
     Vanes: "deg" = DEG, "deg/s", 90.0, ["bias_deg", "rate_deg_s", "noise_deg"], (1_001, "vanes");
     EngineMonitor: "kN" = 1.0e3, "kN/s", 1_000.0, ["bias_kn", "rate_kn_s", "noise_kn"], (1_002, "engine_mon");
-    RadarAltimeter: "m" = 1.0, "m/s", 10_000.0, ["bias_m", "rate_m_s", "noise_m"], (7, "distance_sensor");
+    RadarAltimeter: "m" = 1.0, "m/s", 10_000.0, ["bias_m", "rate_m_s", "noise_m"], (1_004, "radar_alt");
     WeightOnWheels: "kN" = 1.0e3, "kN/s", 1_000.0, ["bias_kn", "rate_kn_s", "noise_kn"], (1_003, "wheels");
 }
 

@@ -17,7 +17,7 @@ fn sensors() -> Sensors {
         time: SimTime::from_micros(13_992 + sensor),
         valid: sensor.is_multiple_of(2),
     };
-    Sensors::new(&[0, 1, 2, 3, 4, 5, 6, 7, 8].map(stamp), &values)
+    Sensors::new(&std::array::from_fn(|number| stamp(number as u64)), &values)
 }
 
 fn full_sensor_packet() -> SensorPacket {

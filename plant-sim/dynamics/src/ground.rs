@@ -118,7 +118,6 @@ impl GroundSetup {
     pub fn check(&self) -> Result<(), Problem> {
         let Self { threshold, heading_rad, length_m, slope, friction, start } = self;
         let most_percent = 100.0 * Self::SLOPE_MAX;
-        start.check(SECTION, *length_m)?;
         for (key, value, min, max) in [
             ("latitude_deg", threshold.latitude_rad.to_degrees(), -89.0, 89.0),
             ("longitude_deg", threshold.longitude_rad.to_degrees(), -180.0, 180.0),
@@ -130,7 +129,7 @@ impl GroundSetup {
         ] {
             check_range(SECTION, key, value, min, max)?;
         }
-        Ok(())
+        start.check(SECTION, *length_m)
     }
 
     /// The point of the runway this far from its threshold.

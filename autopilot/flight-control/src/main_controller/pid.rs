@@ -147,12 +147,14 @@ impl Pid {
         if runs && !blocked {
             self.altitude.add(slow * gains.k_hi * error * h, gains.integral_max_rad);
         }
-        let feedback = gains.k_q * (state.rates.y - trim.pitch_rate_rad_s)
-            + gains.k_theta * (state.attitude.theta - trim.theta_rad)
-            + gains.k_hd * state.climb_rate_m_s()
-            + gains.k_h * error
-            + gains.k_alpha * stall;
-        trim.elevator_rad + slow * feedback + self.altitude.value()
+        // Term by term: without a ground the sum keeps its bits.
+        trim.elevator_rad
+            + slow * (gains.k_q * (state.rates.y - trim.pitch_rate_rad_s))
+            + slow * (gains.k_theta * (state.attitude.theta - trim.theta_rad))
+            + slow * (gains.k_hd * state.climb_rate_m_s())
+            + slow * (gains.k_h * error)
+            + slow * (gains.k_alpha * stall)
+            + self.altitude.value()
     }
 
     /// Aileron that holds the roll angle; the rudder's yaw damper δr_c = K_r r stands in [`Law::step`].

@@ -153,8 +153,6 @@ pub const COMPATIBILITY: &[CompatibilityParameter] = rows! {
         Real "FW_YR_FF" 0.3 "" "Yaw rate feed-forward",
         Real "FW_RLL_TO_YAW_FF" 0.0 "" "Roll to yaw feed-forward",
         Real "FW_T_HRATE_FF" 0.3 "" "Climb rate feed-forward";
-    "MAVSDK reads it: a flight begins in the air":
-        Real "MIS_TAKEOFF_ALT" 100.0 "" "Takeoff altitude";
 };
 
 /// The one with this name.

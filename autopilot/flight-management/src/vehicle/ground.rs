@@ -98,6 +98,13 @@ impl GroundOperation {
         }
     }
 
+    /// Takes from the first state whether the flight begins on the ground.
+    pub fn see(&mut self, state: &NavigationState) {
+        if self.armed.is_none() {
+            (self.armed, self.on_wheels) = (Some(!state.on_wheels), state.on_wheels);
+        }
+    }
+
     /// What the law on the ground is to do.
     pub fn demand(&self) -> GroundDemand {
         self.demand.unwrap_or(GroundDemand::STAND)
@@ -114,7 +121,7 @@ impl GroundOperation {
         along: impl FnOnce() -> Option<Line>,
         publish: &mut dyn FnMut(VehicleEvent),
     ) -> bool {
-        self.armed.get_or_insert(!state.on_wheels);
+        self.see(state);
         let was_on_wheels = core::mem::replace(&mut self.on_wheels, state.on_wheels);
         if !state.on_wheels {
             if was_on_wheels && self.is_rolling() {

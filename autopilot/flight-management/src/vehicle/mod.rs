@@ -150,6 +150,7 @@ impl Vehicle {
     /// Takes references, home and local axes from the first known state, if there are none yet, so that commands can change
     /// them before the first tick of [`Vehicle::track`].
     pub fn see(&mut self, state: &NavigationState, rules: &Rules) {
+        self.ground.see(state);
         let valid = &state.valid;
         let has_air = valid.airspeed || state.on_wheels;
         if self.demand.is_some() || !(valid.altitude && has_air && valid.position) {

@@ -312,7 +312,8 @@ impl Action {
     fn check(&self, rules: &Rules) -> Result<(), VehicleRefusal> {
         if let Self::Land { place, altitude_m, abort_m } = *self {
             check_place(place)?;
-            within("landing point: altitude", "m", altitude_m, (-ON_GROUND_M, ON_GROUND_M))?;
+            let ground = (rules.ground_m - ON_GROUND_M, rules.ground_m + ON_GROUND_M);
+            within("landing point: altitude", "m", altitude_m, ground)?;
             return rules.check_some(None, abort_m);
         }
         rules.check_some(self.place(), self.altitude_m())?;

@@ -158,7 +158,7 @@ fn the_listed_modes_are_those_that_can_be_flown() {
     let listed: Vec<AVAILABLE_MODES_DATA> =
         (1..=modes::COUNT).map(|i| read(&modes::available_modes(i).unwrap())).collect();
     for (i, (mode, shown)) in Mode::ALL.into_iter().zip(&listed).enumerate() {
-        assert_eq!((shown.number_modes, usize::from(shown.mode_index)), (6, i + 1), "{mode}");
+        assert_eq!((shown.number_modes, usize::from(shown.mode_index)), (7, i + 1), "{mode}");
         assert_eq!(shown.custom_mode, modes::custom_mode(mode), "{mode}");
         let is_auto = shown.properties.contains(MavModeProperty::MAV_MODE_PROPERTY_AUTO_MODE);
         assert_eq!(is_auto, mode != Mode::Altitude, "{mode}: only a pilot flies Altitude");

@@ -152,6 +152,7 @@ fn the_listed_modes_have_their_names_under_both_enumerations_of_standard_modes()
             (84_148_224, "Return"),
             (393_216, "Offboard"),
             (131_072, "Altitude"),
+            (33_816_576, "Takeoff"),
         ]
         .map(|(custom_mode, name)| (custom_mode, name.to_owned()));
         assert_eq!(listed, expected);

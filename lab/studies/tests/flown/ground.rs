@@ -55,7 +55,7 @@ struct Circuit {
 }
 
 impl Circuit {
-    fn fly(airframe: &str, script: &str, keys: &[(&str, &str)]) -> Self {
+    fn fly(airframe: &str, script: &str, keys: &[(&str, f64)]) -> Self {
         let aircraft = AircraftArgs { airframe: Some(airframe.into()), ..AircraftArgs::default() };
         let mut options = SetupOptions { aircraft, ..SetupOptions::default() };
         for (key, value) in keys {
@@ -91,7 +91,7 @@ fn every_aircraft_takes_off_and_lands_where_it_began_without_an_alarm() {
     for airframe in
         ["tvc_jet", "tvc_jet_mach", "f16", "aerosonde", "aerosonde_vtail", "skywalker_x8"]
     {
-        let wind = [("plant.wind.speed_m_s", "4.0"), ("plant.wind.towards_deg", "250.0")];
+        let wind = [("plant.wind.speed_m_s", 4.0), ("plant.wind.towards_deg", 250.0)];
         let flown = Circuit::fly(airframe, CIRCUIT, &wind);
         assert_eq!(flown.crash, None, "{airframe}");
         let times = [VehicleEvent::LiftOff, VehicleEvent::TouchDown, VehicleEvent::Armed(false)];

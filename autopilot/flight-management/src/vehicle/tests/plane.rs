@@ -16,6 +16,8 @@ use crate::vehicle::schedule::ReferenceSchedule;
 use crate::vehicle::{Mode, Place, Rules, Vehicle, VehicleRefusal};
 
 const TICK_US: u64 = 50_000;
+/// Lag of the climb behind its command, s.
+const CLIMB_LAG_S: f64 = 0.5;
 /// Fastest climb and change of speed.
 const CLIMB_M_S: f64 = 40.0;
 const ACCELERATION_M_S2: f64 = 3.0;
@@ -109,7 +111,8 @@ impl Plane {
         let dt = TICK_US as f64 * 1.0e-6;
         self.roll = demand.roll_rad;
         self.heading += STANDARD_GRAVITY_M_S2 * libm::tan(self.roll) / self.airspeed_m_s * dt;
-        self.climb_m_s = (0.1 * (demand.altitude_m - self.altitude_m)).clamp(-CLIMB_M_S, CLIMB_M_S);
+        let wanted_m_s = (0.1 * (demand.altitude_m - self.altitude_m)).clamp(-CLIMB_M_S, CLIMB_M_S);
+        self.climb_m_s += (wanted_m_s - self.climb_m_s) * dt / (CLIMB_LAG_S + dt);
         self.altitude_m += self.climb_m_s * dt;
         let most = ACCELERATION_M_S2 * dt;
         self.airspeed_m_s += (demand.airspeed_m_s - self.airspeed_m_s).clamp(-most, most);

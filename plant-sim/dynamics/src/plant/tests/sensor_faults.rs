@@ -33,14 +33,25 @@ fn of(sensor: SensorKind, sensors: &Sensors) -> (Vec<f64>, Stamp) {
     (values.map(|place| all[place]).collect(), sensors.stamps()[sensor as usize])
 }
 
+/// The sensors of a flight without a ground.
+const SENSORS: [SensorKind; 9] = {
+    let mut sensors = [SensorKind::Gyro; 9];
+    let mut place = 0;
+    while place < sensors.len() {
+        sensors[place] = SensorKind::ALL[place];
+        place += 1;
+    }
+    sensors
+};
+
 /// First tick with the fault.
 const ONSET: usize = 50;
 
 fn each(kind: FaultKind, check: impl Fn(SensorKind, &[(Sensors, Sensors)])) {
-    for sensor in SensorKind::ALL {
+    for sensor in SENSORS {
         let flights = flights(sensor, kind, SensorSettings::IDEAL);
         for (tick, (healthy, faulty)) in flights.iter().enumerate() {
-            for other in SensorKind::ALL {
+            for other in SENSORS {
                 let same = of(other, healthy) == of(other, faulty);
                 assert!(
                     same || (other == sensor && tick >= ONSET),
@@ -160,7 +171,7 @@ fn another_sensor_or_its_fault_changes_no_random_number_of_the_others() {
     let tactical = tactical();
     let noisy = |sensor| flights(sensor, FaultKind::Noisy { rms: 0.01 }, tactical);
     for (healthy, faulty) in noisy(SensorKind::Barometer) {
-        for other in SensorKind::ALL {
+        for other in SENSORS {
             assert!(other == SensorKind::Barometer || of(other, &healthy) == of(other, &faulty));
         }
     }
