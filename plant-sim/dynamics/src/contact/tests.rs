@@ -469,7 +469,7 @@ fn val_a_drop_and_a_braked_roll_are_those_of_jsbsim() {
         let mut way_m = 0.0_f64;
         let braked = Actuators { brakes, ..OFF };
         seconds_with(&mut plant, &braked, 14.0, |plant| {
-            way_m = way_m.max(plant.truth().position.0.x)
+            way_m = way_m.max(plant.truth().position.0.x);
         });
         // Before a wheel slips its spring along the ground stretches by up to 8 cm, which JSBSim has none of.
         assert!((way_m - expected_m).abs() < 0.3, "{way_m} m, JSBSim {expected_m} m");
