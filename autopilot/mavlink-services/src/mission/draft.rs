@@ -355,12 +355,14 @@ impl PlanCheck<'_> {
         })
     }
 
-    /// p1 altitude of a go-around; the aircraft glides to the place.
+    /// p1 altitude of a go-around above the ground; the aircraft glides to the place.
     fn land(&mut self, item: &MissionItem<i32>, seq: u16) -> Result<Action, Rejected> {
         let abort_m = number(P1, "altitude of a go-around", item.params[0])?;
         let place = place(item, Zeros::AreHere)?.ok_or_else(no_place)?;
-        let altitude_m = self.altitude(item, seq)?.unwrap_or(0.0);
-        Ok(Action::Land { place, altitude_m, abort_m: abort_m.filter(|abort_m| *abort_m > 0.0) })
+        let ground_m = self.rules.ground_m;
+        let altitude_m = self.altitude(item, seq)?.unwrap_or(ground_m);
+        let abort_m = abort_m.filter(|abort_m| *abort_m > 0.0).map(|abort_m| abort_m + ground_m);
+        Ok(Action::Land { place, altitude_m, abort_m })
     }
 
     /// A circle around the place of the item; the sign of its radius is the direction. Without a radius it uses
