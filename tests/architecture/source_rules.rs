@@ -152,6 +152,7 @@ fn all_modules_behind_the_navigator_read_the_navigation_state() {
         "autopilot/flight-control/src/navigation.rs",
         "autopilot/flight-control/src/navigation_source.rs",
         "autopilot/flight-control/src/estimator",
+        "autopilot/flight-control/src/on_wheels.rs",
         // It forwards them to the navigator.
         "autopilot/flight-management/src/autopilot.rs",
         // It hands them on to the messages about single instruments.

@@ -6,12 +6,8 @@ use core::fmt;
 
 use icd::PerEffector;
 use icd::effector_list::Name;
-use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::wire::Aircraft;
 use serde::{Deserialize, Serialize};
-
-use crate::design_model::atmosphere;
-use crate::design_model::level_turn::Elevators;
 
 mod effectors;
 pub mod schedule;
@@ -245,27 +241,6 @@ impl AircraftModel {
     /// Distance of the nozzle behind the centre of gravity, m; zero without one.
     pub fn nozzle_arm_m(&self) -> f64 {
         self.nozzle.map_or(0.0, |nozzle| nozzle.arm_m)
-    }
-
-    /// Smallest calibrated airspeed of level flight, m/s: at the stall onset, or with the elevators at their end where that comes
-    /// first. V² = 2 m g / (ρ0 S C_L).
-    pub fn stall_airspeed_m_s(&self) -> f64 {
-        let LiftModel { c_lift_0, c_lift_alpha, .. } = self.lift;
-        let AirframeModel { c_pitch_0, c_pitch_alpha, stall_onset_rad, .. } = self.airframe;
-        let Elevators { c_lift, c_pitch } = Elevators::of(&self.effectors);
-        let [low, high] = self.effectors.command_range(|gains| gains.pitch);
-        // The end that raises the nose.
-        let end = if c_pitch < 0.0 { low } else { high };
-        let balanced = match c_pitch_alpha < 0.0 {
-            true => -(c_pitch_0 + c_pitch * end) / c_pitch_alpha,
-            false => stall_onset_rad,
-        };
-        let alpha = balanced.min(stall_onset_rad);
-        let elevator = -(c_pitch_0 + c_pitch_alpha * alpha) / c_pitch;
-        let lift = (c_lift_0 + c_lift_alpha * alpha + c_lift * elevator).max(0.1);
-        let weight_n = self.mass.mass_kg * STANDARD_GRAVITY_M_S2;
-        let pressure_area = 0.5 * atmosphere::density(0.0) * self.geometry.wing_area_m2;
-        libm::sqrt(weight_n / (pressure_area * lift))
     }
 
     /// Where each effector stands in the design trim, rad; engine N.

@@ -25,6 +25,7 @@ use icd::{Body, Ned, Sample, Sensors, SimTime};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::aircraft_model::AircraftModel;
+use crate::design_model::level_turn::stall_airspeed_m_s;
 use crate::navigation::{NavigationState, Validity};
 use air::AirModel;
 use covariance::{
@@ -155,7 +156,7 @@ impl Estimator {
             gains: *gains,
             shape,
             air: AirModel::new(aircraft),
-            stall_m_s: aircraft.stall_airspeed_m_s(),
+            stall_m_s: stall_airspeed_m_s(aircraft),
             on_wheels: false,
             state: NavigationState::at_rest(),
             estimate: Estimate::default(),

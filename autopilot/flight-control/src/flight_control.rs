@@ -282,7 +282,7 @@ impl FlightControl {
         if self.on_ground.is_none() {
             self.ground = GroundControl::default();
         }
-        let main = self.ground.step(&state, ground, &self.gains, &self.model, &at, h);
+        let main = self.ground.step(&state, ground, &self.gains.ground, &self.model, &at, h);
         let mut mixed = self.mixer.mix(&main, &Compensation::NONE);
         if let Some(engine) = self.model.engine() {
             // The ends of the engine are those of the design point: at rest a propeller gives more, and on the ground an engine can

@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::design_model::{DesignModel, FlightCondition};
-use crate::gains::Gains;
 use crate::navigation::NavigationState;
 use crate::signals::MainCommand;
 
@@ -77,12 +76,12 @@ impl GroundControl {
         &mut self,
         state: &NavigationState,
         demand: &GroundDemand,
-        gains: &Gains,
+        gains: &GroundGains,
         model: &DesignModel,
         at: &FlightCondition,
         h: f64,
     ) -> MainCommand {
-        let GroundGains { attitude_rad_s: w, rotation_rad_s, .. } = gains.ground;
+        let GroundGains { attitude_rad_s: w, rotation_rad_s, .. } = *gains;
         let (p, q) = (state.rates.x, state.rates.y);
         let attitude = &state.attitude;
         let effectors = &model.aircraft().effectors;
@@ -127,7 +126,7 @@ impl GroundControl {
             // A positive elevator command pitches down.
             elevator_rad: -share * elevator_max,
             nozzle_pitch_rad: share * nozzle_max,
-            rudder_rad: self.steer(state, demand.heading_rad, &gains.ground, h),
+            rudder_rad: self.steer(state, demand.heading_rad, gains, h),
             thrust_n,
             ..MainCommand::default()
         }
@@ -186,7 +185,7 @@ mod tests {
     ) -> MainCommand {
         let model = DesignModel::new(testing::aircraft_model());
         let at = model.condition(state);
-        control.step(state, demand, &Gains::REFERENCE, &model, &at, 0.002)
+        control.step(state, demand, &GroundGains::REFERENCE, &model, &at, 0.002)
     }
 
     const LEVEL: EulerAngles = EulerAngles { phi: 0.0, theta: 0.0, psi: 0.0 };

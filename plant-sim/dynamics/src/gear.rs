@@ -6,7 +6,7 @@ use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
 use serde::{Deserialize, Serialize};
 
-use crate::ground::{GroundStart, Launch};
+use crate::ground::{GroundSetup, GroundStart, Launch, SECTION};
 use crate::range::{check_range, check_vector};
 
 /// Most points of an airframe that touch the ground.
@@ -87,6 +87,23 @@ pub struct WheelSteering {
 }
 
 impl Gear {
+    /// The ground with the start of an aircraft with this gear.
+    pub fn ready(&self, mut ground: GroundSetup) -> Result<GroundSetup, Problem> {
+        if let GroundStart::Ready { along_m } = ground.start {
+            let has_wheels = self.contacts.iter().any(ContactPoint::is_wheel);
+            ground.start = match &self.catapult {
+                _ if has_wheels => GroundStart::Parked { along_m },
+                Some(catapult) => catapult.start(along_m),
+                None => {
+                    return Err(problem!(
+                        "[{SECTION}] start = \"ready\" needs wheels or [gear.catapult] in the airframe file"
+                    ));
+                }
+            };
+        }
+        Ok(ground)
+    }
+
     /// Checks every number.
     pub fn check(&self) -> Result<(), Problem> {
         check_range("gear", "sink_max_m_s", self.sink_max_m_s, 0.1, 100.0)?;

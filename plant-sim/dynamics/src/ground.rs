@@ -1,11 +1,10 @@
 //! The ground of a flight: a runway in a field that is level beside it, from `[plant.ground]` of a scenario.
 
-use host_io::problem::{Problem, problem};
+use host_io::problem::Problem;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use crate::earth::{Earth, Place};
-use crate::gear::{ContactPoint, Gear};
 use crate::geodesy::Geodetic;
 use crate::range::check_range;
 
@@ -42,25 +41,6 @@ pub enum GroundStart {
     /// At the lower end of a rail of this length, m, along the nose. The catapult holds it there until the engine gives
     /// [`CATAPULT_THRUST`] of its largest thrust; then it accelerates it evenly to the speed of the launch.
     Catapult { launch: Launch, rail_m: f64 },
-}
-
-impl GroundSetup {
-    /// With the start of an aircraft with this gear.
-    pub fn for_gear(mut self, gear: &Gear) -> Result<Self, Problem> {
-        if let GroundStart::Ready { along_m } = self.start {
-            let has_wheels = gear.contacts.iter().any(ContactPoint::is_wheel);
-            self.start = match &gear.catapult {
-                _ if has_wheels => GroundStart::Parked { along_m },
-                Some(catapult) => catapult.start(along_m),
-                None => {
-                    return Err(problem!(
-                        "[{SECTION}] start = \"ready\" needs wheels or [gear.catapult] in the airframe file"
-                    ));
-                }
-            };
-        }
-        Ok(self)
-    }
 }
 
 /// The catapult lets go at this part of the largest thrust.

@@ -110,7 +110,7 @@ impl Plant {
         setup.check()?;
         let mut start = setup.start;
         let ground = match (setup.ground, &setup.airframe.gear) {
-            (Some(ground), Some(gear)) => Some(ground.for_gear(gear)?),
+            (Some(ground), Some(gear)) => Some(gear.ready(ground)?),
             _ => None,
         };
         if let Some(ground) = &ground

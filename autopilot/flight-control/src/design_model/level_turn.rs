@@ -5,7 +5,8 @@
 //! error that stays.
 
 use super::FlightCondition;
-use crate::aircraft_model::{AircraftModel, EffectorModel};
+use super::atmosphere;
+use crate::aircraft_model::{AircraftModel, AirframeModel, EffectorModel, LiftModel};
 use crate::navigation::NavigationState;
 use icd::units::STANDARD_GRAVITY_M_S2;
 
@@ -86,6 +87,27 @@ pub fn level_turn(
         elevator_rad: at_zero + per_alpha * alpha,
         pitch_rate_rad_s,
     }
+}
+
+/// Smallest calibrated airspeed of level flight, m/s: at the stall onset, or with the elevators at their end where that comes
+/// first. V² = 2 m g / (ρ0 S C_L).
+pub fn stall_airspeed_m_s(aircraft: &AircraftModel) -> f64 {
+    let LiftModel { c_lift_0, c_lift_alpha, .. } = aircraft.lift;
+    let AirframeModel { c_pitch_0, c_pitch_alpha, stall_onset_rad, .. } = aircraft.airframe;
+    let Elevators { c_lift, c_pitch } = Elevators::of(&aircraft.effectors);
+    let [low, high] = aircraft.effectors.command_range(|gains| gains.pitch);
+    // The end that raises the nose.
+    let end = if c_pitch < 0.0 { low } else { high };
+    let balanced = match c_pitch_alpha < 0.0 {
+        true => -(c_pitch_0 + c_pitch * end) / c_pitch_alpha,
+        false => stall_onset_rad,
+    };
+    let alpha = balanced.min(stall_onset_rad);
+    let elevator = -(c_pitch_0 + c_pitch_alpha * alpha) / c_pitch;
+    let lift = (c_lift_0 + c_lift_alpha * alpha + c_lift * elevator).max(0.1);
+    let weight_n = aircraft.mass.mass_kg * STANDARD_GRAVITY_M_S2;
+    let pressure_area = 0.5 * atmosphere::density(0.0) * aircraft.geometry.wing_area_m2;
+    libm::sqrt(weight_n / (pressure_area * lift))
 }
 
 #[cfg(test)]

@@ -5,6 +5,7 @@ use core::f64::consts::FRAC_PI_2;
 
 use flight_control::aircraft_model::TrimModel;
 use flight_control::design_model::atmosphere;
+use flight_control::design_model::level_turn::stall_airspeed_m_s;
 use flight_control::guidance::Horizontal;
 use flight_control::guidance::approach::planned_radius_m;
 use flight_control::{AircraftModel, Gains, GuidanceGains};
@@ -197,7 +198,7 @@ impl Rules {
     pub fn of_model(self, model: &AircraftModel) -> Self {
         let TrimModel { airspeed_m_s, altitude_m, .. } = model.trim;
         Self {
-            stall_m_s: model.stall_airspeed_m_s(),
+            stall_m_s: stall_airspeed_m_s(model),
             design_m_s: atmosphere::calibrated_airspeed(airspeed_m_s, altitude_m),
             ..self
         }
