@@ -14,7 +14,7 @@ fn sensors() -> Sensors {
     let mut values = core::array::from_fn(|index| index as f64 / 3.0);
     values[6..10].copy_from_slice(&Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3).wxyz());
     let stamp = |sensor: u64| Stamp {
-        time: SimTime::from_micros(13_992 + sensor),
+        time: SimTime::from_micros(13_990 + sensor),
         valid: sensor.is_multiple_of(2),
     };
     Sensors::new(&std::array::from_fn(|number| stamp(number as u64)), &values)
