@@ -267,10 +267,10 @@ fn only_the_sensors_of_the_aircraft_are_sent_and_an_unknown_one_is_skipped() {
         body.extend(crc32fast::hash(&body).to_le_bytes());
         decode(&body)
     };
-    // A sensor of a later version, with two numbers, behind the engine monitor: thrust is its only number.
-    let end = number_at + 1 + 6 * 11 + 8 * (3 + 3 + 2 + 2 + 2 + 1);
+    // A sensor of a later version, with two numbers, behind the last one: the load is its only number.
+    let end = number_at + 1 + 8 * 11 + 8 * (3 + 3 + 2 + 2 + 2 + 1 + 1 + 1);
     let unknown = changed(&|body| {
-        body[number_at] = 7;
+        body[number_at] = 9;
         let later = [&[200, 2, 1][..], &7_u64.to_le_bytes(), &[255; 16]].concat();
         body.splice(end..end, later);
     });
