@@ -340,11 +340,11 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
     let fence = aircraft.snapshot().map(|state| state.navigation.fence).unwrap_or_default();
     let has_fence = fence.has_areas || navigation.has_fence_altitudes();
     let is_watched = has_fence && !fence.is_off && navigation.fence_action != FenceAction::Nothing;
-    let mut present = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
-    let (mut enabled, mut health) = (present, Sensor::empty());
-    present.set(Sensor::MAV_SYS_STATUS_GEOFENCE, has_fence);
+    let mut enabled = SENSORS | CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
+    // Also without areas and limits: MAVProxy reports a breach where the bit of health is missing.
+    let present = enabled | Sensor::MAV_SYS_STATUS_GEOFENCE;
     enabled.set(Sensor::MAV_SYS_STATUS_GEOFENCE, is_watched);
-    // Also without a fence: MAVProxy reports a breach where it is missing.
+    let mut health = Sensor::empty();
     health.set(Sensor::MAV_SYS_STATUS_GEOFENCE, fence.breach.is_none());
     let valid = validity(aircraft);
     for (is_valid, sensor) in [

@@ -166,7 +166,7 @@ fn state_of_fence(client: &mut Client) -> ([bool; 3], FENCE_STATUS_DATA) {
 fn ground_stations_see_the_fence_and_its_breach() {
     let mut client = client(FENCE);
     let (bits, fence) = state_of_fence(&mut client);
-    assert_eq!(bits, [false, false, true], "there is none");
+    assert_eq!(bits, [true, false, true], "nothing to watch");
     assert_eq!((fence.breach_status, fence.breach_count, fence.breach_time), (0, 0, 0));
     assert_eq!(fence.breach_type, FenceBreach::FENCE_BREACH_NONE);
     client.upload(&some_fence()).unwrap();
@@ -183,7 +183,7 @@ fn ground_stations_see_the_fence_and_its_breach() {
     assert!(fence.breach_time > 2_000, "{fence:?}");
     client.clear().unwrap();
     let (bits, cleared) = state_of_fence(&mut client);
-    assert_eq!(bits, [false, false, true]);
+    assert_eq!(bits, [true, false, true]);
     assert_eq!((cleared.breach_status, cleared.breach_count), (0, 1), "the last one stays");
     assert_eq!(cleared.breach_time, fence.breach_time);
 
