@@ -99,7 +99,9 @@ fn hash(log: &Log) -> RunHash {
             }
         }
         // Every sample of an ideal sensor is valid and belongs to its step.
-        assert!(Sensors::TIMES[..9].iter().all(|name| row.unsigned(name) == Some(time.as_micros())));
+        assert!(
+            Sensors::TIMES[..9].iter().all(|name| row.unsigned(name) == Some(time.as_micros()))
+        );
         assert!(Sensors::VALID[..9].iter().all(|name| row.unsigned(name) == Some(1)));
         let mut sensors = Sensors::at(time, &values);
         // Without those of the ground.

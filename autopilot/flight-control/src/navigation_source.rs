@@ -6,7 +6,7 @@ use crate::aircraft_model::AircraftModel;
 use crate::estimator::{Estimator, StateSource};
 use crate::gains::Gains;
 use crate::navigation::{NavigationState, Navigator};
-use crate::on_wheels::{Ground, OnWheels};
+use crate::on_wheels::{GroundReading, OnWheels};
 
 /// Sensors to [`NavigationState`], by [`Navigator`] or [`Estimator`]; the first control step of a flight decides.
 #[derive(Debug, Clone)]
@@ -48,7 +48,7 @@ impl NavigationSource {
         };
         // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
-        let Ground { height_m, on_wheels } = self.on_wheels.step(time, sensors);
+        let GroundReading { height_m, on_wheels } = self.on_wheels.step(time, sensors);
         let state = match estimates {
             true => self.estimator.step_on(on_wheels, time, sensors),
             false => self.navigator.step(time, sensors),

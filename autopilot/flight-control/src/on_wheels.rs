@@ -18,7 +18,7 @@ const HEIGHT_ON_GROUND_M: f64 = 0.1;
 
 /// What is known of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Ground {
+pub struct GroundReading {
     /// As [`crate::NavigationState::height_above_ground_m`].
     pub height_m: Option<f64>,
     /// As [`crate::NavigationState::on_wheels`].
@@ -43,12 +43,12 @@ impl OnWheels {
     }
 
     /// One tick. Without both sensors it is never on the ground.
-    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> Ground {
+    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> GroundReading {
         let before = core::mem::replace(&mut self.time, time);
         let dt_s = time.micros_since(before) as f64 * 1.0e-6;
         let is_fitted = |sensor: SensorKind| sensors.fitted[sensor as usize];
         if !is_fitted(SensorKind::WeightOnWheels) && !is_fitted(SensorKind::RadarAltimeter) {
-            return Ground::default();
+            return GroundReading::default();
         }
         let height = &sensors.radar_altimeter_m;
         let height_m = (height.valid && height.value.is_finite()).then_some(height.value);
@@ -71,7 +71,7 @@ impl OnWheels {
         }
         let on_wheels = now != changes;
         self.on_wheels = Some(on_wheels);
-        Ground { height_m, on_wheels }
+        GroundReading { height_m, on_wheels }
     }
 }
 
@@ -89,7 +89,7 @@ mod tests {
         ticks: u64,
     ) -> bool {
         let weight_n = testing::aircraft_model().mass.mass_kg * STANDARD_GRAVITY_M_S2;
-        let mut ground = Ground::default();
+        let mut ground = GroundReading::default();
         for _ in 0..ticks {
             *tick += 1;
             let mut sensors = testing::level_sensors();
@@ -123,6 +123,6 @@ mod tests {
     #[test]
     fn without_the_sensors_it_is_never_on_the_ground() {
         let mut watch = OnWheels::new(&testing::aircraft_model());
-        assert_eq!(watch.step(SimTime::ZERO, &testing::level_sensors()), Ground::default());
+        assert_eq!(watch.step(SimTime::ZERO, &testing::level_sensors()), GroundReading::default());
     }
 }

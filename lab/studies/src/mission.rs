@@ -118,17 +118,17 @@ pub struct Flown {
     /// Events of the plan, with their times, s.
     pub events: Vec<(f64, EventKind)>,
     /// If the flight has ended on the ground.
-    pub touchdown: Option<Touchdown>,
+    pub touchdown: Option<Landed>,
 }
 
-/// The last control period above the ground.
+/// A landing: the touchdown of the wheels, or without a ground the last control period above altitude zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Touchdown {
+pub struct Landed {
     /// Simulation time, s.
     pub t_s: f64,
-    /// Where.
+    /// Where the autopilot takes itself to be.
     pub place: Place,
-    /// Rate of descent, m/s.
+    /// Rate of descent, m/s: over a ground the true one, else the measured one.
     pub sink_m_s: f64,
     /// True airspeed, m/s.
     pub airspeed_m_s: f64,
@@ -136,7 +136,7 @@ pub struct Touchdown {
     pub roll_rad: f64,
 }
 
-impl Touchdown {
+impl Landed {
     fn of(tick: &Tick<'_>) -> Self {
         let (truth, motion) = (tick.plant.truth(), tick.snapshot.motion());
         Self {
@@ -241,7 +241,7 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         }
         if let (None, Some(touchdown)) = (&down, tick.plant.touchdown()) {
             let sink_m_s = touchdown.sink_m_s;
-            down = Some(Touchdown { sink_m_s, ..Touchdown::of(tick) });
+            down = Some(Landed { sink_m_s, ..Landed::of(tick) });
         }
         // It has stopped, too.
         if tick.events.iter().any(|event| is(event, VehicleEvent::Armed(false))) {
@@ -250,7 +250,7 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         if tick.exchange.step.is_multiple_of(TRACK_EVERY) {
             flown.track.push(TrackPoint::of(tick));
         }
-        last = Some(Touchdown::of(tick));
+        last = Some(Landed::of(tick));
         if t_s < over_s { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })?;
     flown.touchdown = down.or_else(|| last.filter(|_| end.on_ground));
@@ -397,8 +397,8 @@ pub fn run(options: &MissionOptions) -> Result<(), Problem> {
     Ok(())
 }
 
-fn described(touchdown: &Touchdown, plan: &Plan) -> String {
-    let Touchdown { t_s, sink_m_s, airspeed_m_s, roll_rad, .. } = *touchdown;
+fn described(touchdown: &Landed, plan: &Plan) -> String {
+    let Landed { t_s, sink_m_s, airspeed_m_s, roll_rad, .. } = *touchdown;
     let at =
         touchdown.landing(plan).map(|(item, m)| format!(", {m:.0} m from that of item {item}"));
     format!(

@@ -24,13 +24,13 @@ const LINE_MAX_RAD: f64 = 0.2;
 
 /// A straight line over the ground.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Line {
+pub struct CentreLine {
     pub through: Site,
     /// Its course, rad from north.
     pub course_rad: f64,
 }
 
-impl Line {
+impl CentreLine {
     /// Heading that leads to the line and along it, rad from north.
     fn heading_rad(&self, state: &NavigationState) -> f64 {
         let to = Horizon::at(Place::of(state)).offset(&self.through);
@@ -46,14 +46,14 @@ impl Line {
 
 /// What the aircraft does on the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-enum Phase {
+enum GroundPhase {
     /// It stands with its brakes on, or flies.
     #[default]
     Standing,
     /// It accelerates along a line.
-    Rolling { along: Line, for_s: f64 },
+    Rolling { along: CentreLine, for_s: f64 },
     /// It comes to a stop on a line, after a touchdown or an aborted takeoff.
-    Stopping { along: Line, for_s: f64, standing_s: f64 },
+    Stopping { along: CentreLine, for_s: f64, standing_s: f64 },
 }
 
 /// The ground and the aircraft on it.
@@ -63,9 +63,9 @@ pub struct GroundOperation {
     armed: Option<bool>,
     /// The wheels carried it at the last tick.
     on_wheels: bool,
-    phase: Phase,
+    phase: GroundPhase,
     /// Where the last takeoff began.
-    runway: Option<Line>,
+    runway: Option<CentreLine>,
     demand: Option<GroundDemand>,
 }
 
@@ -80,15 +80,15 @@ impl GroundOperation {
 
     /// It accelerates to take off.
     pub fn is_rolling(&self) -> bool {
-        matches!(self.phase, Phase::Rolling { .. })
+        matches!(self.phase, GroundPhase::Rolling { .. })
     }
 
     /// It has touched down, or given up a takeoff, and has not stopped yet, whether its wheels touch or not.
     pub fn is_stopping(&self) -> bool {
-        matches!(self.phase, Phase::Stopping { .. })
+        matches!(self.phase, GroundPhase::Stopping { .. })
     }
 
-    pub fn runway(&self) -> Option<Line> {
+    pub fn runway(&self) -> Option<CentreLine> {
         self.runway
     }
 
@@ -118,25 +118,25 @@ impl GroundOperation {
         rules: &Rules,
         dt_s: f64,
         wants_takeoff: bool,
-        along: impl FnOnce() -> Option<Line>,
+        along: impl FnOnce() -> Option<CentreLine>,
         publish: &mut dyn FnMut(VehicleEvent),
     ) -> bool {
         self.see(state);
         let was_on_wheels = core::mem::replace(&mut self.on_wheels, state.on_wheels);
         if !state.on_wheels {
             if was_on_wheels && self.is_rolling() {
-                self.phase = Phase::Standing;
+                self.phase = GroundPhase::Standing;
                 publish(VehicleEvent::LiftOff);
             }
             return false;
         }
         let speed_m_s = state.velocity.0.xy().norm();
-        let here = |course_rad| Line { through: Site::at(Place::of(state)), course_rad };
+        let here = |course_rad| CentreLine { through: Site::at(Place::of(state)), course_rad };
         let mut has_touched_down = false;
-        if !was_on_wheels && self.phase == Phase::Standing && speed_m_s > STANDING_M_S {
+        if !was_on_wheels && self.phase == GroundPhase::Standing && speed_m_s > STANDING_M_S {
             let course = || here(libm::atan2(state.velocity.0.y, state.velocity.0.x));
             let along = along().unwrap_or_else(course);
-            self.phase = Phase::Stopping { along, for_s: 0.0, standing_s: 0.0 };
+            self.phase = GroundPhase::Stopping { along, for_s: 0.0, standing_s: 0.0 };
             has_touched_down = self.is_armed();
         }
         if !self.is_armed() {
@@ -144,18 +144,19 @@ impl GroundOperation {
             return has_touched_down;
         }
         self.demand = Some(match &mut self.phase {
-            Phase::Standing if wants_takeoff => {
+            GroundPhase::Standing if wants_takeoff => {
                 let along = here(state.attitude.psi);
                 self.runway = Some(along);
-                self.phase = Phase::Rolling { along, for_s: 0.0 };
+                self.phase = GroundPhase::Rolling { along, for_s: 0.0 };
                 GroundDemand { heading_rad: along.course_rad, ..GroundDemand::STAND }
             }
-            Phase::Standing => GroundDemand::STAND,
-            Phase::Rolling { along, for_s } => {
+            GroundPhase::Standing => GroundDemand::STAND,
+            GroundPhase::Rolling { along, for_s } => {
                 *for_s += dt_s;
                 let along = *along;
                 if *for_s > ROLL_MAX_S || !wants_takeoff {
-                    self.phase = Phase::Stopping { along, for_s: NOSE_DOWN_S, standing_s: 0.0 };
+                    self.phase =
+                        GroundPhase::Stopping { along, for_s: NOSE_DOWN_S, standing_s: 0.0 };
                     publish(VehicleEvent::TakeoffAborted);
                 }
                 let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
@@ -167,13 +168,13 @@ impl GroundOperation {
                     brakes: 0.0,
                 }
             }
-            Phase::Stopping { along, for_s, standing_s } => {
+            GroundPhase::Stopping { along, for_s, standing_s } => {
                 *for_s += dt_s;
                 *standing_s = if speed_m_s < STANDING_M_S { *standing_s + dt_s } else { 0.0 };
                 let braking = ((*for_s - NOSE_DOWN_S) / BRAKES_S).clamp(0.0, 1.0);
                 let (along, brakes) = (*along, BRAKES * braking);
                 if *standing_s > DISARM_AFTER_S {
-                    self.phase = Phase::Standing;
+                    self.phase = GroundPhase::Standing;
                     self.set_armed(false, publish);
                 }
                 GroundDemand {

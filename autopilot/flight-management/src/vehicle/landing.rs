@@ -6,7 +6,7 @@ use flight_control::guidance::follow_line;
 
 use super::Situation;
 use super::geodesy::{Horizon, Site};
-use super::ground::Line;
+use super::ground::CentreLine;
 use super::modes::{Flown, target};
 use super::request::Place;
 
@@ -84,9 +84,9 @@ impl Approach {
     }
 
     /// The line over the ground.
-    pub fn line(&self) -> Line {
+    pub fn line(&self) -> CentreLine {
         let along = Horizon::at(self.from.place()).offset(&self.to);
-        Line { through: self.to, course_rad: libm::atan2(along.y, along.x) }
+        CentreLine { through: self.to, course_rad: libm::atan2(along.y, along.x) }
     }
 
     /// The flare has begun: the altitude of the reference is no path.

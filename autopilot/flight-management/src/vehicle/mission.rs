@@ -11,7 +11,7 @@ use flight_control::guidance::{Horizontal, follow_line};
 use super::Situation;
 use super::fence::FenceWatch;
 use super::geodesy::{Horizon, Site};
-use super::ground::Line;
+use super::ground::CentreLine;
 use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
 use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
@@ -221,7 +221,7 @@ impl Mission {
     }
 
     /// The line of the approach under way.
-    pub fn approach_line(&self) -> Option<Line> {
+    pub fn approach_line(&self) -> Option<CentreLine> {
         match &self.task {
             Some(Task::Approach(approach)) => Some(approach.line()),
             _ => None,

@@ -74,8 +74,8 @@ fn a_cleared_plan_is_gone_after_a_restart() {
     assert!(!second.world.has_text("ission"), "{:?}", second.world.texts());
 }
 
-#[test]
-fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_its_file() {
+/// A second run, whose limits the saved plan of the first is below.
+fn with_a_plan_below_its_limits() -> Client {
     let mut first = keeping(SavedPlan::default());
     first.upload(&some_items()).unwrap();
     let saved = file(&mut first);
@@ -85,6 +85,12 @@ fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_it
     second.world = World::flying_with(&parameters);
     second.world.ground.keep_plan(saved);
     second.world.run_ms(20);
+    second
+}
+
+#[test]
+fn a_plan_that_cannot_be_flown_any_more_is_refused_with_its_item_and_stays_in_its_file() {
+    let mut second = with_a_plan_below_its_limits();
     assert!(
         second.world.has_text("Mission of the last run refused: "),
         "{:?}",
@@ -145,15 +151,7 @@ fn fence_and_rally_points_are_in_force_after_a_restart_and_clearing_the_plan_kee
 
 #[test]
 fn a_saved_list_that_is_refused_stays_in_the_file_when_another_one_changes() {
-    let mut first = keeping(SavedPlan::default());
-    first.upload(&some_items()).unwrap();
-    let saved = file(&mut first);
-    let mut parameters = Parameters::default();
-    parameters.set_all([("REF_ALT_MIN", 11_000.0), ("RTL_RETURN_ALT", 11_000.0)]).unwrap();
-    let mut second = Client::new(QGC);
-    second.world = World::flying_with(&parameters);
-    second.world.ground.keep_plan(saved);
-    second.world.run_ms(20);
+    let mut second = with_a_plan_below_its_limits();
     second.list = FENCE;
     second.upload(&some_fence()).unwrap();
     assert_eq!(file(&mut second).counts(), [4, 4, 0]);
