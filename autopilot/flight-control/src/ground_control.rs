@@ -28,8 +28,8 @@ gain_set! {
 /// What the law on the ground is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GroundDemand {
-    /// Heading to be steered, rad from north.
-    pub heading_rad: f64,
+    /// Heading to be steered, rad from north; `None`: rudder and nose wheel neutral.
+    pub heading_rad: Option<f64>,
     /// Pitch attitude to be taken, rad; `None`: elevator and nozzle neutral.
     pub pitch_rad: Option<f64>,
     /// All the thrust there is; otherwise idle.
@@ -41,7 +41,7 @@ pub struct GroundDemand {
 impl GroundDemand {
     /// To stand with the brakes on, or to come to a stop.
     pub const STAND: Self =
-        Self { heading_rad: 0.0, pitch_rad: None, full_thrust: false, brakes: 1.0 };
+        Self { heading_rad: None, pitch_rad: None, full_thrust: false, brakes: 1.0 };
 }
 
 /// Slower than this nothing is steered, m/s.
@@ -138,15 +138,15 @@ impl GroundControl {
     fn steer(
         &mut self,
         state: &NavigationState,
-        heading_rad: f64,
+        heading_rad: Option<f64>,
         gains: &GroundGains,
         h: f64,
     ) -> f64 {
         let speed_m_s = libm::hypot(state.velocity.0.x, state.velocity.0.y);
-        if speed_m_s < STEERED_MIN_M_S {
+        let Some(heading_rad) = heading_rad.filter(|_| speed_m_s >= STEERED_MIN_M_S) else {
             self.yaw_integral_rad = 0.0;
             return 0.0;
-        }
+        };
         let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
         let most = LATERAL_MAX_M_S2 / speed_m_s;
         let rate = (gains.heading_per_s * error).clamp(-most, most);
@@ -193,7 +193,7 @@ mod tests {
     #[test]
     fn every_command_turns_towards_its_reference() {
         let run = GroundDemand {
-            heading_rad: 0.2,
+            heading_rad: Some(0.2),
             pitch_rad: Some(0.15),
             full_thrust: true,
             brakes: 0.0,
@@ -214,6 +214,8 @@ mod tests {
         assert!((control.pitch_rad.unwrap() - AHEAD_RAD).abs() < 1.0e-9);
         let back = EulerAngles { psi: 0.4, ..LEVEL };
         assert!(step(&mut control, &rolling(90.0, back), &run).rudder_rad > 0.0);
+        // Coming to a stop without a heading it keeps the one that it has.
+        assert_eq!(step(&mut control, &rolling(90.0, back), &GroundDemand::STAND).rudder_rad, 0.0);
     }
 
     #[test]

@@ -5,12 +5,14 @@ use flight_control::guidance::Horizontal;
 use flight_control::{GroundDemand, NavigationState};
 
 use super::geodesy::{Horizon, Site};
-use super::request::{Place, VehicleEvent};
+use super::request::{Place, VehicleEvent, VehicleRefusal};
 use super::rules::Rules;
 
 /// Slower than this the aircraft stands, m/s; after this time standing it is disarmed, s.
 const STANDING_M_S: f64 = 0.3;
 const DISARM_AFTER_S: f64 = 2.0;
+/// Faster than this it is not disarmed, m/s: its brakes would stop it without being steered.
+const DISARM_MAX_M_S: f64 = 2.0;
 /// A roll that takes longer than this is given up, s.
 const ROLL_MAX_S: f64 = 90.0;
 /// Rollout: the nose comes down first, then the brakes come on over this time, s, to this part.
@@ -63,6 +65,8 @@ pub struct GroundOperation {
     armed: Option<bool>,
     /// The wheels carried it at the last tick.
     on_wheels: bool,
+    /// Its speed over the ground there, m/s.
+    speed_m_s: f64,
     phase: GroundPhase,
     /// Where the last takeoff began.
     runway: Option<CentreLine>,
@@ -90,6 +94,16 @@ impl GroundOperation {
 
     pub fn runway(&self) -> Option<CentreLine> {
         self.runway
+    }
+
+    /// Checks that it may be armed, or disarmed.
+    pub fn check(&self, armed: bool) -> Result<(), VehicleRefusal> {
+        let m_s = self.speed_m_s;
+        match (self.on_wheels, armed) {
+            (false, _) => Err(VehicleRefusal::InTheAir),
+            (true, false) if m_s > DISARM_MAX_M_S => Err(VehicleRefusal::Moving { m_s }),
+            _ => Ok(()),
+        }
     }
 
     pub fn set_armed(&mut self, armed: bool, publish: &mut dyn FnMut(VehicleEvent)) {
@@ -123,6 +137,8 @@ impl GroundOperation {
     ) -> bool {
         self.see(state);
         let was_on_wheels = core::mem::replace(&mut self.on_wheels, state.on_wheels);
+        let speed_m_s = state.velocity.0.xy().norm();
+        self.speed_m_s = speed_m_s;
         if !state.on_wheels {
             if was_on_wheels && self.is_rolling() {
                 self.phase = GroundPhase::Standing;
@@ -130,7 +146,6 @@ impl GroundOperation {
             }
             return false;
         }
-        let speed_m_s = state.velocity.0.xy().norm();
         let here = |course_rad| CentreLine { through: Site::at(Place::of(state)), course_rad };
         let mut has_touched_down = false;
         if !was_on_wheels && self.phase == GroundPhase::Standing && speed_m_s > STANDING_M_S {
@@ -148,7 +163,7 @@ impl GroundOperation {
                 let along = here(state.attitude.psi);
                 self.runway = Some(along);
                 self.phase = GroundPhase::Rolling { along, for_s: 0.0 };
-                GroundDemand { heading_rad: along.course_rad, ..GroundDemand::STAND }
+                GroundDemand { heading_rad: Some(along.course_rad), ..GroundDemand::STAND }
             }
             GroundPhase::Standing => GroundDemand::STAND,
             GroundPhase::Rolling { along, for_s } => {
@@ -162,7 +177,7 @@ impl GroundOperation {
                 let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
                 let rotates = measured >= rules.rotation_m_s(state.altitude_m);
                 GroundDemand {
-                    heading_rad: along.heading_rad(state),
+                    heading_rad: Some(along.heading_rad(state)),
                     pitch_rad: rotates.then_some(rules.takeoff_pitch_rad()),
                     full_thrust: true,
                     brakes: 0.0,
@@ -178,7 +193,7 @@ impl GroundOperation {
                     self.set_armed(false, publish);
                 }
                 GroundDemand {
-                    heading_rad: along.heading_rad(state),
+                    heading_rad: Some(along.heading_rad(state)),
                     pitch_rad: None,
                     full_thrust: false,
                     brakes,

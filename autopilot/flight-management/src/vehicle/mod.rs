@@ -627,15 +627,13 @@ impl Vehicle {
         Plan { id: 1, items }
     }
 
-    /// Arms, standing on the ground, or disarms there.
+    /// Arms on the ground, or disarms there once the aircraft is slow.
     pub fn arm(&mut self, armed: bool, publish: Publish) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         if armed == self.ground.is_armed() {
             return Ok(());
         }
-        if !self.ground.is_on_wheels() {
-            return Err(VehicleRefusal::InTheAir);
-        }
+        self.ground.check(armed)?;
         if armed && self.demand.is_none() {
             return Err(VehicleRefusal::NotAligned);
         }

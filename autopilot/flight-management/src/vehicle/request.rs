@@ -240,7 +240,7 @@ pub enum VehicleRefusal {
     /// A takeoff, or to be disarmed.
     #[error("the aircraft is in the air")]
     InTheAir,
-    /// Only standing.
+    /// To be disarmed.
     #[error("the aircraft moves at {m_s:.1} m/s")]
     Moving { m_s: f64 },
     /// Not before the navigation state is known.
