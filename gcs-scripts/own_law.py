@@ -26,7 +26,7 @@ SIGNALS = {  # The sensors by their numbers, each with the names of its values h
     3: ("gnss", "vn ve vd pn pe pd latitude longitude gnss_altitude year"),
     4: ("barometer", "static_pressure altitude"), 5: ("pitot", "impact_pressure airspeed"),
     6: ("vanes", "alpha beta"), 7: ("engine_monitor", "thrust"), 8: ("magnetometer", "mx my mz"),
-    9: ("radar_altimeter", "height"), 10: ("weight_on_wheels", "load"),
+    9: ("radar_altimeter", "height"), 10: ("weight_on_wheels", "load"), 11: ("fuel_gauge", "fuel"),
 }
 NEEDED = "p q r qw qx qy qz vd altitude airspeed".split()  # What `law` reads.
 

@@ -334,6 +334,8 @@ sensors! {
     /// Load of all contact points across the ground, N. Only over a ground.
     WeightOnWheels = 10, "weight_on_wheels" ("weight on wheels"), weight_on_wheels_n: f64,
         ["weight_on_wheels_n"];
+    /// Fuel in the tank, percent of a full one. Only of an aircraft that burns fuel.
+    FuelGauge = 11, "fuel_gauge" ("fuel gauge"), fuel_gauge_pct: f64, ["fuel_pct"];
 }
 
 /// Place of each sensor's first number.

@@ -146,6 +146,7 @@ sensors_table! {
     magnetometer: Magnetometer,
     radar_altimeter: RadarAltimeter,
     weight_on_wheels: WeightOnWheels,
+    fuel_gauge: FuelGauge,
 }
 
 impl SensorsTable {

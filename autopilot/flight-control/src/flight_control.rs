@@ -12,7 +12,7 @@ use crate::authority::{Authority, AuthorityWatch};
 use crate::compensator::{Compensator, compensate};
 use crate::design_model::{DesignModel, FlightCondition};
 use crate::gains::{AllocationMode, Gains, IsolationMode, ObserverMode};
-use crate::ground_control::{GroundControl, GroundDemand};
+use crate::ground_control::{GroundControl, GroundDemand, align};
 use crate::healthy_actuators::HealthyActuators;
 use crate::isolation::{Isolation, IsolationInput, IsolationLog};
 use crate::log::{Health, StepLog};
@@ -152,7 +152,7 @@ impl FlightControl {
         self.step_with(state, demand, &GroundDemand::STAND, None)
     }
 
-    /// The same, and what is to be done while the wheels carry the aircraft; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies, and where [`AllocationMode::Own`] is, the
+    /// The same, and what is to be done while the wheels carry the aircraft, and just before; where [`crate::MainLaw::Own`] is selected, `own` is the law that flies, and where [`AllocationMode::Own`] is, the
     /// compensator.
     pub fn step_with(
         &mut self,
@@ -215,6 +215,12 @@ impl FlightControl {
         let saturation = &self.saturation;
         let controller = &mut self.main_controller;
         let main = controller.step(state, &at, demand, saturation, &self.model, again(&mut own));
+        let main = match ground.heading_rad {
+            Some(heading_rad) => {
+                align(state, heading_rad, &self.gains.ground, &self.model, &at, main)
+            }
+            None => main,
+        };
         let (fade, airspeed_m_s) = (wake.fade, demand.airspeed_m_s);
         let own = self.own_compensation(own, state, &main, &z2, &at);
         let Relieved { compensation, mut mixed, log: relief, health: compensation_health } =

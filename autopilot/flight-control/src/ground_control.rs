@@ -28,7 +28,8 @@ gain_set! {
 /// What the law on the ground is to do.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct GroundDemand {
-    /// Heading to be steered, rad from north; `None`: rudder and nose wheel neutral.
+    /// Heading to be steered, rad from north; `None`: rudder and nose wheel neutral. In the air, just before a touchdown, the one to
+    /// which the rudder turns the nose.
     pub heading_rad: Option<f64>,
     /// Pitch attitude to be taken, rad; `None`: elevator and nozzle neutral.
     pub pitch_rad: Option<f64>,
@@ -85,10 +86,7 @@ impl GroundControl {
         let (p, q) = (state.rates.x, state.rates.y);
         let attitude = &state.attitude;
         let effectors = &model.aircraft().effectors;
-        let effect = |gain: fn(&AxisGains) -> f64| -> Vector3<f64> {
-            let of = |e: Effector| model.effect(at, e) * gain(&effectors.gains[e]);
-            effectors.list.all().map(of).sum()
-        };
+        let effect = |gain| effect(model, at, gain);
         // Elevator and nozzle share the pitch by their travel: the elevators of the jet alone could not raise the nose.
         let [_, elevator_max] = effectors.command_range(|gains| gains.pitch);
         let nozzle = model.nozzle_effectors()[0];
@@ -131,6 +129,34 @@ impl GroundControl {
             ..MainCommand::default()
         }
     }
+}
+
+/// Angular acceleration by the surfaces of an axis, rad/s² per rad of its command.
+fn effect(model: &DesignModel, at: &FlightCondition, gain: fn(&AxisGains) -> f64) -> Vector3<f64> {
+    let effectors = &model.aircraft().effectors;
+    let of = |e: Effector| model.effect(at, e) * gain(&effectors.gains[e]);
+    effectors.list.all().map(of).sum()
+}
+
+/// The command of flight with another rudder: it turns the nose to a heading, rad from north, whatever the wind does with it. Without a
+/// rudder it changes nothing.
+pub fn align(
+    state: &NavigationState,
+    heading_rad: f64,
+    gains: &GroundGains,
+    model: &DesignModel,
+    at: &FlightCondition,
+    main: MainCommand,
+) -> MainCommand {
+    let rudder = effect(model, at, |gains| gains.yaw).z;
+    if rudder.abs() < EFFECT_MIN {
+        return main;
+    }
+    let w = gains.attitude_rad_s;
+    let error = libm::remainder(heading_rad - state.attitude.psi, core::f64::consts::TAU);
+    let by_itself = model.bare_airframe(state, at).z;
+    let rudder_rad = (w * w * error - 2.0 * w * state.rates.z - by_itself) / rudder;
+    MainCommand { rudder_rad, ..main }
 }
 
 impl GroundControl {

@@ -156,7 +156,8 @@ impl NavigationState {
                     None,
                     SensorKind::Magnetometer
                     | SensorKind::RadarAltimeter
-                    | SensorKind::WeightOnWheels,
+                    | SensorKind::WeightOnWheels
+                    | SensorKind::FuelGauge,
                 ) => true,
             };
             alive[sensor as usize] = counts && stamps[sensor as usize].valid;

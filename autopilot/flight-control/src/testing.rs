@@ -30,15 +30,14 @@ pub fn level_sensors() -> Sensors {
     let [w, x, y, z] = Attitude::from_euler(euler).wxyz();
     let inertial = [[0.0; 3], [0.0, 0.0, -9.8]].concat();
     let fix = [264.0, 0.0, 0.0, 0.0, 0.0, -5_000.0, 0.609, -2.058, 5_000.0, 2_026.0];
-    // Of an aircraft that is not over a ground.
-    let ground = [0.0, 0.0];
+    // Of an aircraft without fuel that is not over a ground.
+    let ground = [0.0; 3];
     // Static pressure and altitude, impact pressure of US-1976 and airspeed, vanes, thrust, magnetic field.
     let air = [54_019.9, 5_000.0, 28_620.0, 264.0, trim.theta_rad, 0.0];
     let rest = [trim.thrust_n, 23_000.0, 4_500.0, 41_000.0];
     let values = [&inertial[..], &[w, x, y, z], &fix, &air, &rest, &ground].concat();
     let mut sensors = Sensors::at(SimTime::ZERO, &values.try_into().unwrap());
-    let of_ground = [SensorKind::RadarAltimeter, SensorKind::WeightOnWheels];
-    sensors.keep(&SensorKind::ALL.map(|kind| !of_ground.contains(&kind)));
+    sensors.keep(&SensorKind::ALL.map(|kind| kind <= SensorKind::Magnetometer));
     sensors
 }
 

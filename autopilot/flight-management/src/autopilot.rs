@@ -23,6 +23,7 @@ use crate::own_law::{Brought, FlightLaw, OwnLaw};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::termination;
+use crate::vehicle::failsafe::Propulsion;
 use crate::vehicle::plan::Plan;
 use crate::vehicle::rules::within;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -162,10 +163,18 @@ impl Autopilot {
         let time = state.time;
         let events = &mut self.events;
         let mut publish = |kind| events.push(time, kind);
-        let command =
-            self.vehicle.track(state, &self.rules, &mut |event| publish(EventKind::Vehicle(event)));
+        let engine = self.flight.model().engine();
+        let last = self.latest.as_ref().map(|latest| &latest.log.commands);
+        let gauge = &sensors.fuel_gauge_pct;
+        let propulsion = Propulsion {
+            commanded_n: engine.zip(last).map_or(0.0, |(engine, commands)| commands[engine]),
+            fuel_pct: gauge.valid.then_some(gauge.value),
+        };
+        let command = self.vehicle.track(state, &self.rules, &propulsion, &mut |event| {
+            publish(EventKind::Vehicle(event));
+        });
         let own = self.own_law.as_mut().map(Brought::law_mut);
-        let ground = self.vehicle.ground_demand();
+        let ground = self.vehicle.ground_demand(state, &self.rules);
         let log = self.flight.step_with(state, &command, &ground, own);
         let (mode, navigation) = (self.vehicle.mode(), self.vehicle.navigation());
         let is_armed = self.vehicle.is_armed();

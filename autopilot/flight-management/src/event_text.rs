@@ -13,6 +13,7 @@ use icd::sensors::SensorKind;
 use crate::event::{EventKind, Limit, Limits};
 use crate::parameters::Parameters;
 use crate::script::{NotBegun, Script, ScriptEvent};
+use crate::vehicle::failsafe::{Failsafe, FuelLevel};
 use crate::vehicle::fence::{Breach, FenceChange};
 use crate::vehicle::{LinkLossAction, VehicleEvent};
 use Severity::{Critical, Emergency, Info, Warning};
@@ -128,6 +129,7 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
             (Critical, format!("Fence breached: {how}"))
         }
         VehicleEvent::Fence(FenceChange::Back) => (Info, "Back inside the fence".into()),
+        VehicleEvent::Failsafe { failsafe, is_there } => failsafe_text(failsafe, is_there),
         VehicleEvent::PlanComplete => (Info, "Mission complete".into()),
         VehicleEvent::Terminated => {
             (Emergency, "Flight terminated: engine off, surfaces hard over".into())
@@ -136,6 +138,7 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
         VehicleEvent::Armed(false) => (Info, "Disarmed".into()),
         VehicleEvent::LiftOff => (Info, "Takeoff: in the air".into()),
         VehicleEvent::TouchDown => (Info, "Touchdown".into()),
+        VehicleEvent::GoAround => (Warning, "Go-around: the approach was not stable".into()),
         VehicleEvent::TakeoffAborted => (Warning, "Takeoff aborted".into()),
         VehicleEvent::LinkLost(action) => {
             let action = match action {
@@ -147,6 +150,17 @@ fn vehicle_text(event: VehicleEvent) -> Option<(Severity, String)> {
         }
         VehicleEvent::LinkBack(mode) => (Info, format!("Ground station is back: {mode}")),
     })
+}
+
+fn failsafe_text(failsafe: Failsafe, is_there: bool) -> (Severity, String) {
+    let (begins, ends) = match failsafe {
+        Failsafe::PositionLost => ("Position lost: circling", "Position is back"),
+        Failsafe::EngineFailed => ("Engine failed: gliding", "Engine is back"),
+        Failsafe::Fuel(FuelLevel::Enough | FuelLevel::Low) => ("Fuel low", "Fuel no longer low"),
+        Failsafe::Fuel(FuelLevel::Critical) => ("Fuel critical", "Fuel no longer critical"),
+        Failsafe::Fuel(FuelLevel::Emergency) => ("Fuel almost gone", "Fuel no longer almost gone"),
+    };
+    if is_there { (Critical, begins.into()) } else { (Info, ends.into()) }
 }
 
 /// `left elevator stuck at 30.0 deg, 97 %`.
@@ -182,6 +196,7 @@ fn sensor_text(sensor: SensorKind) -> &'static str {
         SensorKind::Magnetometer => "Magnetometer",
         SensorKind::RadarAltimeter => "Radar altimeter",
         SensorKind::WeightOnWheels => "Weight on wheels",
+        SensorKind::FuelGauge => "Fuel gauge",
     }
 }
 

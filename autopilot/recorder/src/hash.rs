@@ -115,10 +115,9 @@ mod tests {
     use icd::tvc_jet;
     use icd::{FaultRequest, PerEffector};
 
-    /// Without the sensors of the ground.
+    /// Without the sensors of ground and tank.
     fn in_the_air(mut sensors: Sensors) -> Sensors {
-        let of_ground = [SensorKind::RadarAltimeter, SensorKind::WeightOnWheels];
-        sensors.keep(&SensorKind::ALL.map(|kind| !of_ground.contains(&kind)));
+        sensors.keep(&SensorKind::ALL.map(|kind| kind <= SensorKind::Magnetometer));
         sensors
     }
 

@@ -330,6 +330,7 @@ sensor_faults! {
     EngineMonitor: "kN" = 1.0e3, "kN/s", 1_000.0, ["bias_kn", "rate_kn_s", "noise_kn"], (1_002, "engine_mon");
     RadarAltimeter: "m" = 1.0, "m/s", 10_000.0, ["bias_m", "rate_m_s", "noise_m"], (1_004, "radar_alt");
     WeightOnWheels: "kN" = 1.0e3, "kN/s", 1_000.0, ["bias_kn", "rate_kn_s", "noise_kn"], (1_003, "wheels");
+    FuelGauge: "%" = 1.0, "%/s", 100.0, ["bias_pct", "rate_pct_s", "noise_pct"], (1_005, "fuel");
 }
 
 /// A number with up to four decimals and no trailing zeros.

@@ -41,7 +41,7 @@ impl AutopilotSetup {
             settings: flight.settings(),
             period: flight.plant.period,
             effectors,
-            fitted: flight.plant.sensors.of(&effectors, flight.plant.ground.is_some()),
+            fitted: flight.plant.sensors.of(&flight.plant.airframe, flight.plant.ground.is_some()),
             positions: Plant::new(&flight.plant)?.trim().positions(),
         })
     }

@@ -76,7 +76,7 @@ impl PlantSide {
         let truth =
             truth_fields(&effectors).map(|name| (format!("truth.{name}"), FmuValue::Number(0.0)));
         let truth = list.add(Causality::Output, true, "true value", truth);
-        let fitted = setup.sensors.of(&effectors, setup.ground.is_some());
+        let fitted = setup.sensors.of(&setup.airframe, setup.ground.is_some());
         let sensors = SensorPlaces::add(&mut list, Causality::Output, &fitted);
         let places = PlantPlaces {
             seed,

@@ -110,7 +110,7 @@ pub fn fly(args: &SensorErrorsArgs) -> Result<SensorErrors, Box<dyn Error>> {
     let mut setup = options.setup("nominal")?.plant;
     let period = setup.period;
     setup.seed = *seed;
-    let fitted = setup.sensors.of(&setup.airframe.effectors, false);
+    let fitted = setup.sensors.of(&setup.airframe, false);
     let sensors = SensorKind::ALL.into_iter().filter(|sensor| fitted[*sensor as usize]);
     let places = sensors.flat_map(|sensor| sensor.places().map(move |place| (sensor, place)));
     let places: Vec<_> = places.collect();
@@ -206,7 +206,7 @@ mod tests {
             fly(&args).expect("the shipped aircraft")
         };
         let ideal = flown(GradeName::Ideal);
-        // But for those of the ground.
+        // But for those of ground and tank.
         let radar = SensorKind::RadarAltimeter.places().start;
         assert_eq!(ideal.signals, Sensors::NAMES[..radar]);
         assert!(ideal.rows.iter().all(|(_, errors)| errors.iter().all(|error| *error == 0.0)));

@@ -379,7 +379,11 @@ impl Plant {
             height_m: -contacts.deepest(&self.dynamics, &self.state.rigid).1,
             load_n: contacts.load_n(),
         });
-        self.sensors.sense(&self.truth, &self.present, &self.inputs.gust, ground, &self.faults)
+        let fuel_pct = self.dynamics.airframe().fuel.map_or(0.0, |fuel| {
+            100.0 * (1.0 - self.losses.burnt_kg / fuel.initial_kg.max(f64::MIN_POSITIVE))
+        });
+        let Self { truth, present, inputs, faults, .. } = self;
+        self.sensors.sense(truth, present, &inputs.gust, ground, fuel_pct, faults)
     }
 
     /// Errors of the gyros without rotation, rad/s, and of the accelerometers in level flight, m/s², without noise: for judges of

@@ -85,7 +85,7 @@ impl SensorSet {
             gyro: Normals::new(seed, run, Source::Gyro),
             year: settings.date.decimal_year(),
             field: MagneticField { ned_nt: Ned::zero(), until: None },
-            fitted: settings.of(&airframe.effectors, has_ground),
+            fitted: settings.of(airframe, has_ground),
             real: real.map(Box::new),
             faulty: FaultySensors::new(period_us, seed, run),
         }
@@ -99,6 +99,7 @@ impl SensorSet {
         present: &Evaluation,
         gust: &Gust,
         ground: Option<GroundSample>,
+        fuel_pct: f64,
         faults: &Faults,
     ) -> Sensors {
         let ground = ground.unwrap_or_default();
@@ -109,13 +110,19 @@ impl SensorSet {
             None => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_at(place_m, motion, gust));
                 let gyro_error = self.gyro_error();
-                self.exact(truth, present, &air, ground, &gyro_error)
+                self.exact(truth, present, &air, (ground, fuel_pct), &gyro_error)
             }
             // Everything exactly where it is measured, then with errors: vanes and pitot tube turn with the aircraft.
             Some(mut real) => {
                 let air = [vanes_m, pitot_m].map(|place_m| air_around(place_m, motion));
                 // The noise of the scenario is that of ideal gyros; a grade has its own.
-                let sensors = real.sense(&self.exact(truth, present, &air, ground, &Body::zero()));
+                let sensors = real.sense(&self.exact(
+                    truth,
+                    present,
+                    &air,
+                    (ground, fuel_pct),
+                    &Body::zero(),
+                ));
                 self.real = Some(real);
                 sensors
             }
@@ -138,7 +145,7 @@ impl SensorSet {
         truth: &Truth,
         present: &Evaluation,
         [vanes, pitot]: &[AirState; 2],
-        ground: GroundSample,
+        (ground, fuel_pct): (GroundSample, f64),
         gyro_error: &Body,
     ) -> Sensors {
         let time = truth.time;
@@ -174,6 +181,7 @@ impl SensorSet {
             magnetometer_nt: Sample::at(time, field_nt),
             radar_altimeter_m: Sample::at(time, ground.height_m),
             weight_on_wheels_n: Sample::at(time, ground.load_n),
+            fuel_gauge_pct: Sample::at(time, fuel_pct),
             fitted: [true; Sensors::SENSORS],
         }
     }

@@ -39,7 +39,7 @@ impl PlantHeader {
     /// Of a flight of this program.
     pub fn new(scenario: &str, setup: &PlantSetup) -> Self {
         let effectors = &setup.airframe.effectors;
-        let fitted = setup.sensors.of(effectors, setup.ground.is_some());
+        let fitted = setup.sensors.of(&setup.airframe, setup.ground.is_some());
         let sensors = SensorKind::ALL.into_iter().filter(|kind| fitted[*kind as usize]);
         let sensors = sensors.map(|kind| SensorSignals {
             sensor: kind.key().to_owned(),

@@ -114,8 +114,8 @@ fn sensors_that_cannot_be_never_reach_the_commands_and_leave_no_trace() {
             let mut values = testing::level_sensors().to_array();
             values[index] = bad;
             let out = step(&Sensors::at(SimTime::ZERO, &values));
-            // A position of a thousand kilometres can be; the magnetometer is not used, and those of the ground decide nothing here.
-            let of_ground = ["height_above_ground_m", "weight_on_wheels_n"];
+            // A position of a thousand kilometres can be; the magnetometer is not used, and those of ground and tank decide nothing here.
+            let of_ground = ["height_above_ground_m", "weight_on_wheels_n", "fuel_pct"];
             let name = Sensors::NAMES[index];
             let unused = name.starts_with("magnetic_field") || of_ground.contains(&name);
             let flagged = out.health.implausible_input || bad == 1.0e6 || unused;

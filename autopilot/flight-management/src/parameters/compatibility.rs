@@ -117,22 +117,17 @@ pub const COMPATIBILITY: &[CompatibilityParameter] = rows! {
         Real "BAT1_V_CHARGED" 4.05 "" "Full cell voltage",
         Real "BAT1_V_EMPTY" 3.6 "" "Empty cell voltage",
         Real "BAT1_V_LOAD_DROP" 0.0 "" "Voltage drop per cell at full throttle";
-    "QGroundControl, safety page: the supply never runs low":
-        Int "COM_LOW_BAT_ACT" 0.0 "Warning" "Low battery action",
-        Real "BAT_LOW_THR" 0.15 "" "Low battery level",
-        Real "BAT_CRIT_THR" 0.07 "" "Critical battery level",
-        Real "BAT_EMERGEN_THR" 0.05 "" "Emergency battery level";
     "QGroundControl, safety page: there is no fence around home":
         Real "GF_MAX_HOR_DIST" 0.0 "" "Geofence radius";
     "QGroundControl, safety page: no obstacle is seen":
         Int "COM_OBS_AVOID" 0.0 "Disabled" "Obstacle avoidance",
         Real "CP_DIST" -1.0 "" "Collision prevention distance";
-    "QGroundControl, safety page: Return circles over home and does not land":
+    "QGroundControl, safety page: Return circles over home, or lands at once where the aircraft took off":
         Real "RTL_LAND_DELAY" -1.0 "" "Return: time until landing";
     "QGroundControl, safety page: Return stays at RTL_RETURN_ALT, this is the altitude that it has by default":
         Real "RTL_DESCEND_ALT" 5_000.0 "" "Return: loiter altitude";
-    "QGroundControl, safety page: the aircraft does not land, so it is never disarmed by itself":
-        Real "COM_DISARM_LAND" -1.0 "" "Time from landing to disarming";
+    "QGroundControl, safety page: an aircraft that has landed disarms itself 2 s after it has stopped":
+        Real "COM_DISARM_LAND" 2.0 "" "Time from landing to disarming";
     "QGroundControl, safety page: the flight log runs from the first to the last moment":
         Int "SDLOG_MODE" 2.0 "from boot until shutdown" "Logging mode";
     "QGroundControl, tuning page: a second name of this gain of the PID, in its unit":

@@ -10,6 +10,7 @@ use flight_control::{
 use super::failure::settings;
 use super::{Access, Choice, Kind, Parameter, SticksLossAction, SwitchChannel, SwitchMode};
 use crate::vehicle::LinkLossAction;
+use crate::vehicle::failsafe::{EngineAction, FuelAction};
 use crate::vehicle::fence::FenceAction;
 
 /// All parameters, in the order of their index on the wire.
@@ -21,8 +22,10 @@ pub fn table() -> &'static [Parameter] {
                 Parameter { name, group, unit, min, max, meaning, access, ..Parameter::NUMBER }
             });
         let own = [LAWS, REFERENCES, FAULTS, settings(), FAULT_SIZES, FAULT_TIMES, GUIDANCE, FENCE];
+        let failsafes = [FAILSAFE, FAILSAFE_LEVELS].concat();
         let links = [LINK_LOSS, LINK_SILENCE, LINK_TIMES, STATION, CHANNEL, SLOTS, STREAMS];
-        let mut rows = [own.concat(), links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
+        let mut rows =
+            [own.concat(), failsafes, links.concat(), gains.collect(), ESTIMATOR.to_vec()].concat();
         // It acts at the start of the program, so that no ground station loses the vehicle while it looks at it.
         for row in rows.iter_mut().filter(|row| row.name == "MAV_SYS_ID") {
             row.at_restart = true;
@@ -203,6 +206,25 @@ const FENCE: &[Parameter] = choices! { "Guidance";
         3 FenceAction::Return "fly to the nearest rally point or home",
         4 FenceAction::Terminate "end the flight",
         5 FenceAction::Land "the landing of the plan, or fly home";
+};
+
+const FAILSAFE: &[Parameter] = choices! { "Failsafes";
+    "COM_ACT_FAIL_ACT", navigation.engine_action = 3, "What happens when the engine gives no thrust, not in Position and Altitude":
+        0 EngineAction::Report "the aircraft glides in its mode",
+        3 EngineAction::Return "it glides home",
+        4 EngineAction::Terminate "end the flight";
+    "COM_LOW_BAT_ACT", navigation.fuel_action = 0, "What happens when the fuel runs low":
+        0 FuelAction::Report "reported",
+        2 FuelAction::Land "below BAT_CRIT_THR the landing of the plan, or fly home",
+        3 FuelAction::Return "below BAT_CRIT_THR fly home, below BAT_EMERGEN_THR as 2";
+};
+
+const FAILSAFE_LEVELS: &[Parameter] = numbers! { Real, "Failsafes";
+    "BAT_LOW_THR", "-", 0.0 to 1.0, 0.15, navigation.low_fuel, "Low level of the fuel, of a full tank";
+    "BAT_CRIT_THR", "-", 0.0 to 1.0, 0.07, navigation.critical_fuel, "Critical level of the fuel";
+    "BAT_EMERGEN_THR", "-", 0.0 to 1.0, 0.05, navigation.emergency_fuel, "Emergency level of the fuel";
+    "FW_GPSF_R", "deg", 0.0 to 30.0, 15.0, navigation.lost_bank_deg,
+        "Bank angle of the circle that is flown without a position";
 };
 
 const LINK_LOSS: &[Parameter] = choices! { "Link loss";

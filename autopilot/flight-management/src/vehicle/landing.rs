@@ -1,14 +1,17 @@
 //! Landing: a straight line over the ground, a glide down to the landing point, and a flare. It gives the same references as
 //! any leg: roll, altitude and airspeed. Whoever feels the ground ends it ([`super::Vehicle::touch_down`]).
 
+use core::f64::consts::TAU;
+
 use flight_control::Demand;
-use flight_control::guidance::follow_line;
+use flight_control::guidance::{Horizontal, follow_line};
 
 use super::Situation;
 use super::geodesy::{Horizon, Site};
 use super::ground::CentreLine;
 use super::modes::{Flown, target};
 use super::request::Place;
+use super::rules::Rules;
 
 /// The flare reduces the sink rate to that of the touchdown with this time constant, s.
 const FLARE_S: f64 = 5.0;
@@ -21,6 +24,15 @@ const FLARE_GAIN: f64 = 2.0;
 const LEAD_MIN_S2_M: f64 = 0.12;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
+/// An approach that is not stable at this times the height of the flare is given up: it is farther from its line than the way of this time,
+/// s, and than this, m; its track is off by more than this, rad; or its airspeed is out of this range over that of the approach.
+const DECISION: f64 = 2.0;
+const OFF_LINE_S: f64 = 0.15;
+const OFF_LINE_MIN_M: f64 = 6.0;
+const OFF_COURSE_RAD: f64 = 0.15;
+const SPEEDS: core::ops::RangeInclusive<f64> = 0.85..=1.3;
+/// The nose is turned into the track below the height that this rate of descent takes this time, s.
+const ALIGN_S: f64 = 2.5;
 /// Time constant with which the reference comes to lead the glide, s: twice the lag of the slowest altitude law.
 const LEAD_S: f64 = 20.0;
 
@@ -40,6 +52,8 @@ pub struct Approach {
     /// How far the reference leads the glide so that the aircraft is on it, m.
     lead_m: f64,
     flare: Option<Flare>,
+    /// Whether it was stable has been looked at.
+    decided: bool,
     /// Course of a go-around, rad, once it has been commanded; `None` until its first tick.
     around: Option<Option<f64>>,
 }
@@ -79,6 +93,23 @@ impl Approach {
             cruise_m_s,
             lead_m: 0.0,
             flare: None,
+            decided: false,
+            around: None,
+        }
+    }
+
+    /// From here down with this slope, without a go-around: the landing of an aircraft that cannot climb.
+    pub fn straight_ahead(from: Site, place: Place, slope: f64, rules: &Rules) -> Self {
+        Self {
+            from,
+            to: Site::at(place),
+            ground_m: rules.ground_m,
+            slope,
+            abort_m: rules.ground_m,
+            cruise_m_s: 0.0,
+            lead_m: 0.0,
+            flare: None,
+            decided: true,
             around: None,
         }
     }
@@ -92,6 +123,39 @@ impl Approach {
     /// The flare has begun: the altitude of the reference is no path.
     pub fn is_flaring(&self) -> bool {
         self.flare.is_some() && self.around.is_none()
+    }
+
+    /// Height above the ground, m: the measured one where there is one.
+    fn height_m(&self, situation: &Situation) -> f64 {
+        situation.height_m.unwrap_or(situation.altitude_m - self.ground_m)
+    }
+
+    /// Height of the flare, m: there its rate of descent is that of the glide.
+    fn flare_m(&self, situation: &Situation) -> f64 {
+        FLARE_S * (situation.speed_m_s * self.slope - situation.rules.navigation.touchdown_m_s)
+    }
+
+    /// Whether it has just been found unstable, which is looked at once, while there is height for a go-around.
+    pub fn is_unstable(&mut self, situation: &Situation) -> bool {
+        let is_high = self.height_m(situation) > DECISION * self.flare_m(situation);
+        if is_high || self.around.is_some() || core::mem::replace(&mut self.decided, true) {
+            return false;
+        }
+        let line = self.line();
+        let to = situation.horizon().offset(&line.through);
+        let (sin, cos) = libm::sincos(line.course_rad);
+        let off_m = Horizontal::new(-sin, cos).dot(&to).abs();
+        let off_rad = libm::remainder(situation.course_rad() - line.course_rad, TAU).abs();
+        let speed = situation.airspeed_m_s / situation.rules.approach_m_s(self.ground_m);
+        off_m > OFF_LINE_MIN_M.max(OFF_LINE_S * situation.speed_m_s)
+            || off_rad > OFF_COURSE_RAD
+            || !SPEEDS.contains(&speed)
+    }
+
+    /// Heading to which the nose is turned just before the touchdown, rad from north.
+    pub fn alignment_rad(&self, height_m: Option<f64>, rules: &Rules) -> Option<f64> {
+        let is_low = height_m.is_some_and(|m| m < ALIGN_S * rules.navigation.touchdown_m_s);
+        (self.is_flaring() && is_low).then(|| self.line().course_rad)
     }
 
     pub fn go_around(&mut self, altitude_m: Option<f64>) {
@@ -114,11 +178,9 @@ impl Approach {
         let line = to - from;
         let left_m = if line.norm() > 1.0 { to.dot(&line) / line.norm() } else { to.norm() };
         let (altitude_m, touchdown_m_s) = (situation.altitude_m, rules.navigation.touchdown_m_s);
-        // There the sink rate of the flare is that of the glide.
-        let flare_m = FLARE_S * (situation.speed_m_s * self.slope - touchdown_m_s);
-        // By the measured height, where there is one: the glide is as good as the altitude, the flare has to be better.
-        let height_m = situation.height_m.unwrap_or(altitude_m - self.ground_m);
-        if self.flare.is_none() && height_m > flare_m {
+        // The glide is as good as the altitude, the flare has to be better.
+        let height_m = self.height_m(situation);
+        if self.flare.is_none() && height_m > self.flare_m(situation) {
             // Level until the glide begins, and never back up to it.
             let glide_m = self.ground_m + self.slope * left_m.max(0.0);
             if glide_m < demand.altitude_m + self.lead_m {

@@ -11,7 +11,6 @@ use flight_control::guidance::{Horizontal, follow_line};
 use super::Situation;
 use super::fence::FenceWatch;
 use super::geodesy::{Horizon, Site};
-use super::ground::CentreLine;
 use super::landing::Approach;
 use super::modes::{Flown, Orbit, target};
 use super::plan::{Action, Circle, Item, Plan, Point, Progress, WaitCondition};
@@ -24,6 +23,8 @@ const AT_ONCE_MAX: u32 = 4;
 const LOOP_MIN_S: f64 = 1.0;
 /// Items without a place that are skipped in the search.
 const STEPS_MAX: usize = 32;
+/// After so many unstable approaches the next one is flown to the ground.
+const GO_AROUNDS_MAX: u8 = 2;
 
 /// The plan and its progress.
 #[derive(Debug, Clone, Default)]
@@ -45,6 +46,8 @@ pub struct Mission {
     loop_wait_s: f64,
     /// The item flown last.
     flown: Option<Flown>,
+    /// Approaches given up because they were not stable.
+    go_arounds: u8,
 }
 
 /// The current item in flight.
@@ -115,6 +118,7 @@ impl Mission {
         self.jumped_back = false;
         self.waiting = None;
         self.flown = None;
+        self.go_arounds = 0;
         self.progress = if self.is_empty() { Progress::NoPlan } else { Progress::NotStarted };
     }
 
@@ -220,17 +224,17 @@ impl Mission {
         }
     }
 
-    /// The line of the approach under way.
-    pub fn approach_line(&self) -> Option<CentreLine> {
+    /// The approach under way.
+    pub fn approach(&self) -> Option<&Approach> {
         match &self.task {
-            Some(Task::Approach(approach)) => Some(approach.line()),
+            Some(Task::Approach(approach)) => Some(approach),
             _ => None,
         }
     }
 
     /// A flare is under way.
     pub fn is_flaring(&self) -> bool {
-        matches!(&self.task, Some(Task::Approach(approach)) if approach.is_flaring())
+        self.approach().is_some_and(Approach::is_flaring)
     }
 
     /// The aircraft is on the ground: the landing under way is complete.
@@ -341,6 +345,12 @@ impl Mission {
         let flown = match &mut task {
             Task::Leg(leg) => leg.fly(situation, demand),
             Task::Approach(approach) => {
+                let may_climb = self.go_arounds < GO_AROUNDS_MAX && situation.may_climb;
+                if may_climb && approach.is_unstable(situation) {
+                    self.go_arounds += 1;
+                    approach.go_around(None);
+                    (tick.publish)(VehicleEvent::GoAround);
+                }
                 let flown = approach.fly(situation, demand);
                 if flown.is_none() {
                     // The landing begins again.

@@ -7,10 +7,11 @@
 
 use std::sync::Arc;
 
-use flight_control::guidance::{Horizontal, hold_course};
+use flight_control::guidance::{Horizontal, Steering, hold_course};
 use flight_control::{Demand, GroundDemand, NavigationState};
 use icd::SimTime;
 
+pub mod failsafe;
 pub mod fence;
 pub mod geodesy;
 mod ground;
@@ -22,9 +23,11 @@ mod request;
 pub mod rules;
 pub mod schedule;
 
+use failsafe::{EngineAction, Failsafe, FailsafeWatch, FuelAction, FuelLevel, Propulsion};
 use fence::{Fence, FenceAction, FenceChange, FenceWatch, RallyPoint};
 use geodesy::{Horizon, LocalAxes, Site};
 use ground::GroundOperation;
+use landing::Approach;
 use mission::{Flight, Mission};
 use modes::{AltitudeDemand, Flown, Hold, Offboard, Orbit, Pilot, Position, check_sticks};
 use plan::{Plan, Progress};
@@ -66,6 +69,7 @@ pub struct Vehicle {
     fence: Arc<Fence>,
     watch: FenceWatch,
     rally: Arc<[RallyPoint]>,
+    failsafe: FailsafeWatch,
     /// Rally point to which Return flies; `None`: home.
     refuge: Option<RallyPoint>,
     /// Location at the last tick.
@@ -139,11 +143,17 @@ impl Vehicle {
         self.ground.is_armed() && !self.terminated
     }
 
-    /// What the law on the ground is to do.
-    pub fn ground_demand(&self) -> GroundDemand {
-        match self.terminated {
-            true => GroundDemand::STAND,
-            false => self.ground.demand(),
+    /// What the law on the ground is to do, and just before the touchdown where the nose is to point.
+    pub fn ground_demand(&self, state: &NavigationState, rules: &Rules) -> GroundDemand {
+        let align = || {
+            let alignment =
+                |approach: &Approach| approach.alignment_rad(state.height_above_ground_m, rules);
+            GroundDemand { heading_rad: self.approach().and_then(alignment), ..GroundDemand::STAND }
+        };
+        match (self.terminated, state.on_wheels) {
+            (true, _) => GroundDemand::STAND,
+            (false, true) => self.ground.demand(),
+            (false, false) => align(),
         }
     }
 
@@ -174,7 +184,13 @@ impl Vehicle {
     ///
     /// The references are altitude, airspeed and course of the first known state, then what the schedule,
     /// the operator and the mode have set since. Before it they are the state's own.
-    pub fn track(&mut self, state: &NavigationState, rules: &Rules, publish: Publish) -> Demand {
+    pub fn track(
+        &mut self,
+        state: &NavigationState,
+        rules: &Rules,
+        propulsion: &Propulsion,
+        publish: Publish,
+    ) -> Demand {
         let time = state.time;
         let before = self.time.replace(time).unwrap_or(time);
         // Microseconds between two ticks.
@@ -186,6 +202,9 @@ impl Vehicle {
         }
         if self.demand.is_some() && self.has_fence(rules) {
             self.watch_fence(state, rules, dt_s, publish);
+        }
+        if !state.on_wheels {
+            self.watch_failsafes(state, rules, propulsion, dt_s, publish);
         }
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
@@ -199,7 +218,8 @@ impl Vehicle {
             return Demand { altitude_m: rules.ground_m, roll_rad: 0.0, airspeed_m_s };
         }
         if self.is_guided() {
-            let situation = Situation::new(state, rules, &mut self.wind, dt_s);
+            let mut situation = Situation::new(state, rules, &mut self.wind, dt_s);
+            situation.may_climb = !self.failsafe.has_engine_failed();
             if let Some(Flown { steering, target }) = self.fly(&situation, &mut demand, publish) {
                 // A change of leg or mode is no step of the reference: the ailerons follow this slew without reaching
                 // their stops.
@@ -210,10 +230,13 @@ impl Vehicle {
                 self.navigation.cross_track_m = steering.cross_track_m;
             }
             let flying = if self.mode == Mode::Return { &self.returning } else { &self.mission };
-            altitude_m = match flying.is_flaring() {
-                true => None,
-                false => Some(self.altitude.step(demand.altitude_m, &situation)),
-            };
+            if !flying.is_flaring() && !self.failsafe.is_flaring() {
+                let wanted_m = self.altitude.step(demand.altitude_m, &situation);
+                altitude_m = Some(match self.failsafe.has_engine_failed() {
+                    true => self.failsafe.limit_altitude(wanted_m, &situation),
+                    false => wanted_m,
+                });
+            }
         } else {
             // The laws get the reference as it is given, so the paper's flights have the same bits.
             self.altitude = AltitudeDemand::default();
@@ -229,9 +252,9 @@ impl Vehicle {
             _ => false,
         };
         let Self { ground, mission, returning, mode, .. } = self;
-        let approach = || match mode {
-            Mode::Return => returning.approach_line(),
-            _ => mission.approach_line(),
+        let approach = || {
+            let flying = if *mode == Mode::Return { returning } else { mission };
+            flying.approach().map(Approach::line)
         };
         if !ground.step(state, rules, dt_s, wants_takeoff, approach, publish) {
             return;
@@ -262,13 +285,51 @@ impl Vehicle {
         }
     }
 
-    /// One tick of the mode; `None` if it leaves the roll reference unchanged.
+    /// One tick; `None` if it leaves the roll reference unchanged.
     fn fly(
         &mut self,
         situation: &Situation,
         demand: &mut Demand,
         publish: Publish,
     ) -> Option<Flown> {
+        let is_piloted = matches!(self.mode, Mode::Position | Mode::Altitude | Mode::Offboard);
+        if !self.failsafe.has_engine_failed() || is_piloted || self.approach().is_some() {
+            return self.fly_mode(situation, demand, publish);
+        }
+        let mut failsafe = self.failsafe;
+        let flown = failsafe.glide_down(situation, demand, |situation, demand| {
+            self.fly_mode(situation, demand, publish)
+        });
+        self.failsafe = failsafe;
+        flown
+    }
+
+    /// The approach under way.
+    fn approach(&self) -> Option<&Approach> {
+        match self.mode {
+            Mode::Mission => self.mission.approach(),
+            Mode::Return => self.returning.approach(),
+            _ => None,
+        }
+    }
+
+    /// One tick of the mode.
+    fn fly_mode(
+        &mut self,
+        situation: &Situation,
+        demand: &mut Demand,
+        publish: Publish,
+    ) -> Option<Flown> {
+        let rules = situation.rules;
+        if self.failsafe.is_position_lost() && self.needs_position() {
+            // An approach is flown again once the position is back.
+            let _ = self.go_around(None, rules);
+            demand.altitude_m = rules.nearest_altitude_m(demand.altitude_m);
+            let bank_rad = rules.navigation.lost_bank_deg.to_radians();
+            let course_rad = situation.course_rad();
+            let steering = Steering { bank_rad, course_rad, cross_track_m: 0.0 };
+            return Some(Flown { steering, target: None });
+        }
         if self.mode == Mode::Mission {
             let Self { home, watch: fence, .. } = self;
             let mut tick = mission::Tick { situation, home, fence, publish };
@@ -304,9 +365,15 @@ impl Vehicle {
                 }
                 Some(situation.hold_course(course_rad))
             }
-            Mode::Return if !self.returning.is_empty() => {
+            // Without thrust the way onto the runway is not flown: nobody knows whether the height is enough for it.
+            Mode::Return if !self.returning.is_empty() && !self.failsafe.has_engine_failed() => {
                 let Self { home, watch: fence, .. } = self;
-                let mut tick = mission::Tick { situation, home, fence, publish: &mut |_| {} };
+                let publish = &mut |event| match event {
+                    VehicleEvent::GoAround => publish(event),
+                    // The items are nobody's plan.
+                    _ => {}
+                };
+                let mut tick = mission::Tick { situation, home, fence, publish };
                 match self.returning.fly(demand, &mut tick) {
                     Flight::Fly(flown) => Some(flown),
                     Flight::Complete(orbit) => Some(orbit.fly(situation, demand)),
@@ -553,6 +620,62 @@ impl Vehicle {
         !self.fence.areas().is_empty() || rules.navigation.has_fence_altitudes()
     }
 
+    /// The mode cannot be flown without a position, and another way of flying is safe.
+    fn needs_position(&self) -> bool {
+        match self.mode {
+            Mode::Mission => !self.mission.is_flaring(),
+            Mode::Return => !self.returning.is_flaring(),
+            Mode::Hold => true,
+            Mode::Offboard => self.offboard.needs_position(),
+            Mode::Position | Mode::Altitude | Mode::Takeoff => false,
+        }
+    }
+
+    fn watch_failsafes(
+        &mut self,
+        state: &NavigationState,
+        rules: &Rules,
+        propulsion: &Propulsion,
+        dt_s: f64,
+        publish: Publish,
+    ) {
+        let Some(demand) = self.demand.filter(|_| self.is_armed()) else { return };
+        let mut begun = None;
+        let navigation = &rules.navigation;
+        self.failsafe.step(state, &demand, propulsion, rules, dt_s, |failsafe, is_there| {
+            publish(VehicleEvent::Failsafe { failsafe, is_there });
+            if is_there {
+                begun = Some(failsafe);
+            }
+        });
+        let wants_return = match begun {
+            Some(Failsafe::EngineFailed) => match navigation.engine_action {
+                EngineAction::Report => false,
+                // The operator flies there, and knows.
+                EngineAction::Return => !matches!(self.mode, Mode::Position | Mode::Altitude),
+                EngineAction::Terminate => {
+                    self.terminate(publish);
+                    false
+                }
+            },
+            Some(Failsafe::Fuel(level)) => match navigation.fuel_action {
+                FuelAction::Land if level >= FuelLevel::Critical => {
+                    self.land(rules, publish).is_err()
+                }
+                FuelAction::Return if level == FuelLevel::Emergency => {
+                    self.land(rules, publish).is_err()
+                }
+                FuelAction::Return => level == FuelLevel::Critical,
+                FuelAction::Report | FuelAction::Land => false,
+            },
+            Some(Failsafe::PositionLost) | None => false,
+        };
+        if wants_return && self.approach().is_none() {
+            self.undo = None;
+            self.enter(Mode::Return, rules, publish);
+        }
+    }
+
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
         let mut watched = *rules;
         if self.mode == Mode::Mission && self.mission.is_near_ground() {
@@ -622,7 +745,9 @@ impl Vehicle {
             plan::Action::Waypoint { point: point(ahead * -(1.15 * glide_m)), acceptance_m: None };
         let touchdown =
             plan::Action::Land { place, altitude_m: rules.ground_m, abort_m: Some(altitude_m) };
-        let items = [plan::Action::LoiterToAltitude(circle), fix, touchdown];
+        // After a go-around it begins again with the circle.
+        let items =
+            [plan::Action::LandStart, plan::Action::LoiterToAltitude(circle), fix, touchdown];
         let items = items.map(|action| plan::Item { action, autocontinue: true }).to_vec();
         Plan { id: 1, items }
     }
@@ -676,10 +801,11 @@ impl Vehicle {
     ) -> Result<(), VehicleRefusal> {
         self.can_obey()?;
         rules.check_some(None, altitude_m)?;
-        if self.mode != Mode::Mission {
-            return Err(VehicleRefusal::NoApproach);
+        match self.mode {
+            Mode::Mission => self.mission.go_around(altitude_m),
+            Mode::Return => self.returning.go_around(altitude_m),
+            _ => Err(VehicleRefusal::NoApproach),
         }
-        self.mission.go_around(altitude_m)
     }
 
     /// The aircraft is on the ground.
@@ -771,6 +897,10 @@ struct Situation<'a> {
     bank_rad: f64,
     /// Speed of the wind over the ground, m/s, smoothed.
     wind_m_s: f64,
+    /// True airspeed, m/s.
+    airspeed_m_s: f64,
+    /// The engine has not failed.
+    may_climb: bool,
     /// Height above the ground, m, where it is measured.
     height_m: Option<f64>,
 }
@@ -796,6 +926,8 @@ impl<'a> Situation<'a> {
             climb_m_s: state.climb_rate_m_s(),
             bank_rad: state.attitude.phi,
             wind_m_s: wind.norm(),
+            airspeed_m_s: state.airspeed_m_s,
+            may_climb: true,
             height_m: state.height_above_ground_m,
         }
     }

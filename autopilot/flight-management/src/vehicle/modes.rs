@@ -427,6 +427,11 @@ impl Offboard {
         Ok(())
     }
 
+    /// A place is flown to.
+    pub fn needs_position(&self) -> bool {
+        matches!(self.guidance, Guidance::Circle(_))
+    }
+
     /// One tick; `None` if the roll reference stays unchanged.
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
         match &mut self.guidance {

@@ -7,6 +7,8 @@ use flight_control::design_model::atmosphere;
 use icd::{Ned, SimTime};
 use serde::{Deserialize, Serialize};
 
+use super::failsafe::Failsafe;
+
 /// A point on the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
@@ -388,6 +390,11 @@ pub enum VehicleEvent {
     PlanComplete,
     /// The aircraft is beyond the fence, or back inside.
     Fence(FenceChange),
+    /// The aircraft acts by itself, or the reason for it is over.
+    Failsafe {
+        failsafe: Failsafe,
+        is_there: bool,
+    },
     /// Home was moved to here.
     Home(Place),
     /// The flight was terminated.
@@ -397,6 +404,8 @@ pub enum VehicleEvent {
     LiftOff,
     TouchDown,
     TakeoffAborted,
+    /// The approach was not stable, and is flown again.
+    GoAround,
     /// The controlling ground station has fallen silent, and this is the reaction.
     LinkLost(LinkLossAction),
     /// It is back, and this mode is restored.

@@ -11,6 +11,7 @@ use flight_control::guidance::approach::planned_radius_m;
 use flight_control::{AircraftModel, Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
+use super::failsafe::{EngineAction, FuelAction};
 use super::request::{Airspeed, FenceAction, Place, Reference, VehicleRefusal};
 
 /// Parameters of the guidance.
@@ -46,6 +47,14 @@ pub struct NavigationParameters {
     /// Highest and lowest altitude of the fence above home, m; 0: none.
     pub fence_max_m: f64,
     pub fence_min_m: f64,
+    /// Bank angle without a position, deg.
+    pub lost_bank_deg: f64,
+    pub engine_action: EngineAction,
+    pub fuel_action: FuelAction,
+    /// Levels of the fuel, of a full tank.
+    pub low_fuel: f64,
+    pub critical_fuel: f64,
+    pub emergency_fuel: f64,
 }
 
 impl NavigationParameters {

@@ -132,7 +132,7 @@ impl Row {
 }
 
 /// Rows of [`TABLE`].
-pub const ROWS: usize = 35;
+pub const ROWS: usize = 36;
 
 macro_rules! table {
     ($($message:ident: $rate:ident$(($ms:literal))?, $group:ident, $build:ident($function:expr);)*) => {
@@ -174,6 +174,7 @@ table! {
     SCALED_PRESSURE_DATA: EveryMs(500), RawSensors, State(motion::scaled_pressure);
     WIND_COV_DATA: EveryMs(1000), Extra3, State(motion::wind_cov);
     BATTERY_STATUS_DATA: EveryMs(1000), ExtendedStatus, Known(status::battery_status);
+    FUEL_STATUS_DATA: EveryMs(1000), ExtendedStatus, Known(status::fuel_status);
     ESTIMATOR_STATUS_DATA: EveryMs(1000), ExtendedStatus, Flight(status::estimator_status);
     VIBRATION_DATA: EveryMs(1000), Extra3, State(status::vibration);
     SYSTEM_TIME_DATA: EveryMs(1000), Extra3, Known(status::system_time);

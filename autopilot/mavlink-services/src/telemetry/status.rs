@@ -374,7 +374,7 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
         onboard_control_sensors_health: health,
         voltage_battery: SUPPLY_MV,
         current_battery: -1,
-        battery_remaining: SUPPLY_LEFT_PCT,
+        battery_remaining: supply_left_pct(view),
         onboard_control_sensors_present_extended: wire::MavSysStatusSensorExtended::empty(),
         onboard_control_sensors_enabled_extended: wire::MavSysStatusSensorExtended::empty(),
         onboard_control_sensors_health_extended: wire::MavSysStatusSensorExtended::empty(),
@@ -422,12 +422,49 @@ pub fn extended_sys_state(aircraft: &Aircraft) -> Encoded {
 
 /// Voltage of the supply, mV: seven cells of 4.05 V, as BAT1_N_CELLS and BAT1_V_CHARGED have it.
 pub(crate) const SUPPLY_MV: u16 = 28_350;
-/// Remaining charge of the supply, percent.
-const SUPPLY_LEFT_PCT: i8 = 100;
+/// Fuel by the gauge, whole percent of a full tank; `None` without a valid sample.
+fn fuel_pct(view: &TelemetryView) -> Option<u8> {
+    let gauge = view.shared.aircraft.snapshot().map(|state| state.sensors.fuel_gauge_pct)?;
+    // The gauge may have an error.
+    gauge.valid.then_some(gauge.value.clamp(0.0, 100.0) as u8)
+}
 
-/// BATTERY_STATUS. Neither fuel nor electrical supply is modelled, and nothing can run low: a supply that is always
-/// full, so that a ground station has a number to show. Its current is "unknown".
-pub fn battery_status(_: &TelemetryView) -> Option<Encoded> {
+/// What the supply shows, percent: the fuel of an aircraft that burns some, because ground stations warn of a low battery.
+fn supply_left_pct(view: &TelemetryView) -> i8 {
+    // At most 100.
+    fuel_pct(view).map_or(100, |pct| pct as i8)
+}
+
+/// FUEL_STATUS, of an aircraft with a gauge; the tank holds 1.
+pub fn fuel_status(view: &TelemetryView) -> Option<Encoded> {
+    let percent = fuel_pct(view)?;
+    Some(Encoded::new(&wire::FUEL_STATUS_DATA {
+        id: 0,
+        maximum_fuel: 1.0,
+        consumed_fuel: f32::NAN,
+        remaining_fuel: f32::from(percent) / 100.0,
+        percent_remaining: percent,
+        flow_rate: f32::NAN,
+        temperature: f32::NAN,
+        fuel_type: wire::MavFuelType::MAV_FUEL_TYPE_UNKNOWN,
+    }))
+}
+
+/// BATTERY_STATUS. The electrical supply is not modelled: it is always full, or as full as the tank, so that a ground station
+/// has a number to show. Its current is "unknown".
+pub fn battery_status(view: &TelemetryView) -> Option<Encoded> {
+    let left_pct = supply_left_pct(view);
+    let levels = &view.shared.parameters.navigation;
+    let is_below = |level: f64| f64::from(left_pct) < 100.0 * level;
+    let charge_state = if is_below(levels.emergency_fuel) {
+        wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_EMERGENCY
+    } else if is_below(levels.critical_fuel) {
+        wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_CRITICAL
+    } else if is_below(levels.low_fuel) {
+        wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_LOW
+    } else {
+        wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK
+    };
     Some(Encoded::new(&wire::BATTERY_STATUS_DATA {
         battery_function: wire::MavBatteryFunction::MAV_BATTERY_FUNCTION_ALL,
         mavtype: wire::MavBatteryType::MAV_BATTERY_TYPE_LION,
@@ -436,8 +473,8 @@ pub fn battery_status(_: &TelemetryView) -> Option<Encoded> {
         current_battery: -1,
         current_consumed: -1,
         energy_consumed: -1,
-        battery_remaining: SUPPLY_LEFT_PCT,
-        charge_state: wire::MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_OK,
+        battery_remaining: left_pct,
+        charge_state,
         fault_bitmask: wire::MavBatteryFault::empty(),
         ..wire::BATTERY_STATUS_DATA::DEFAULT
     }))

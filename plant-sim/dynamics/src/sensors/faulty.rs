@@ -164,5 +164,6 @@ fn add(sensor: SensorKind, error: [f64; 3], to: &mut Sensors) {
         SensorKind::EngineMonitor => to.engine_n.value += x,
         SensorKind::RadarAltimeter => to.radar_altimeter_m.value += x,
         SensorKind::WeightOnWheels => to.weight_on_wheels_n.value += x,
+        SensorKind::FuelGauge => to.fuel_gauge_pct.value += x,
     }
 }

@@ -3,7 +3,7 @@
 use host_io::problem::Problem;
 use icd::fault::SensorKind;
 use icd::units::DEG;
-use icd::{EffectorKind, EffectorList, Sensors, named};
+use icd::{EffectorKind, Sensors, named};
 use serde::{Deserialize, Serialize};
 
 use crate::airframe::Airframe;
@@ -177,6 +177,7 @@ static VANES: [GradeKey; 5] = in_unit!("deg", DEG, 45.0);
 static ENGINE_MONITOR: [GradeKey; 6] = in_unit!("n", 1.0, 1.0e6, RELATIVE);
 static MAGNETOMETER: [GradeKey; 6] = in_unit!("nt", 1.0, 1.0e5, AXES);
 static RADAR_ALTIMETER: [GradeKey; 6] = in_unit!("m", 1.0, 1_000.0, RELATIVE);
+static FUEL_GAUGE: [GradeKey; 5] = in_unit!("pct", 1.0, 100.0);
 static WEIGHT_ON_WHEELS: [GradeKey; 6] = in_unit!("n", 1.0, 1.0e6, RELATIVE);
 
 /// The keys of a sensor's table.
@@ -192,6 +193,7 @@ pub fn keys(sensor: SensorKind) -> impl Iterator<Item = &'static GradeKey> {
         SensorKind::Magnetometer => &MAGNETOMETER,
         SensorKind::RadarAltimeter => &RADAR_ALTIMETER,
         SensorKind::WeightOnWheels => &WEIGHT_ON_WHEELS,
+        SensorKind::FuelGauge => &FUEL_GAUGE,
     };
     OF_ALL.iter().chain(own)
 }
@@ -230,17 +232,18 @@ impl SensorSettings {
 
     /// Which sensors an aircraft has, and which of its parts can be torn off.
     pub fn fitted_with(&self, airframe: &Airframe, has_ground: bool) -> Fitted {
-        Fitted { sensors: self.of(&airframe.effectors, has_ground), parts: airframe.parts() }
+        Fitted { sensors: self.of(airframe, has_ground), parts: airframe.parts() }
     }
 
-    /// Which sensors an aircraft with these effectors has, in the order of [`SensorKind::ALL`]; those of the ground only over one.
-    pub fn of(&self, effectors: &EffectorList, has_ground: bool) -> [bool; Sensors::SENSORS] {
+    /// Which sensors an aircraft has, in the order of [`SensorKind::ALL`]; those of the ground only over one.
+    pub fn of(&self, airframe: &Airframe, has_ground: bool) -> [bool; Sensors::SENSORS] {
         let mut fitted = self.fitted;
         for sensor in [SensorKind::RadarAltimeter, SensorKind::WeightOnWheels] {
             fitted[sensor as usize] &= has_ground;
         }
         fitted[SensorKind::EngineMonitor as usize] &=
-            effectors.only(EffectorKind::Engine).is_some();
+            airframe.effectors.only(EffectorKind::Engine).is_some();
+        fitted[SensorKind::FuelGauge as usize] &= airframe.fuel.is_some();
         fitted
     }
 }

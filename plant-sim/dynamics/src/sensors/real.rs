@@ -31,6 +31,7 @@ pub(super) struct RealSensors {
     magnetometer: Sensor<3>,
     radar_altimeter: Sensor<1>,
     weight_on_wheels: Sensor<1>,
+    fuel_gauge: Sensor<1>,
     air_data: AirDataComputer,
 }
 
@@ -90,6 +91,7 @@ impl RealSensors {
             magnetometer: Sensor::new(errors(SensorKind::Magnetometer)),
             radar_altimeter: Sensor::new(errors(SensorKind::RadarAltimeter)),
             weight_on_wheels: Sensor::new(errors(SensorKind::WeightOnWheels)),
+            fuel_gauge: Sensor::new(errors(SensorKind::FuelGauge)),
             // Of no pressures yet.
             air_data: AirDataComputer::new(f64::NAN, f64::NAN),
         }
@@ -133,6 +135,7 @@ impl RealSensors {
             magnetometer_nt: self.magnetometer.body(now, &exact.magnetometer_nt.value),
             radar_altimeter_m: self.radar_altimeter.scalar(now, exact.radar_altimeter_m.value),
             weight_on_wheels_n: self.weight_on_wheels.scalar(now, exact.weight_on_wheels_n.value),
+            fuel_gauge_pct: self.fuel_gauge.scalar(now, exact.fuel_gauge_pct.value),
             fitted: exact.fitted,
         }
     }

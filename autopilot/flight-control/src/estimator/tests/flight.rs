@@ -254,6 +254,7 @@ impl Flight {
             magnetometer_nt: Sample::at(now, Body(field + self.magnetic_bias + self.vector(60.0))),
             radar_altimeter_m: Sample::at(now, 0.0),
             weight_on_wheels_n: Sample::at(now, 0.0),
+            fuel_gauge_pct: Sample::at(now, 0.0),
             fitted: [true; Sensors::SENSORS],
         };
         // 50 Hz.
