@@ -39,6 +39,7 @@ fn sensors() -> Sensors {
     level.barometer.value.altitude_m = 5_000.0;
     level.pitot.value.airspeed_m_s = 264.0;
     level.engine_n.value = 27_000.0;
+    level.keep(&SensorKind::ALL.map(|kind| kind <= SensorKind::Magnetometer));
     level
 }
 

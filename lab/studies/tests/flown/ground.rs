@@ -2,7 +2,8 @@
 
 use autopilot::event::EventKind;
 use autopilot::script::{LineRefusal, ScriptEvent};
-use autopilot::vehicle::{VehicleEvent, VehicleRefusal};
+use autopilot::vehicle::failsafe::{Failsafe, FuelLevel};
+use autopilot::vehicle::{Mode, VehicleEvent, VehicleRefusal};
 use host_io::problem::Problem;
 use lab_engine::Flight;
 use lab_engine::builder::SetupOptions;
@@ -61,6 +62,10 @@ impl Circuit {
         for (key, value) in keys {
             let _ = options.set(key, *value);
         }
+        Self::of(&options, script)
+    }
+
+    fn of(options: &SetupOptions, script: &str) -> Self {
         let scenario = format!("{}\n[autopilot]\nscript = '''\n{script}'''\n", scenarios::FIELD);
         let named = Named::given("field", scenario);
         let setup = options.builder().unwrap().setup(&named, &[]).unwrap();
@@ -99,9 +104,7 @@ const CIRCUIT: &str = "at 20 s: arm\nafter 1 s: mode takeoff\nafter 80 s: land\n
 
 #[test]
 fn every_aircraft_takes_off_and_lands_where_it_began_without_an_alarm() {
-    for airframe in
-        ["tvc_jet", "tvc_jet_mach", "f16", "aerosonde", "aerosonde_vtail", "skywalker_x8"]
-    {
+    for airframe in AIRCRAFT {
         let wind = [("plant.wind.speed_m_s", 4.0), ("plant.wind.towards_deg", 250.0)];
         let flown = Circuit::fly(airframe, CIRCUIT, &wind);
         assert_eq!(flown.crash, None, "{airframe}");
@@ -145,4 +148,83 @@ fn a_takeoff_that_is_given_up_ends_in_a_stop() {
     assert!(flown.time_of(VehicleEvent::TakeoffAborted).is_some(), "{:?}", flown.events);
     assert!(flown.time_of(VehicleEvent::Armed(false)).is_some(), "{:?}", flown.events);
     assert_eq!(flown.time_of(VehicleEvent::LiftOff), None);
+}
+
+const AIRCRAFT: [&str; 6] =
+    ["tvc_jet", "tvc_jet_mach", "f16", "aerosonde", "aerosonde_vtail", "skywalker_x8"];
+
+fn begins(failsafe: Failsafe) -> VehicleEvent {
+    VehicleEvent::Failsafe { failsafe, is_there: true }
+}
+
+#[test]
+fn every_aircraft_glides_down_and_lands_after_a_flame_out() {
+    let script =
+        "at 20 s: arm\nmode takeoff\nafter 60 s: mode hold\nafter 40 s: fail engine flame-out\n";
+    for airframe in AIRCRAFT {
+        let flown = Circuit::fly(airframe, script, &[]);
+        assert_eq!(flown.crash, None, "{airframe}");
+        assert!(flown.time_of(begins(Failsafe::EngineFailed)).is_some(), "{airframe}");
+        let down = flown.touchdown.unwrap_or_else(|| panic!("{airframe} is still in the air"));
+        // Measured 0.4 to 0.6 m/s.
+        assert!(down.sink_m_s < 1.5 && down.roll_rad.abs() < 0.1, "{airframe}: {down:?}");
+    }
+}
+
+#[test]
+fn an_approach_without_a_position_is_flown_again_once_it_is_back() {
+    let script = "at 20 s: arm\nmode takeoff\nafter 80 s: land\nafter 60 s: fail gnss off\nafter 150 s: clear gnss\n";
+    for grade in ["ideal", "tactical"] {
+        let mut options = SetupOptions::default();
+        let _ = options.aircraft("aerosonde").set("plant.sensors.grade", grade);
+        let flown = Circuit::of(&options, script);
+        let down = flown.touchdown.unwrap_or_else(|| panic!("{grade}: {:?}", flown.crash));
+        assert!(down.along_m < 400.0 && down.across_m.abs() < 6.0, "{grade}: {down:?}");
+        // The estimator of the tactical grade is certain enough for so long.
+        let lost = flown.time_of(begins(Failsafe::PositionLost));
+        assert_eq!(lost.is_some(), grade == "ideal", "{:?}", flown.events);
+    }
+}
+
+#[test]
+fn an_approach_that_is_not_stable_is_flown_again() {
+    // Just before the decision the position jumps away from the line.
+    let script = format!("{CIRCUIT}at 333 s: fail gnss biased 30 m\n");
+    let mut options = SetupOptions::default();
+    // The estimator of the tactical grade would not believe it.
+    let _ = options.aircraft("aerosonde").set("plant.sensors.grade", "ideal");
+    let flown = Circuit::of(&options, &script);
+    let around_s = flown.time_of(VehicleEvent::GoAround).expect("a go-around");
+    let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.crash));
+    assert!((333.0..340.0).contains(&around_s), "{around_s} s");
+    assert!(down.time.as_seconds() > around_s + 100.0 && down.sink_m_s < 2.0, "{down:?}");
+}
+
+#[test]
+fn the_nose_points_along_the_runway_at_the_touchdown_also_in_a_wind_from_the_side() {
+    let wind = [("plant.wind.speed_m_s", 5.0), ("plant.wind.towards_deg", 310.0)];
+    // The approach has a crab of 2.6 and 13.6 deg.
+    for (airframe, largest_deg) in [("tvc_jet", 1.5), ("aerosonde", 8.0)] {
+        let flown = Circuit::fly(airframe, CIRCUIT, &wind);
+        let down = flown.touchdown.unwrap_or_else(|| panic!("{airframe}: {:?}", flown.crash));
+        let crab_deg = down.crab_rad.to_degrees().abs();
+        assert!(crab_deg < largest_deg && down.across_m.abs() < 10.0, "{airframe}: {down:?}");
+    }
+}
+
+#[test]
+fn little_fuel_leads_home_and_the_rest_is_enough_to_get_there() {
+    let fuel = [
+        ("airframe.fuel.initial_kg", 2_000.0),
+        ("airframe.fuel.flow_kg_n_s", 1.0e-4),
+        ("COM_LOW_BAT_ACT", 3.0),
+        ("BAT_CRIT_THR", 0.4),
+    ];
+    let flown = Circuit::fly("tvc_jet", "at 20 s: arm\nmode takeoff\n", &fuel);
+    let low_s = flown.time_of(begins(Failsafe::Fuel(FuelLevel::Critical)));
+    assert!(low_s.is_some(), "{:?}", flown.events);
+    assert_eq!(flown.time_of(VehicleEvent::Mode(Mode::Return)), low_s);
+    assert_eq!(flown.time_of(begins(Failsafe::EngineFailed)), None);
+    let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.crash));
+    assert!(down.across_m.abs() < 10.0, "{down:?}");
 }

@@ -21,7 +21,7 @@ fn jump(angle_rad: f64) -> FaultKind {
 
 /// All sensors but the vanes, all parts but the fin.
 const FITTED: Fitted = Fitted {
-    sensors: [true, true, true, true, true, true, false, true, true, true, true],
+    sensors: [true, true, true, true, true, true, false, true, true, true, true, true],
     parts: [true, true, true, true, false],
 };
 

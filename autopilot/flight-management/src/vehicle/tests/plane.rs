@@ -10,6 +10,7 @@ use icd::{Attitude, EulerAngles, Ned, SimTime};
 
 use super::rules;
 use crate::vehicle::VehicleEvent;
+use crate::vehicle::failsafe::Propulsion;
 use crate::vehicle::geodesy::{Horizon, Site};
 use crate::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -33,6 +34,10 @@ pub struct Plane {
     pub climb_m_s: f64,
     pub now: SimTime,
     pub events: Vec<VehicleEvent>,
+    pub valid: Validity,
+    /// Measured thrust, N.
+    pub thrust_n: f64,
+    pub propulsion: Propulsion,
 }
 
 pub fn start() -> Place {
@@ -78,6 +83,9 @@ impl Plane {
             climb_m_s: 0.0,
             now: SimTime::ZERO,
             events: Vec::new(),
+            valid: Validity::COMPLETE,
+            thrust_n: 0.0,
+            propulsion: Propulsion::default(),
         };
         plane.tick();
         plane
@@ -98,7 +106,8 @@ impl Plane {
             longitude_rad: self.place.longitude_rad,
             altitude_m: self.altitude_m,
             airspeed_m_s: v,
-            valid: Validity::COMPLETE,
+            thrust_n: self.thrust_n,
+            valid: self.valid,
             ..NavigationState::at_rest()
         }
     }
@@ -106,7 +115,9 @@ impl Plane {
     pub fn tick(&mut self) {
         let state = self.state();
         let events = &mut self.events;
-        let demand = self.vehicle.track(&state, &self.rules, &mut |kind| events.push(kind));
+        let demand = self.vehicle.track(&state, &self.rules, &self.propulsion, &mut |kind| {
+            events.push(kind);
+        });
         // A small number.
         let dt = TICK_US as f64 * 1.0e-6;
         self.roll = demand.roll_rad;
