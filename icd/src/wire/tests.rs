@@ -14,7 +14,7 @@ fn sensors() -> Sensors {
     let mut values = core::array::from_fn(|index| index as f64 / 3.0);
     values[6..10].copy_from_slice(&Attitude::from_quaternion(0.9, 0.1, -0.2, 0.3).wxyz());
     let stamp = |sensor: u64| Stamp {
-        time: SimTime::from_micros(13_990 + sensor),
+        time: SimTime::from_micros(13_990 + sensor.min(10)),
         valid: sensor.is_multiple_of(2),
     };
     Sensors::new(&std::array::from_fn(|number| stamp(number as u64)), &values)
@@ -92,6 +92,12 @@ fn the_largest_packets_fit_and_come_back_bit_for_bit() {
 
 #[test]
 fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
+    // A sensor that came later changes nothing of the bytes without it.
+    let of_this_version = || {
+        let mut packet = full_sensor_packet();
+        packet.sensors.keep(&SensorKind::ALL.map(|kind| kind != SensorKind::FuelGauge));
+        packet
+    };
     let at = SimTime::from_micros(123);
     let (mut bytes, mut all) = (PacketBytes::new(), std::vec::Vec::new());
     let replies = [
@@ -112,7 +118,7 @@ fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
         FaultReply::Refused(Refusal::OutOfRange { what, value: 1.5, min: 0.0, max: 1.0 })
     });
     for reply in replies.into_iter().chain(ranges) {
-        let mut packet = full_sensor_packet();
+        let mut packet = of_this_version();
         packet.reports.clear();
         packet.reports.push(PlantReport::FaultReply { request: 1, reply });
         packet.reports.push(PlantReport::GroundContact { at });
@@ -126,7 +132,7 @@ fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
         (Some(u32::MAX), Pace::Step(1)),
         (Some(7), Pace::Speed(0.1)),
     ] {
-        let mut packet = full_sensor_packet();
+        let mut packet = of_this_version();
         packet.reports.clear();
         packet.reports.push(PlantReport::Paced { request, pace, at });
         encode_sensors(&packet, &[], &mut bytes);
@@ -134,7 +140,7 @@ fn every_request_reply_and_report_comes_back_from_the_bytes_of_this_version() {
         assert_eq!(decode(&bytes), Ok(Packet::Sensors(packet)));
     }
     for state in [FaultState::Cancelled { at }, FaultState::Active { since: at }] {
-        let mut packet = full_sensor_packet();
+        let mut packet = of_this_version();
         packet.reports.clear();
         let (effector, kind) = (tvc_jet::ENGINE, FaultKind::FlameOut);
         let entry = FaultEntry { id: 1, target: effector.into(), kind, timing: Timing::NOW, state };
@@ -260,17 +266,17 @@ fn only_the_sensors_of_the_aircraft_are_sent_and_an_unknown_one_is_skipped() {
 
     // The body: name and effectors of the aircraft, period, number of sensors.
     let number_at = 32 + 1 + packet.aircraft.name.len() + 1 + 4 + 4;
-    assert_eq!(bytes[number_at..number_at + 3], [8, 0, 3]);
+    assert_eq!(bytes[number_at..number_at + 3], [9, 0, 3]);
     let changed = |change: &dyn Fn(&mut std::vec::Vec<u8>)| {
         let mut body = bytes[..bytes.len() - 4].to_vec();
         change(&mut body);
         body.extend(crc32fast::hash(&body).to_le_bytes());
         decode(&body)
     };
-    // A sensor of a later version, with two numbers, behind the last one: the load is its only number.
-    let end = number_at + 1 + 8 * 11 + 8 * (3 + 3 + 2 + 2 + 2 + 1 + 1 + 1);
+    // A sensor of a later version, with two numbers, behind the last one: the fuel is its only number.
+    let end = number_at + 1 + 9 * 11 + 8 * (3 + 3 + 2 + 2 + 2 + 1 + 1 + 1 + 1);
     let unknown = changed(&|body| {
-        body[number_at] = 9;
+        body[number_at] = 10;
         let later = [&[200, 2, 1][..], &7_u64.to_le_bytes(), &[255; 16]].concat();
         body.splice(end..end, later);
     });

@@ -147,8 +147,8 @@ mod tests {
         let mut envelopes = Envelopes::new("case1", &setup).unwrap();
         let (header, pieces) = collect(&mut envelopes);
         assert_eq!((header.scenario.as_str(), &header.setup), ("case1", &setup));
-        // All but those of the ground.
-        assert_eq!(header.sensors.len(), SensorKind::ALL.len() - 2);
+        // All but those of ground and tank.
+        assert_eq!(header.sensors.len(), SensorKind::ALL.len() - 3);
         assert_eq!(header.sensors[6].signals, SensorKind::Vanes.signals());
         assert_eq!(header.commands.len(), 8);
         assert_eq!(header.commands[7], "engine_n");

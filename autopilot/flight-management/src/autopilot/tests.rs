@@ -10,6 +10,7 @@ use aircraft::DEFAULT_MODEL;
 use icd::fault::{FaultReply, FaultRequest, Refusal};
 use icd::fault::{PlantAction, PlantReport, PlantRequest};
 use icd::pace::Pace;
+use icd::sensors::SensorKind;
 use icd::tvc_jet;
 use icd::{FaultKind, PerEffector};
 

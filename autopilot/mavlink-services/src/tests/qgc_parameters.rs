@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::world::*;
 use ::mavlink::dialects::common::{
-    BATTERY_STATUS_DATA, GPS_RAW_INT_DATA, MavMessage, MavParamType, PARAM_REQUEST_LIST_DATA,
+    BATTERY_STATUS_DATA, FUEL_STATUS_DATA, GPS_RAW_INT_DATA, MavBatteryChargeState, MavMessage,
+    MavParamType, PARAM_REQUEST_LIST_DATA,
 };
 
 const LIST: &str = include_str!("../../../../tests/clients/qgroundcontrol_parameters.csv");
@@ -147,6 +148,18 @@ fn every_setup_page_is_complete_in_every_version() {
         incomplete("5.0.1", |name| if name == "SYS_HAS_NUM_ASPD" { 1.0 } else { 0.0 }),
         ["Airframe", "Sensors", "Radio", "Power"]
     );
+}
+
+#[test]
+fn the_fuel_is_shown_as_what_is_left_of_a_battery_because_stations_warn_of_that() {
+    let mut world = World::flying();
+    world.sensors.fuel_gauge_pct.value = 6.4;
+    world.run_ms(1_100);
+    let battery: BATTERY_STATUS_DATA = world.got.iter().rev().find_map(Got::read).unwrap();
+    assert_eq!(battery.battery_remaining, 6);
+    assert_eq!(battery.charge_state, MavBatteryChargeState::MAV_BATTERY_CHARGE_STATE_CRITICAL);
+    let fuel: FUEL_STATUS_DATA = world.got.iter().rev().find_map(Got::read).unwrap();
+    assert_eq!((fuel.percent_remaining, fuel.maximum_fuel), (6, 1.0));
 }
 
 #[test]

@@ -105,6 +105,7 @@ pub fn level_flight() -> Sensors {
     level.pitot.value.airspeed_m_s = 264.0;
     level.pitot.value.impact_pa = 30_350.0;
     level.engine_n.value = 27_000.0;
+    level.fuel_gauge_pct.value = 100.0;
     level
 }
 

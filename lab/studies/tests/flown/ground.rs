@@ -188,15 +188,15 @@ fn an_approach_without_a_position_is_flown_again_once_it_is_back() {
 
 #[test]
 fn an_approach_that_is_not_stable_is_flown_again() {
-    // Just before the decision the position jumps away from the line.
-    let script = format!("{CIRCUIT}at 333 s: fail gnss biased 30 m\n");
+    // Just before the decision the position jumps, north, east and down: to 12 m beside the line.
+    let script = format!("{CIRCUIT}at 328 s: fail gnss biased 100 m\n");
     let mut options = SetupOptions::default();
     // The estimator of the tactical grade would not believe it.
     let _ = options.aircraft("aerosonde").set("plant.sensors.grade", "ideal");
     let flown = Circuit::of(&options, &script);
     let around_s = flown.time_of(VehicleEvent::GoAround).expect("a go-around");
     let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.crash));
-    assert!((333.0..340.0).contains(&around_s), "{around_s} s");
+    assert!((328.0..335.0).contains(&around_s), "{around_s} s");
     assert!(down.time.as_seconds() > around_s + 100.0 && down.sink_m_s < 2.0, "{down:?}");
 }
 
