@@ -28,6 +28,8 @@ class Flight:
     units: dict[str, str] = field(repr=False)
     #: Sensors that the estimator gave up: name, time, s, and why.
     sensors_lost: list[dict]
+    #: The first touchdown of a flight over a ground: rate of descent, place on the runway, angles.
+    touchdown: dict | None = None
     tables: dict[str, _native.Table] = field(default_factory=dict, repr=False)
 
     @property
@@ -53,6 +55,7 @@ class Flight:
             metrics={name: metric["value"] for name, metric in metrics.items()},
             units={name: metric["unit"] for name, metric in metrics.items()},
             sensors_lost=outcome.get("sensors_lost", []),
+            touchdown=outcome.get("touchdown"),
             tables=dict(tables),
         )
 

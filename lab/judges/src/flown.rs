@@ -111,6 +111,7 @@ pub fn fly(
         steps: judge.steps,
         altitude_m: judge.altitude_m,
         sensors_lost: judge.sensors_lost,
+        touchdown: flight.plant().touchdown().copied(),
         metrics,
     };
     Ok((outcome, judge.keep.log))
@@ -197,7 +198,8 @@ impl Judge<'_> {
     }
 
     fn landed(&mut self, time: SimTime, plant: &Plant) -> Result<(), Problem> {
-        let by = plant.broken_by().map_or(LossBy::Ground, LossBy::Broken);
+        let crash = || plant.crash().map_or(LossBy::Ground, LossBy::Crash);
+        let by = plant.broken_by().map_or_else(crash, LossBy::Broken);
         self.loss.get_or_insert(Loss { at_s: time.as_seconds(), by });
         match self.keep.log.as_mut() {
             Some(log) => log.landed(time, plant),

@@ -5,7 +5,8 @@ use std::fmt;
 
 use autopilot::autopilot::Settings;
 use host_io::folder::OutFolder;
-use plant_sim::{Exceeded, PlantSetup};
+use plant_sim::touchdown::Touchdown;
+use plant_sim::{ContactFailure, Exceeded, PlantSetup};
 use serde::{Serialize, Serializer};
 
 use host_io::problem::Problem;
@@ -42,6 +43,8 @@ pub enum LossBy {
     Limit(Exceeded),
     /// It touched the ground.
     Ground,
+    /// It passed a limit of its gear.
+    Crash(ContactFailure),
     /// This quantity was beyond all bounds, so the numbers of the airframe file make no sense.
     Broken(&'static str),
 }
@@ -51,6 +54,7 @@ impl fmt::Display for LossBy {
         match self {
             Self::Limit(exceeded) => write!(f, "{exceeded}"),
             Self::Ground => f.write_str("on the ground"),
+            Self::Crash(failure) => write!(f, "{failure}"),
             Self::Broken(quantity) => write!(
                 f,
                 "{quantity} beyond all bounds; the likely cause are the numbers of the airframe file"
@@ -95,6 +99,9 @@ pub struct Outcome {
     /// Sensors that the estimator gave up, in the order of time.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensors_lost: Vec<SensorLost>,
+    /// The first one of a flight over a ground.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub touchdown: Option<Touchdown>,
     #[serde(serialize_with = "by_name")]
     pub metrics: Vec<Metric>,
 }
@@ -142,10 +149,19 @@ impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { seed, end_s, altitude_m: [altitude, reference], .. } = self;
         match self.loss {
-            None => write!(
-                f,
-                "seed {seed}: kept, {end_s:.3} s flown, altitude {altitude:.0} m, reference {reference:.0} m"
-            ),
+            None => {
+                write!(f, "seed {seed}: kept, {end_s:.3} s flown, ")?;
+                match &self.touchdown {
+                    Some(Touchdown { time, sink_m_s, along_m, across_m, .. }) => write!(
+                        f,
+                        "touchdown at {} s with {sink_m_s:.1} m/s, {along_m:.0} m behind the threshold, {across_m:.1} m to the right",
+                        time.as_seconds()
+                    ),
+                    None => {
+                        write!(f, "altitude {altitude:.0} m, reference {reference:.0} m")
+                    }
+                }
+            }
             Some(Loss { at_s, by }) => {
                 write!(f, "seed {seed}: lost at {at_s:.3} s, {by}; {end_s:.3} s flown")
             }

@@ -8,6 +8,7 @@ use crate::truth::Truth;
 /// A touchdown: the end of the control period in which the first contact point touched.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Touchdown {
+    #[serde(rename = "time_us")]
     pub time: SimTime,
     /// Rate of descent, m/s.
     pub sink_m_s: f64,

@@ -34,6 +34,7 @@ fn fly(
 fn an_aircraft_launched_by_hand_climbs_to_its_altitude() {
     let launch = "start = \"launched\"\nheight_m = 1.8\nspeed_m_s = 22.0\npitch_deg = 8.0";
     let outcome = fly("aerosonde", launch, 100.0, 25.0).unwrap();
+    assert!(outcome.touchdown.is_none());
     assert!(outcome.is_kept() && (outcome.end_s - 60.0).abs() < 1.0e-9, "{outcome:?}");
     let low = launch.replace("height_m = 1.8", "height_m = 0.0");
     let refused = fly("aerosonde", &low, 100.0, 25.0).unwrap_err().to_string();
@@ -46,6 +47,8 @@ fn a_launch_that_does_not_fly_ends_with_the_crash() {
     let launch = "start = \"launched\"\nheight_m = 30.0\nspeed_m_s = 5.0\npitch_deg = -45.0";
     let outcome = fly("aerosonde", launch, 100.0, 25.0).unwrap();
     assert!(!outcome.is_kept() && outcome.end_s < 10.0, "{outcome:?}");
+    let words = outcome.to_string();
+    assert!(words.contains("touchdown at a rate of descent of"), "{words}");
 }
 
 /// Events of the vehicle and alarms of a flight, each with its time, s, and how it touched down.
