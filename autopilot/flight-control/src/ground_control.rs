@@ -50,13 +50,15 @@ const STEERED_MIN_M_S: f64 = 0.5;
 /// Slower than this the rudder does not turn farther, m/s.
 const STEERING_M_S: f64 = 5.0;
 /// A missing yaw rate is met by this times the wheel angle that would give it, and its integral by this, 1/s.
-const STEERING_FEEDBACK: f64 = 1.5;
-const STEERING_INTEGRAL_PER_S: f64 = 1.0;
+const STEERING_FEEDBACK: f64 = 4.0;
+const STEERING_INTEGRAL_PER_S: f64 = 4.0;
 const YAW_INTEGRAL_MAX_RAD: f64 = 0.5;
 /// Largest lateral acceleration that is steered, m/s².
 const LATERAL_MAX_M_S2: f64 = 2.0;
 /// Surfaces with less effect than this are left alone, rad/s² and rad/s² per rad.
 const EFFECT_MIN: f64 = 0.02;
+/// Above this pitch angle the nose wheel does not steer, rad.
+const NOSE_UP_RAD: f64 = 0.05;
 /// The pitch reference leads the aircraft by no more than this, rad.
 const AHEAD_RAD: f64 = 0.05;
 
@@ -119,7 +121,7 @@ impl GroundControl {
         let roll_effect = effect(|gains| gains.roll).x;
         let aileron_rad = if roll_effect.abs() > EFFECT_MIN { roll / roll_effect } else { 0.0 };
         let thrust_n = model.thrust_range_n()[usize::from(demand.full_thrust)];
-        MainCommand {
+        let main = MainCommand {
             aileron_rad,
             // A positive elevator command pitches down.
             elevator_rad: -share * elevator_max,
@@ -127,6 +129,13 @@ impl GroundControl {
             rudder_rad: self.steer(state, demand.heading_rad, gains, h),
             thrust_n,
             ..MainCommand::default()
+        };
+        match demand.heading_rad {
+            // The nose wheel is in the air: the wind would turn the nose.
+            Some(heading_rad) if attitude.theta > NOSE_UP_RAD => {
+                align(state, heading_rad, gains, model, at, main)
+            }
+            _ => main,
         }
     }
 }

@@ -15,8 +15,10 @@ const DISARM_AFTER_S: f64 = 2.0;
 const DISARM_MAX_M_S: f64 = 2.0;
 /// A roll that takes longer than this is given up, s.
 const ROLL_MAX_S: f64 = 90.0;
-/// Rollout: the nose comes down first, then the brakes come on over this time, s, to this part.
-const NOSE_DOWN_S: f64 = 2.0;
+/// Rollout: the nose comes down to this pitch angle, rad, first, or for this time, s; then the brakes come on over this time, s, to this
+/// part.
+const NOSE_DOWN_RAD: f64 = 0.03;
+const NOSE_DOWN_MAX_S: f64 = 6.0;
 const BRAKES_S: f64 = 2.0;
 const BRAKES: f64 = 0.7;
 /// The centre line is approached over the way of this time, s, but at least over this distance, m, and at most at this angle, rad.
@@ -55,7 +57,7 @@ enum GroundPhase {
     /// It accelerates along a line.
     Rolling { along: CentreLine, for_s: f64 },
     /// It comes to a stop on a line, after a touchdown or an aborted takeoff.
-    Stopping { along: CentreLine, for_s: f64, standing_s: f64 },
+    Stopping { along: CentreLine, for_s: f64, braking_s: f64, standing_s: f64 },
 }
 
 /// The ground and the aircraft on it.
@@ -151,7 +153,8 @@ impl GroundOperation {
         if !was_on_wheels && self.phase == GroundPhase::Standing && speed_m_s > STANDING_M_S {
             let course = || here(libm::atan2(state.velocity.0.y, state.velocity.0.x));
             let along = along().unwrap_or_else(course);
-            self.phase = GroundPhase::Stopping { along, for_s: 0.0, standing_s: 0.0 };
+            self.phase =
+                GroundPhase::Stopping { along, for_s: 0.0, braking_s: 0.0, standing_s: 0.0 };
             has_touched_down = self.is_armed();
         }
         if !self.is_armed() {
@@ -170,8 +173,12 @@ impl GroundOperation {
                 *for_s += dt_s;
                 let along = *along;
                 if *for_s > ROLL_MAX_S || !wants_takeoff {
-                    self.phase =
-                        GroundPhase::Stopping { along, for_s: NOSE_DOWN_S, standing_s: 0.0 };
+                    self.phase = GroundPhase::Stopping {
+                        along,
+                        for_s: 0.0,
+                        braking_s: 0.0,
+                        standing_s: 0.0,
+                    };
                     publish(VehicleEvent::TakeoffAborted);
                 }
                 let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
@@ -183,18 +190,20 @@ impl GroundOperation {
                     brakes: 0.0,
                 }
             }
-            GroundPhase::Stopping { along, for_s, standing_s } => {
+            GroundPhase::Stopping { along, for_s, braking_s, standing_s } => {
                 *for_s += dt_s;
                 *standing_s = if speed_m_s < STANDING_M_S { *standing_s + dt_s } else { 0.0 };
-                let braking = ((*for_s - NOSE_DOWN_S) / BRAKES_S).clamp(0.0, 1.0);
-                let (along, brakes) = (*along, BRAKES * braking);
+                let is_up = state.attitude.theta > NOSE_DOWN_RAD && *for_s < NOSE_DOWN_MAX_S;
+                *braking_s = if is_up { 0.0 } else { *braking_s + dt_s };
+                let (along, brakes) = (*along, BRAKES * (*braking_s / BRAKES_S).min(1.0));
                 if *standing_s > DISARM_AFTER_S {
                     self.phase = GroundPhase::Standing;
                     self.set_armed(false, publish);
                 }
                 GroundDemand {
                     heading_rad: Some(along.heading_rad(state)),
-                    pitch_rad: None,
+                    // Dropped, it would take the load off the main wheels, which keep the aircraft straight.
+                    pitch_rad: is_up.then_some(0.0),
                     full_thrust: false,
                     brakes,
                 }
