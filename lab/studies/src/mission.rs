@@ -313,7 +313,10 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
     let airspeed = Some(Airspeed::True(setup.plant.start.airspeed_m_s));
     let (mut plan, mut notes) = file.plan(&rules, airspeed).map_err(refused)?;
-    let first = plan.items.iter().find(|item| !item.action.is_immediate());
+    // Behind its home, which a text has as an item, and what is done at once.
+    let is_flown =
+        |action: &Action| !action.is_immediate() && !matches!(action, Action::Jump { .. });
+    let first = plan.items.iter().find(|item| is_flown(&item.action));
     let lifts_off = first.is_some_and(|item| matches!(item.action, Action::Takeoff { .. }));
     let elevation_m = file.home().map(|(_, m)| m).filter(|m| m.is_finite()).unwrap_or(0.0);
     let elevation_m = elevation_m.clamp(ELEVATIONS_M[0], ELEVATIONS_M[1]);

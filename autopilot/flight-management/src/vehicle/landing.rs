@@ -24,13 +24,21 @@ const FLARE_GAIN: f64 = 2.0;
 const LEAD_MIN_S2_M: f64 = 0.12;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
+/// The height of the ground is taken from the measured one with this time constant, s.
+const GROUND_LAG_S: f64 = 2.0;
+/// The glide leads on below the ground behind the landing point for this time at most, s: an aircraft above it still comes down.
+const BEYOND_S: f64 = 15.0;
+/// A go-around leads to this height above the ground at least, m.
+const AROUND_MIN_M: f64 = 40.0;
+/// Whether it is stable is looked at after this time, s.
+const DECISION_AFTER_S: f64 = 4.0;
 /// An approach that is not stable at this times the height of the flare is given up: it is farther from its line than the way of this time,
 /// s, and than this, m; its track is off by more than this, rad; or its airspeed is out of this range over that of the approach.
 const DECISION: f64 = 2.0;
 const OFF_LINE_S: f64 = 0.15;
 const OFF_LINE_MIN_M: f64 = 6.0;
 const OFF_COURSE_RAD: f64 = 0.15;
-const SPEEDS: core::ops::RangeInclusive<f64> = 0.85..=1.3;
+const SPEEDS: core::ops::RangeInclusive<f64> = 0.85..=1.5;
 /// The nose is turned into the track below the height that this rate of descent takes this time, s.
 const ALIGN_S: f64 = 2.5;
 /// Time constant with which the reference comes to lead the glide, s: twice the lag of the slowest altitude law.
@@ -54,6 +62,8 @@ pub struct Approach {
     flare: Option<Flare>,
     /// Whether it was stable has been looked at.
     decided: bool,
+    /// Time since its beginning, s.
+    for_s: f64,
     /// Course of a go-around, rad, once it has been commanded; `None` until its first tick.
     around: Option<Option<f64>>,
 }
@@ -89,11 +99,12 @@ impl Approach {
             to,
             ground_m,
             slope: shallow.max((height_m / distance_m).min(STEEPEST)),
-            abort_m: abort_m.unwrap_or(demand.altitude_m),
+            abort_m: abort_m.unwrap_or(demand.altitude_m).max(ground_m + AROUND_MIN_M),
             cruise_m_s,
             lead_m: 0.0,
             flare: None,
             decided: false,
+            for_s: 0.0,
             around: None,
         }
     }
@@ -110,6 +121,7 @@ impl Approach {
             lead_m: 0.0,
             flare: None,
             decided: true,
+            for_s: 0.0,
             around: None,
         }
     }
@@ -137,8 +149,13 @@ impl Approach {
 
     /// Whether it has just been found unstable, which is looked at once, while there is height for a go-around.
     pub fn is_unstable(&mut self, situation: &Situation) -> bool {
-        let is_high = self.height_m(situation) > DECISION * self.flare_m(situation);
-        if is_high || self.around.is_some() || core::mem::replace(&mut self.decided, true) {
+        let is_early = self.height_m(situation) > DECISION * self.flare_m(situation)
+            || self.for_s < DECISION_AFTER_S;
+        if is_early
+            || self.flare.is_some()
+            || self.around.is_some()
+            || core::mem::replace(&mut self.decided, true)
+        {
             return false;
         }
         let line = self.line();
@@ -166,6 +183,11 @@ impl Approach {
     /// One tick; `None` at the altitude of a go-around.
     pub fn fly(&mut self, situation: &Situation, demand: &mut Demand) -> Option<Flown> {
         let (rules, horizon) = (situation.rules, situation.horizon());
+        self.for_s += situation.dt_s;
+        if let Some(height_m) = situation.height_m {
+            let change_m = situation.altitude_m - height_m - self.ground_m;
+            self.ground_m += change_m * situation.dt_s / (GROUND_LAG_S + situation.dt_s);
+        }
         if let Some(course) = &mut self.around {
             let course_rad = *course.get_or_insert_with(|| situation.course_rad());
             demand.altitude_m = rules.nearest_altitude_m(self.abort_m);
@@ -180,23 +202,27 @@ impl Approach {
         let (altitude_m, touchdown_m_s) = (situation.altitude_m, rules.navigation.touchdown_m_s);
         // The glide is as good as the altitude, the flare has to be better.
         let height_m = self.height_m(situation);
-        if self.flare.is_none() && height_m > self.flare_m(situation) {
+        let sink_m_s = -situation.climb_m_s;
+        let wanted_m_s = height_m.max(0.0) / FLARE_S + touchdown_m_s;
+        // An aircraft that does not sink yet has nothing to flare from.
+        let is_flare = height_m <= self.flare_m(situation).max(touchdown_m_s)
+            && (sink_m_s >= wanted_m_s || height_m <= touchdown_m_s);
+        if self.flare.is_none() && !is_flare {
             // Level until the glide begins, and never back up to it.
-            let glide_m = self.ground_m + self.slope * left_m.max(0.0);
+            let beyond_m = BEYOND_S * situation.speed_m_s;
+            let glide_m = self.ground_m + self.slope * left_m.max(-beyond_m);
             if glide_m < demand.altitude_m + self.lead_m {
                 let change = (altitude_m - glide_m) * situation.dt_s / LEAD_S;
                 self.lead_m = (self.lead_m + change).min(rules.altitude_error_max_m).max(0.0);
                 demand.altitude_m = glide_m - self.lead_m;
             }
         } else {
-            let sink_m_s = -situation.climb_m_s;
             let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
             let begun = Flare {
                 lead_s: lead_s.min(LEAD_S).max(LEAD_MIN_S2_M * situation.speed_m_s),
                 correction_m_s: 0.0,
             };
             let flare = self.flare.get_or_insert(begun);
-            let wanted_m_s = height_m.max(0.0) / FLARE_S + touchdown_m_s;
             let too_fast_m_s = sink_m_s - wanted_m_s;
             flare.correction_m_s += FLARE_RATE_PER_S * too_fast_m_s * situation.dt_s;
             demand.altitude_m = altitude_m
