@@ -335,12 +335,11 @@ impl MainController {
             roll_rad: state.attitude.phi,
             airspeed_m_s,
         });
-        // A climb that is given up ends at once: near a ground there may be no thrust for the rest of it. Without a ground the
-        // references are those of the paper.
+        // A climb or descent that is given up ends at once: near a ground there may be no thrust for the rest of the one, and no room
+        // for that of the other. Without a ground the references are those of the paper.
         let is_above = |altitude_m: f64| altitude_m > state.altitude_m;
         if state.height_above_ground_m.is_some()
-            && is_above(references.altitude_m)
-            && !is_above(demand.altitude_m)
+            && is_above(references.altitude_m) != is_above(demand.altitude_m)
         {
             references.altitude_m = state.altitude_m;
         }

@@ -214,7 +214,9 @@ impl Approach {
             if glide_m < demand.altitude_m + self.lead_m {
                 let change = (altitude_m - glide_m) * situation.dt_s / LEAD_S;
                 self.lead_m = (self.lead_m + change).min(rules.altitude_error_max_m).max(0.0);
-                demand.altitude_m = glide_m - self.lead_m;
+                // Farther below it the altitude law sees nothing more, and the flare would have to come up from there.
+                demand.altitude_m =
+                    (glide_m - self.lead_m).max(altitude_m - rules.altitude_error_max_m);
             }
         } else {
             let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
