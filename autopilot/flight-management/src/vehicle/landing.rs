@@ -28,6 +28,8 @@ const STEEPEST: f64 = 0.176;
 const GROUND_LAG_S: f64 = 2.0;
 /// The glide leads on below the ground behind the landing point for this time at most, s: an aircraft above it still comes down.
 const BEYOND_S: f64 = 15.0;
+/// Shortest line of an approach, as a way of the present speed, s.
+const LINE_MIN_S: f64 = 2.0;
 /// A go-around leads to this height above the ground at least, m.
 const AROUND_MIN_M: f64 = 40.0;
 /// Whether it is stable is looked at after this time, s.
@@ -87,10 +89,17 @@ impl Approach {
         situation: &Situation,
         demand: &mut Demand,
     ) -> Self {
-        let to = Site::at(place);
-        let rules = situation.rules;
+        let (to, rules, horizon) = (Site::at(place), situation.rules, situation.horizon());
+        // Points closer to each other have no direction to land in: that from here has, or the present course.
+        let shortest_m = LINE_MIN_S * situation.speed_m_s;
+        let is_line =
+            |from: &Site| (horizon.offset(&to) - horizon.offset(from)).norm() > shortest_m;
+        let (sin, cos) = libm::sincos(situation.course_rad());
+        let behind = horizon.offset(&to) - Horizontal::new(cos, sin) * shortest_m;
+        let from = [from, horizon.site].into_iter().find(is_line);
+        let from = from.unwrap_or_else(|| Site::at(horizon.place_at(&behind)));
         let height_m = demand.altitude_m - ground_m;
-        let distance_m = situation.horizon().offset(&to).norm().max(1.0);
+        let distance_m = horizon.offset(&to).norm().max(1.0);
         let shallow = libm::tan(rules.navigation.landing_angle_deg.to_radians());
         let cruise_m_s = demand.airspeed_m_s;
         demand.airspeed_m_s = rules.approach_m_s(ground_m);
