@@ -30,7 +30,7 @@ pub mod run;
 
 pub use ::recorder;
 pub use flight_management::{
-    self, autopilot, command, configuration, event, fault_list, own_law, parameters, script,
-    vehicle,
+    self, autopilot, command, configuration, event, event_text, fault_list, own_law, parameters,
+    script, vehicle,
 };
 pub use mavlink_services as mavlink;

@@ -269,7 +269,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         at(25.0, Command::Vehicle(VehicleCommand::Mode(Mode::Hold))),
     ];
     let (mut terminated_at, mut last, mut reports) = (None, None, 0);
-    let end = watch_with_commands(&setup, &commands, |tick| {
+    let flight = watch_with_commands(&setup, &commands, |tick| {
         reports += tick
             .events
             .iter()
@@ -282,7 +282,7 @@ fn a_terminated_flight_comes_down_near_where_it_was_terminated() {
         last = Some(tick.plant.truth().position);
         ControlFlow::Continue(())
     });
-    assert!(end.expect("the shipped aircraft flies").on_ground);
+    assert!(flight.expect("the shipped aircraft flies").end().on_ground);
     assert_eq!(reports, 1, "reported once");
     let (from, to) = (terminated_at.expect("terminated"), last.expect("flown"));
     let way_m = (to.0 - from.0).xy().norm();

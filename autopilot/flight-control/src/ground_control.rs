@@ -117,6 +117,11 @@ impl GroundControl {
         };
         let share =
             if full_pitch > EFFECT_MIN { (pitch / full_pitch).clamp(-1.0, 1.0) } else { 0.0 };
+        // An aircraft that has its attitude, as on a catapult, leaves with the elevator of level flight.
+        let near = demand.pitch_rad.map_or(0.0, |wanted_rad| {
+            (1.0 - (wanted_rad - attitude.theta).abs() / AHEAD_RAD).max(0.0)
+        });
+        let trim_rad = if near > 0.0 { near * model.trim(state, at).elevator_rad } else { 0.0 };
         let roll = -w * w * attitude.phi - 2.0 * w * p;
         let roll_effect = effect(|gains| gains.roll).x;
         let aileron_rad = if roll_effect.abs() > EFFECT_MIN { roll / roll_effect } else { 0.0 };
@@ -124,7 +129,7 @@ impl GroundControl {
         let main = MainCommand {
             aileron_rad,
             // A positive elevator command pitches down.
-            elevator_rad: -share * elevator_max,
+            elevator_rad: trim_rad - share * elevator_max,
             nozzle_pitch_rad: share * nozzle_max,
             rudder_rad: self.steer(state, demand.heading_rad, gains, h),
             thrust_n,

@@ -22,15 +22,15 @@ pub fn watch(
     setup: &FlightSetup,
     look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
 ) -> Result<End, Problem> {
-    watch_with_commands(setup, &[], look)
+    watch_with_commands(setup, &[], look).map(|flight| flight.end())
 }
 
-/// The same with commands, in the order of time.
+/// The same with commands, in the order of time; the flight as it ended.
 pub fn watch_with_commands(
     setup: &FlightSetup,
     commands: &[TimedCommand],
     mut look: impl FnMut(&Tick<'_>) -> ControlFlow<()>,
-) -> Result<End, Problem> {
+) -> Result<Flight, Problem> {
     let mut flight = Flight::new(setup)?;
     let mut commands = commands.iter().zip(1..).peekable();
     loop {
@@ -41,13 +41,13 @@ pub fn watch_with_commands(
         });
         match flight.step(due) {
             Some(tick) if look(&tick).is_continue() => {}
-            Some(_) => return Ok(flight.end()),
+            Some(_) => return Ok(flight),
             None => break,
         }
     }
     match flight.failure() {
         Some(failure) => Err(failure.into()),
-        None => Ok(flight.end()),
+        None => Ok(flight),
     }
 }
 

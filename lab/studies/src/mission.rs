@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use autopilot::command::Command;
 use autopilot::event::{Event, EventKind};
+use autopilot::event_text;
 use autopilot::mavlink::mission::file::PlanFile;
 use autopilot::run::LawArgs;
 use autopilot::vehicle::geodesy::{Horizon, Site};
@@ -21,7 +22,7 @@ use icd::SimTime;
 use plant_sim::geodesy::Geodetic;
 use plant_sim::ground::{GroundSetup, GroundStart};
 use plant_sim::io::{parse_earth, whole};
-use plant_sim::{EarthModel, Start};
+use plant_sim::{ContactFailure, EarthModel, Start};
 
 use host_io::problem::{Problem, problem};
 use lab_engine::builder::SetupOptions;
@@ -119,6 +120,8 @@ pub struct Flown {
     pub events: Vec<(f64, EventKind)>,
     /// If the flight has ended on the ground.
     pub touchdown: Option<Landed>,
+    /// Which limit of the gear has ended it.
+    pub crash: Option<ContactFailure>,
 }
 
 /// A landing: the touchdown of the wheels, or without a ground the last control period above altitude zero.
@@ -233,7 +236,7 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
     let mut flown = Flown::default();
     let (mut over_s, mut last, mut down) = (f64::INFINITY, None, None);
     let is = |event: &Event, what: VehicleEvent| event.kind == EventKind::Vehicle(what);
-    let end = watch_with_commands(setup, commands, |tick| {
+    let flight = watch_with_commands(setup, commands, |tick| {
         let t_s = tick.exchange.time.as_seconds();
         flown.events.extend(tick.events.iter().map(|event| (t_s, event.kind)));
         if tick.events.iter().any(|event| is(event, VehicleEvent::PlanComplete)) {
@@ -253,7 +256,8 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         last = Some(Landed::of(tick));
         if t_s < over_s { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     })?;
-    flown.touchdown = down.or_else(|| last.filter(|_| end.on_ground));
+    flown.crash = flight.plant().crash();
+    flown.touchdown = down.or_else(|| last.filter(|_| flight.end().on_ground));
     Ok(flown)
 }
 
@@ -308,9 +312,13 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
     let name = path.display();
     let text = host_io::file::read_text(path, FILE_MAX)?;
     let file = PlanFile::read(&text).map_err(|why| problem!("{name}: {why}"))?;
+    let fence_problems = file.fence().err().unwrap_or_default();
     let parameters = &setup.parameters;
     let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-    let refused = |all: Vec<String>| problem!("{name}: {}", all.join("; "));
+    let refused = |mut all: Vec<String>| {
+        all.extend(fence_problems.iter().cloned());
+        problem!("{name}: {}", all.join("; "))
+    };
     let airspeed = Some(Airspeed::True(setup.plant.start.airspeed_m_s));
     let (mut plan, mut notes) = file.plan(&rules, airspeed).map_err(refused)?;
     // Behind its home, which a text has as an item, and what is done at once.
@@ -325,7 +333,7 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
         (plan, notes) = file.plan(&rules.over(elevation_m), airspeed).map_err(refused)?;
     }
     if plan.items.is_empty() {
-        return Err(problem!("{name}: the mission has no items to fly"));
+        return Err(refused(vec!["the mission has no items to fly".to_owned()]));
     }
     for note in notes {
         print_line!("{note}");
@@ -376,6 +384,7 @@ pub fn run(options: &MissionOptions) -> Result<(), Problem> {
         commands.push(TimedCommand { at, command: Command::Vehicle(VehicleCommand::Land) });
     }
     let flown = fly(&setup, &commands)?;
+    let (parameters, effectors) = (&setup.parameters, &setup.plant.airframe.effectors);
     for (t_s, kind) in &flown.events {
         match kind {
             EventKind::Vehicle(VehicleEvent::ItemPassed(item)) => {
@@ -384,20 +393,60 @@ pub fn run(options: &MissionOptions) -> Result<(), Problem> {
             EventKind::Vehicle(VehicleEvent::PlanComplete) => {
                 print_line!("{t_s:.0} s: the plan is complete");
             }
+            EventKind::Vehicle(_) => {
+                if let Some((_, text)) = event_text::of_event(kind, parameters, effectors) {
+                    print_line!("{t_s:.0} s: {text}");
+                }
+            }
             _ => {}
         }
     }
-    match flown.touchdown {
-        Some(touchdown) => print_line!("{}", described(&touchdown, &plan)),
-        None => {
-            let end = flown.track.last();
-            let (t_s, item) = end.map_or((0.0, 0), |point| (point.t_s, point.item));
-            print_line!("{t_s:.0} s: still in the air, item {item}");
+    if let Some(touchdown) = flown.touchdown {
+        print_line!("{}", described(&touchdown, &plan));
+    }
+    let end = flown.track.last();
+    let (t_s, item) = end.map_or((0.0, 0), |point| (point.t_s, point.item));
+    match (&flown.crash, flown.touchdown) {
+        (Some(crash), _) => print_line!("{t_s:.0} s: the aircraft is lost: {crash}"),
+        (None, None) => {
+            let lands = plan.items.iter().any(|item| matches!(item.action, Action::Land { .. }));
+            let hint = if lands { "; --land-at-s begins its landing" } else { "" };
+            print_line!("{t_s:.0} s: still in the air, item {item}{hint}");
         }
+        (None, Some(_)) => {}
+    }
+    let missed = missed(&plan, &flown);
+    if !missed.is_empty() {
+        print_line!("not flown: {missed}");
     }
     write_figure(&folder, &figure(&plan, start(&setup), &flown))?;
     print_line!("wrote {}", folder.path().display());
     Ok(())
+}
+
+/// Items with a place that were never begun: `items 3, 20 to 34`.
+fn missed(plan: &Plan, flown: &Flown) -> String {
+    let was_begun = |number: u16| {
+        let begins = EventKind::Vehicle(VehicleEvent::PlanItem(number));
+        flown.events.iter().any(|(_, kind)| *kind == begins)
+    };
+    let items = (0_u16..).zip(&plan.items);
+    let missed = items
+        .filter(|(number, item)| item.action.place().is_some() && !was_begun(*number))
+        .map(|(number, _)| number);
+    let mut runs: Vec<[u16; 2]> = Vec::new();
+    for number in missed {
+        match runs.last_mut() {
+            Some([_, last]) if *last + 1 == number => *last = number,
+            _ => runs.push([number, number]),
+        }
+    }
+    let words = runs.iter().map(|[first, last]| match first == last {
+        true => format!("{first}"),
+        false => format!("{first} to {last}"),
+    });
+    let words: Vec<String> = words.collect();
+    if words.is_empty() { String::new() } else { format!("items {}", words.join(", ")) }
 }
 
 fn described(touchdown: &Landed, plan: &Plan) -> String {

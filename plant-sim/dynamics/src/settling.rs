@@ -17,8 +17,8 @@ use crate::wind::Gust;
 /// Longest time to settle, s; the aircraft needs a few.
 const SETTLE_MAX_S: f64 = 60.0;
 /// The aircraft is at rest when it moves by less than this in every step of a second, m: positions from the centre of the Earth are
-/// rounded to 1e-9 m.
-const REST_M: f64 = 2.0e-9;
+/// rounded to 1e-9 m, which shakes the springs a few times as far.
+const REST_M: f64 = 1.0e-8;
 /// Damping of every motion while it settles, 1/s: about critical for the usual gear.
 const DAMPING_PER_S: f64 = 10.0;
 

@@ -200,7 +200,8 @@ impl Vehicle {
         if self.demand.is_some() || state.on_wheels {
             self.step_ground(state, rules, dt_s, publish);
         }
-        if self.demand.is_some() && self.has_fence(rules) {
+        // On the ground there is nothing to be done about it.
+        if self.demand.is_some() && !state.on_wheels && self.has_fence(rules) {
             self.watch_fence(state, rules, dt_s, publish);
         }
         if !state.on_wheels {

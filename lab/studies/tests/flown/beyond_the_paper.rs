@@ -110,7 +110,7 @@ fn fly_plan(setup: &FlightSetup, commands: &[lab_judges::closed_loop::TimedComma
     let mut flown = Flown::default();
     let (mut squares, mut count) = (0.0, 0_u32);
     let end_s = setup.duration.as_seconds();
-    let end = watch_with_commands(setup, commands, |tick| {
+    let flight = watch_with_commands(setup, commands, |tick| {
         let (truth, log, events) = (tick.plant.truth(), tick.log, tick.events);
         let t_s = truth.time.as_seconds();
         flown.events.extend(events.iter().map(|event| (t_s, event.kind)));
@@ -133,7 +133,7 @@ fn fly_plan(setup: &FlightSetup, commands: &[lab_judges::closed_loop::TimedComma
         let goes_on = flown.kept() && events.iter().all(|event| event.kind != complete);
         if goes_on { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     });
-    let _ = end.expect("the shipped aircraft flies");
+    let _ = flight.expect("the shipped aircraft flies");
     flown.roll_rate_rms_deg_s = (squares / f64::from(count.max(1))).sqrt();
     flown
 }
