@@ -369,10 +369,11 @@ impl Vehicle {
             // Without thrust the way onto the runway is not flown: nobody knows whether the height is enough for it.
             Mode::Return if !self.returning.is_empty() && !self.failsafe.has_engine_failed() => {
                 let Self { home, watch: fence, .. } = self;
-                let publish = &mut |event| match event {
-                    VehicleEvent::GoAround => publish(event),
-                    // The items are nobody's plan.
-                    _ => {}
+                // The items are nobody's plan.
+                let publish = &mut |event| {
+                    if event == VehicleEvent::GoAround {
+                        publish(event);
+                    }
                 };
                 let mut tick = mission::Tick { situation, home, fence, publish };
                 match self.returning.fly(demand, &mut tick) {
