@@ -5,13 +5,14 @@
 //! model ─> authority, damping, lags ─> regulators ─> gains of PID, NDI and LQR, bandwidth of the observers
 //! ```
 
-use flight_control::aircraft_model::AircraftModel;
+use flight_control::aircraft_model::{AircraftModel, EffectorModel};
 use flight_control::main_controller::lqr::LqrGains;
 use flight_control::{DesignModel, Gains, NavigationState, gains};
 use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use icd::{AxisGains, ControlPeriod, Ned};
 use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::dynamics::Dynamics;
+use plant_sim::gear::ContactPoint;
 use plant_sim::{Start, trim};
 
 use autopilot::parameters::{Parameter, table};
@@ -156,6 +157,19 @@ impl<'a> Procedure<'a> {
     fn reach_rad(&self, gain: fn(&AxisGains) -> f64, trim_rad: f64) -> f64 {
         let [low, high] = self.model.aircraft().effectors.command_range(gain);
         (high - trim_rad).min(trim_rad - low).max(0.0)
+    }
+
+    /// The law on the ground can turn one of its wheels; skids are never steered.
+    fn is_steered_on_ground(&self) -> bool {
+        let contacts = self.dynamics.airframe().gear.iter().flat_map(|gear| &gear.contacts);
+        let mut wheels = contacts.filter(|contact| contact.rolling_friction.is_some()).peekable();
+        let EffectorModel { list, gains, .. } = &self.model.aircraft().effectors;
+        let turns = |contact: &ContactPoint| {
+            let by = contact.steering.map(|steering| steering.effector);
+            list.all()
+                .any(|e| by.is_some_and(|by| by.as_str() == list.name(e)) && gains[e].yaw != 0.0)
+        };
+        wheels.peek().is_none() || wheels.any(turns)
     }
 
     /// Weights from authority, speed and lag, cut until each loop is slow enough for its servo.
@@ -345,6 +359,11 @@ impl<'a> Procedure<'a> {
         found.set("REF_ALT_MIN", lowest_m);
         found.set("REF_ALT_MAX", able.ceiling_m.max(altitude_m));
         found.set("RTL_RETURN_ALT", altitude_m);
+        if !self.is_steered_on_ground() {
+            found.weak.push(
+                "nothing steers its wheels on the ground: none turns with an effector that has a gain in yaw".to_owned(),
+            );
+        }
         if climb < 0.03 * v {
             found.weak.push(format!("climbs and descents are limited to {climb:.2} m/s"));
         }

@@ -7,7 +7,7 @@ use autopilot::command::{Command, VehicleCommand};
 use autopilot::event::EventKind;
 use autopilot::run::LawArgs;
 use autopilot::vehicle::VehicleEvent;
-use autopilot::vehicle::plan::{Action, Plan};
+use autopilot::vehicle::plan::{Action, Item, Plan};
 use icd::SimTime;
 use lab_engine::configuration::AircraftArgs;
 use lab_judges::closed_loop::TimedCommand;
@@ -61,6 +61,7 @@ fn every_file_with_a_landing_is_flown_to_its_landing_point() {
         ("every_kind.waypoints", 0.0),
         ("exchanged_radius.plan", 0.0),
         ("home_on_the_ground.waypoints", 0.0),
+        ("landing_point_in_the_air.waypoints", 3.0),
         ("survey_and_landing_pattern.plan", 3.0),
         ("takeoff_circle_land.plan", 0.0),
         ("there_and_back.waypoints", 0.0),
@@ -69,6 +70,11 @@ fn every_file_with_a_landing_is_flown_to_its_landing_point() {
     ] {
         let (flown, plan, passed) = fly(file, wind_m_s);
         let touchdown = flown.touchdown.expect(file);
+        assert_eq!(flown.crash, None, "{file}");
+        let lifts_off = EventKind::Vehicle(VehicleEvent::LiftOff);
+        let takes_off = |item: &Item| matches!(item.action, Action::Takeoff { .. });
+        let lifted_off = flown.events.iter().any(|(_, kind)| *kind == lifts_off);
+        assert_eq!(lifted_off, plan.items.iter().any(takes_off), "{file}");
         let (_, off_m) = touchdown.landing(&plan).expect("it has a landing");
         println!("{file}: {off_m:.0} m, {touchdown:?}");
         // Measured 28 to 78 m, with glides of 3 to 8 deg, and 0.5 to 0.95 m/s.
@@ -78,6 +84,16 @@ fn every_file_with_a_landing_is_flown_to_its_landing_point() {
         if file == "every_kind.waypoints" {
             assert_eq!(passed, [21, 23, 26, 27, 28, 29, 30, 31, 32, 33]);
         }
+    }
+}
+
+#[test]
+fn points_at_one_place_are_no_line_to_land_along_and_the_aircraft_lands_ahead() {
+    for wind_m_s in [0.0, 4.0] {
+        let (flown, _, _) = fly("all_at_one_place.waypoints", wind_m_s);
+        let touchdown = flown.touchdown.expect("a touchdown");
+        assert!(touchdown.sink_m_s < 1.4 && touchdown.roll_rad.abs() < 0.2, "{touchdown:?}");
+        assert_eq!(flown.crash, None);
     }
 }
 

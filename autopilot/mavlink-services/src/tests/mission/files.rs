@@ -10,7 +10,8 @@ macro_rules! files {
     ($($name:literal)*) => { [$(($name, include_str!(concat!("files/", $name)))),*] };
 }
 
-const FILES: [(&str, &str); 15] = files! {
+const FILES: [(&str, &str); 17] = files! {
+    "all_at_one_place.waypoints" "landing_point_in_the_air.waypoints"
     "before_fences.mission" "camera.plan" "circles_to_altitudes.waypoints" "circuit_for_ever.waypoints"
     "every_kind.waypoints" "exchanged_radius.plan" "fence_and_rally.plan" "fence_and_rally.waypoints"
     "home_on_the_ground.waypoints" "survey_and_landing_pattern.plan" "takeoff_circle_land.plan"
