@@ -498,7 +498,7 @@ impl MissionService {
                 let was_empty = self.list(list).is_none_or(|before| before.items.is_empty());
                 self.put_into_force(list, stored, fence.as_ref(), shared);
                 if let Some(store) = &mut self.store {
-                    store.save(list, &stored.items);
+                    store.save(list, &stored.items, shared.aircraft.ground_m());
                 }
                 let text = match (list, stored.count()) {
                     (ListKind::FENCE | ListKind::RALLY, 0) if was_empty => return id,

@@ -21,6 +21,9 @@ const HEADER: &str = "\
 # Written anew, comments and all, whenever one of them changes.
 ";
 
+/// Altitudes that a ground can have, m.
+const GROUND_M: core::ops::RangeInclusive<f64> = -1_000.0..=20_000.0;
+
 /// Why the saved plan cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{file}: {problem}; mend or delete the file, or start with --parameter-file none")]
@@ -39,6 +42,9 @@ struct SavedPlanFile {
     fence_count: usize,
     #[serde(default)]
     rally_count: usize,
+    /// Altitude of the ground to which they were uploaded, m: relative altitudes count from it.
+    #[serde(default)]
+    ground_m: f64,
     #[serde(default)]
     item: Vec<SavedItem>,
     #[serde(default)]
@@ -61,12 +67,16 @@ struct SavedItem {
 
 /// The lists that were uploaded in an earlier run of the program. They have not been checked against the aircraft yet.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct SavedPlan([Vec<MissionItem<i32>>; LISTS.len()]);
+pub struct SavedPlan {
+    lists: [Vec<MissionItem<i32>>; LISTS.len()],
+    /// Altitude of the ground, m.
+    ground_m: f64,
+}
 
 impl SavedPlan {
     /// Numbers of items of plan, fence and rally points.
     pub fn counts(&self) -> [usize; LISTS.len()] {
-        self.0.each_ref().map(Vec::len)
+        self.lists.each_ref().map(Vec::len)
     }
 
     /// The lists in `text`, which comes from `file`.
@@ -74,7 +84,12 @@ impl SavedPlan {
         let refuse = |problem| SavedPlanError { file: file.to_owned(), problem };
         let file: SavedPlanFile = toml::from_str(text)
             .map_err(|error| refuse(error.to_string().trim_end().replace('\n', " ")))?;
-        let mut saved = Self::default();
+        let ground_m = file.ground_m;
+        if !GROUND_M.contains(&ground_m) {
+            let [low, high] = [GROUND_M.start(), GROUND_M.end()];
+            return Err(refuse(format!("ground_m = {ground_m} is outside {low} to {high}")));
+        }
+        let mut saved = Self { ground_m, ..Self::default() };
         for (list, key, count, items) in [
             (ListKind::MISSION, "count", file.count, file.item),
             (ListKind::FENCE, "fence_count", file.fence_count, file.fence),
@@ -101,7 +116,7 @@ impl SavedPlan {
     }
 
     fn to_text(&self) -> String {
-        let [item, fence, rally] = self.0.each_ref().map(|items| {
+        let [item, fence, rally] = self.lists.each_ref().map(|items| {
             let saved = items.iter().map(|item| SavedItem {
                 command: item.words.command,
                 frame: item.words.frame,
@@ -114,13 +129,14 @@ impl SavedPlan {
             saved.collect::<Vec<_>>()
         });
         let [count, fence_count, rally_count] = self.counts();
-        let file = SavedPlanFile { count, fence_count, rally_count, item, fence, rally };
+        let ground_m = self.ground_m;
+        let file = SavedPlanFile { count, fence_count, rally_count, ground_m, item, fence, rally };
         let items = toml::to_string(&file).expect("numbers and booleans are TOML");
         format!("{HEADER}{items}")
     }
 
     fn replace(&mut self, list: ListKind, items: Vec<MissionItem<i32>>) {
-        if let Some(place) = self.0.get_mut(usize::from(list.0)) {
+        if let Some(place) = self.lists.get_mut(usize::from(list.0)) {
             *place = items;
         }
     }
@@ -135,8 +151,9 @@ pub(super) struct PlanStore {
 }
 
 impl PlanStore {
-    /// Saves a list that is in force.
-    pub(super) fn save(&mut self, list: ListKind, items: &[MissionItem<i32>]) {
+    /// Saves a list that is in force over ground at this altitude, m.
+    pub(super) fn save(&mut self, list: ListKind, items: &[MissionItem<i32>], ground_m: f64) {
+        self.lists.ground_m = ground_m;
         self.lists.replace(list, items.to_vec());
         self.saves.push(self.lists.to_text(), true);
     }
@@ -165,10 +182,11 @@ impl MissionService {
             return;
         }
         let Some(saved) = self.restoring.waiting.take() else { return };
-        let [plan, ..] = saved.0.clone();
+        let [plan, ..] = saved.lists.clone();
         let mut fence = None;
-        let rules = rules(&shared.parameters, shared.aircraft.ground_m());
-        for (list, items) in LISTS.into_iter().zip(saved.0) {
+        let ground_m = shared.aircraft.snapshot().map(|state| state.navigation.ground_m);
+        let rules = rules(&shared.parameters, ground_m.unwrap_or(saved.ground_m));
+        for (list, items) in LISTS.into_iter().zip(saved.lists) {
             if items.is_empty() {
                 continue;
             }
@@ -279,14 +297,16 @@ mod tests {
             ),
         ];
         let one = |list| vec![item(list, 0, [3.0, f32::NAN, 0.0, 0.1], 1, -1, 0.3)];
-        SavedPlan([mission, one(ListKind::FENCE), one(ListKind::RALLY)])
+        let lists = [mission, one(ListKind::FENCE), one(ListKind::RALLY)];
+        SavedPlan { lists, ground_m: 700.0 }
     }
 
     #[test]
     fn the_lists_come_back_to_the_bit_with_the_same_ids() {
-        let ids = |saved: SavedPlan| saved.0.map(|items| Stored::new(items).id);
+        let ids = |saved: SavedPlan| saved.lists.map(|items| Stored::new(items).id);
         let back = SavedPlan::from_text("f", &plan().to_text()).unwrap();
         assert_eq!(back.counts(), [2, 1, 1]);
+        assert_eq!(back.ground_m, 700.0);
         assert_eq!(ids(back), ids(plan()), "the id is a hash of every byte");
         let none = SavedPlan::from_text("f", &SavedPlan::default().to_text()).unwrap();
         assert_eq!(none, SavedPlan::default());
@@ -307,6 +327,7 @@ mod tests {
             (whole.replace("frame = 3\n", ""), "missing field `frame`"),
             (whole.replace("frame", "fraem"), "unknown field `fraem`"),
             (whole.replace("command = 16", "command = \"16\""), "u16"),
+            (whole.replace("ground_m = 700.0", "ground_m = nan"), "ground_m = NaN is outside"),
             (String::new(), "missing field `count`"),
             ("count = 1000000".to_owned(), "but there are 0 items"),
         ] {
