@@ -64,6 +64,11 @@ impl Source {
         self.same > STUCK_SAMPLES && micros(self.same_since, now) >= STUCK_US
     }
 
+    /// Samples that repeat one value are in order, as those of a vane in still air.
+    pub fn forget_repeats(&mut self) {
+        self.same = 0;
+    }
+
     /// Remembers that a sample was believed, with its innovation over its gate.
     pub fn believe(&mut self, ratio: f64) {
         (self.ratio, self.rejected_since, self.late) = (ratio, None, false);

@@ -128,6 +128,8 @@ impl Estimator {
         if self.sources.vanes.is_new(now, vanes.time, vanes.valid, &angles) {
             self.sources.vanes.believe(0.0);
         }
+        self.sources.pitot.forget_repeats();
+        self.sources.vanes.forget_repeats();
     }
 
     /// Takes a comparison that passes the gate; returns whether it did.

@@ -42,6 +42,18 @@ fn an_aircraft_launched_by_hand_climbs_to_its_altitude() {
 }
 
 #[test]
+fn air_data_that_do_not_change_at_rest_are_not_lost() {
+    let outcome = fly(
+        "tvc_jet",
+        "start = \"ready\"\nalong_m = 50.0\n[plant.sensors]\ngrade = \"tactical\"",
+        100.0,
+        25.0,
+    );
+    let outcome = outcome.unwrap();
+    assert!(outcome.is_kept() && outcome.sensors_lost.is_empty(), "{:?}", outcome.sensors_lost);
+}
+
+#[test]
 fn a_launch_that_does_not_fly_ends_with_the_crash() {
     // Nose down and far below the stall.
     let launch = "start = \"launched\"\nheight_m = 30.0\nspeed_m_s = 5.0\npitch_deg = -45.0";
