@@ -80,7 +80,9 @@ fn every_file_with_a_landing_is_flown_to_its_landing_point() {
         // Measured 28 to 78 m, with glides of 3 to 8 deg, and 0.5 to 0.95 m/s.
         assert!(off_m < 100.0, "{file}: {off_m} m");
         assert!((0.0..1.4).contains(&touchdown.sink_m_s), "{file}: {touchdown:?}");
-        assert!(touchdown.roll_rad.abs() < 0.05, "{file}: {touchdown:?}");
+        // In a wind from the side the nose points along the track, and the wing into the wind.
+        let most_rad = 0.05 + 0.03 * wind_m_s;
+        assert!(touchdown.roll_rad.abs() < most_rad, "{file}: {touchdown:?}");
         if file == "every_kind.waypoints" {
             assert_eq!(passed, [21, 23, 26, 27, 28, 29, 30, 31, 32, 33]);
         }
