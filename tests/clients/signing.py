@@ -98,8 +98,8 @@ def set_up(c, port, key_file):
     s = call(port, 102)
     s.mav.setup_signing_send(1, 1, list(KEY), now())
     s.link.setup_signing(KEY, sign_outgoing=True, link_id=1)
-    c.expect("SETUP_SIGNING from loopback: a text says so", s.wait(lambda: "Signing is on" in s.texts(), 3.0), s.texts())
-    c.expect("the key file is there", wait_until(lambda: os.path.exists(key_file), 3.0))
+    c.expect("SETUP_SIGNING from loopback: a text says so", s.wait(lambda: "Signing is on" in s.texts(), 30.0), s.texts())
+    c.expect("the key file is there", wait_until(lambda: os.path.exists(key_file), 30.0))
     c.expect("and nobody else may read it", mode_of(key_file) == 0o600, oct(mode_of(key_file)))
     return plain, s
 

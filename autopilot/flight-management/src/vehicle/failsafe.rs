@@ -4,12 +4,13 @@
 use flight_control::guidance::Horizontal;
 use flight_control::{Demand, NavigationState};
 use icd::units::STANDARD_GRAVITY_M_S2;
-use serde::{Deserialize, Serialize};
 
-use super::Situation;
 use super::landing::Approach;
 use super::modes::Flown;
 use super::rules::{NavigationParameters, Rules};
+use super::{Mode, Publish, Situation, Vehicle, VehicleEvent};
+
+pub use super::request::{EngineAction, Failsafe, FuelAction, FuelLevel};
 
 /// An unknown position counts as lost after this time, s: until then the guidance goes on by dead reckoning.
 const POSITION_LOST_S: f64 = 5.0;
@@ -36,51 +37,6 @@ const GLIDE_LEAD_S: f64 = 10.0;
 const FORCED_LANDING_S: f64 = 15.0;
 /// Its line leads straight ahead this far, as a way of the present speed, s.
 const STRAIGHT_AHEAD_S: f64 = 120.0;
-
-/// A state in which the aircraft acts by itself.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Failsafe {
-    /// The position is not known any more: modes that need it circle with a fixed bank.
-    PositionLost,
-    /// The engine gives no thrust: the aircraft glides.
-    EngineFailed,
-    /// This level of the tank is passed.
-    Fuel(FuelLevel),
-}
-
-/// How full the tank is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
-pub enum FuelLevel {
-    #[default]
-    Enough,
-    /// Below `BAT_LOW_THR`.
-    Low,
-    /// Below `BAT_CRIT_THR`.
-    Critical,
-    /// Below `BAT_EMERGEN_THR`.
-    Emergency,
-}
-
-/// What happens when the engine fails (parameter `COM_ACT_FAIL_ACT`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum EngineAction {
-    /// The aircraft glides in its mode.
-    Report,
-    #[default]
-    Return,
-    Terminate,
-}
-
-/// What happens when fuel runs low (parameter `COM_LOW_BAT_ACT`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub enum FuelAction {
-    #[default]
-    Report,
-    /// The landing of the plan, or Return without one, from the critical level on.
-    Land,
-    /// Return from the critical level on, that landing from the emergency level on.
-    Return,
-}
 
 /// What the vehicle knows of its propulsion at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -216,6 +172,65 @@ impl FailsafeWatch {
     pub fn limit_altitude(&mut self, altitude_m: f64, situation: &Situation) -> f64 {
         self.glide.step(situation);
         altitude_m.min(self.glide.altitude_m)
+    }
+}
+
+impl Vehicle {
+    /// The mode cannot be flown without a position, and another way of flying is safe.
+    pub(super) fn needs_position(&self) -> bool {
+        match self.mode {
+            Mode::Mission => !self.mission.is_flaring(),
+            Mode::Return => !self.returning.is_flaring(),
+            Mode::Hold => true,
+            Mode::Offboard => self.offboard.needs_position(),
+            Mode::Position | Mode::Altitude | Mode::Takeoff => false,
+        }
+    }
+
+    /// One tick in the air: what is lost has its action.
+    pub(super) fn watch_failsafes(
+        &mut self,
+        state: &NavigationState,
+        rules: &Rules,
+        propulsion: &Propulsion,
+        dt_s: f64,
+        publish: Publish,
+    ) {
+        let Some(demand) = self.demand.filter(|_| self.is_armed()) else { return };
+        let mut begun = None;
+        let navigation = &rules.navigation;
+        self.failsafe.step(state, &demand, propulsion, rules, dt_s, |failsafe, is_there| {
+            publish(VehicleEvent::Failsafe { failsafe, is_there });
+            if is_there {
+                begun = Some(failsafe);
+            }
+        });
+        let wants_return = match begun {
+            Some(Failsafe::EngineFailed) => match navigation.engine_action {
+                EngineAction::Report => false,
+                // The operator flies there, and knows.
+                EngineAction::Return => !matches!(self.mode, Mode::Position | Mode::Altitude),
+                EngineAction::Terminate => {
+                    self.terminate(publish);
+                    false
+                }
+            },
+            Some(Failsafe::Fuel(level)) => match navigation.fuel_action {
+                FuelAction::Land if level >= FuelLevel::Critical => {
+                    self.land(rules, publish).is_err()
+                }
+                FuelAction::Return if level == FuelLevel::Emergency => {
+                    self.land(rules, publish).is_err()
+                }
+                FuelAction::Return => level == FuelLevel::Critical,
+                FuelAction::Report | FuelAction::Land => false,
+            },
+            Some(Failsafe::PositionLost) | None => false,
+        };
+        if wants_return && self.approach().is_none() {
+            self.undo = None;
+            self.enter(Mode::Return, rules, publish);
+        }
     }
 }
 

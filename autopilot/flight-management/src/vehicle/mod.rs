@@ -23,7 +23,7 @@ mod request;
 pub mod rules;
 pub mod schedule;
 
-use failsafe::{EngineAction, Failsafe, FailsafeWatch, FuelAction, FuelLevel, Propulsion};
+use failsafe::{FailsafeWatch, Propulsion};
 use fence::{Fence, FenceAction, FenceChange, FenceWatch, RallyPoint};
 use geodesy::{Horizon, LocalAxes, Site};
 use ground::GroundOperation;
@@ -620,62 +620,6 @@ impl Vehicle {
     /// Whether there is anything to watch: flights without a fence pay nothing for it.
     fn has_fence(&self, rules: &Rules) -> bool {
         !self.fence.areas().is_empty() || rules.navigation.has_fence_altitudes()
-    }
-
-    /// The mode cannot be flown without a position, and another way of flying is safe.
-    fn needs_position(&self) -> bool {
-        match self.mode {
-            Mode::Mission => !self.mission.is_flaring(),
-            Mode::Return => !self.returning.is_flaring(),
-            Mode::Hold => true,
-            Mode::Offboard => self.offboard.needs_position(),
-            Mode::Position | Mode::Altitude | Mode::Takeoff => false,
-        }
-    }
-
-    fn watch_failsafes(
-        &mut self,
-        state: &NavigationState,
-        rules: &Rules,
-        propulsion: &Propulsion,
-        dt_s: f64,
-        publish: Publish,
-    ) {
-        let Some(demand) = self.demand.filter(|_| self.is_armed()) else { return };
-        let mut begun = None;
-        let navigation = &rules.navigation;
-        self.failsafe.step(state, &demand, propulsion, rules, dt_s, |failsafe, is_there| {
-            publish(VehicleEvent::Failsafe { failsafe, is_there });
-            if is_there {
-                begun = Some(failsafe);
-            }
-        });
-        let wants_return = match begun {
-            Some(Failsafe::EngineFailed) => match navigation.engine_action {
-                EngineAction::Report => false,
-                // The operator flies there, and knows.
-                EngineAction::Return => !matches!(self.mode, Mode::Position | Mode::Altitude),
-                EngineAction::Terminate => {
-                    self.terminate(publish);
-                    false
-                }
-            },
-            Some(Failsafe::Fuel(level)) => match navigation.fuel_action {
-                FuelAction::Land if level >= FuelLevel::Critical => {
-                    self.land(rules, publish).is_err()
-                }
-                FuelAction::Return if level == FuelLevel::Emergency => {
-                    self.land(rules, publish).is_err()
-                }
-                FuelAction::Return => level == FuelLevel::Critical,
-                FuelAction::Report | FuelAction::Land => false,
-            },
-            Some(Failsafe::PositionLost) | None => false,
-        };
-        if wants_return && self.approach().is_none() {
-            self.undo = None;
-            self.enter(Mode::Return, rules, publish);
-        }
     }
 
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {

@@ -7,8 +7,6 @@ use flight_control::design_model::atmosphere;
 use icd::{Ned, SimTime};
 use serde::{Deserialize, Serialize};
 
-use super::failsafe::Failsafe;
-
 /// A point on the Earth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Place {
@@ -120,6 +118,51 @@ pub enum LinkLossAction {
     Continue,
     /// Circle at the present position.
     Hold,
+    Return,
+}
+
+/// A state in which the aircraft acts by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Failsafe {
+    /// The position is not known any more: modes that need it circle with a fixed bank.
+    PositionLost,
+    /// The engine gives no thrust: the aircraft glides.
+    EngineFailed,
+    /// This level of the tank is passed.
+    Fuel(FuelLevel),
+}
+
+/// How full the tank is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+pub enum FuelLevel {
+    #[default]
+    Enough,
+    /// Below `BAT_LOW_THR`.
+    Low,
+    /// Below `BAT_CRIT_THR`.
+    Critical,
+    /// Below `BAT_EMERGEN_THR`.
+    Emergency,
+}
+
+/// What happens when the engine fails (parameter `COM_ACT_FAIL_ACT`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum EngineAction {
+    /// The aircraft glides in its mode.
+    Report,
+    #[default]
+    Return,
+    Terminate,
+}
+
+/// What happens when fuel runs low (parameter `COM_LOW_BAT_ACT`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum FuelAction {
+    #[default]
+    Report,
+    /// The landing of the plan, or Return without one, from the critical level on.
+    Land,
+    /// Return from the critical level on, that landing from the emergency level on.
     Return,
 }
 

@@ -11,8 +11,9 @@ use flight_control::guidance::approach::planned_radius_m;
 use flight_control::{AircraftModel, Gains, GuidanceGains};
 use serde::{Deserialize, Serialize};
 
-use super::failsafe::{EngineAction, FuelAction};
-use super::request::{Airspeed, FenceAction, Place, Reference, VehicleRefusal};
+use super::request::{
+    Airspeed, EngineAction, FenceAction, FuelAction, Place, Reference, VehicleRefusal,
+};
 
 /// Parameters of the guidance.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
