@@ -265,10 +265,15 @@ impl TrackPoint {
     fn of(tick: &Tick<'_>) -> Self {
         let (truth, snapshot) = (tick.plant.truth(), tick.snapshot);
         let navigation = &snapshot.navigation;
+        // On the ground the reference is one for later.
+        let reference_m = match snapshot.motion().on_wheels {
+            true => truth.altitude_m,
+            false => snapshot.demand.altitude_m,
+        };
         Self {
             t_s: snapshot.time.as_seconds(),
             place: Place::of(snapshot.motion()),
-            altitude_m: [truth.altitude_m, snapshot.demand.altitude_m],
+            altitude_m: [truth.altitude_m, reference_m],
             airspeed_m_s: [truth.airspeed_m_s, snapshot.demand.airspeed_m_s],
             roll_rad: [snapshot.motion().attitude.phi, snapshot.demand.roll_rad],
             mode: snapshot.mode,
