@@ -176,6 +176,30 @@ impl FailsafeWatch {
 }
 
 impl Vehicle {
+    /// One tick; `None` if it leaves the roll reference unchanged.
+    pub(super) fn fly(
+        &mut self,
+        situation: &Situation,
+        demand: &mut Demand,
+        publish: Publish,
+    ) -> Option<Flown> {
+        let is_piloted = matches!(self.mode, Mode::Position | Mode::Altitude | Mode::Offboard);
+        if !self.failsafe.has_engine_failed() || is_piloted || self.is_landing() {
+            return self.fly_mode(situation, demand, publish);
+        }
+        let mut failsafe = self.failsafe;
+        let flown = failsafe.glide_down(situation, demand, |situation, demand| {
+            self.fly_mode(situation, demand, publish)
+        });
+        self.failsafe = failsafe;
+        flown
+    }
+
+    /// The aircraft is on its way down to a place that it knows: also without thrust the best there is.
+    pub(super) fn is_landing(&self) -> bool {
+        !self.failsafe.is_position_lost() && self.approach().is_some_and(Approach::leads_down)
+    }
+
     /// The mode cannot be flown without a position, and another way of flying is safe.
     pub(super) fn needs_position(&self) -> bool {
         match self.mode {
@@ -227,7 +251,7 @@ impl Vehicle {
             },
             Some(Failsafe::PositionLost) | None => false,
         };
-        if wants_return && self.approach().is_none() {
+        if wants_return && !self.is_landing() {
             self.undo = None;
             self.enter(Mode::Return, rules, publish);
         }

@@ -146,6 +146,11 @@ impl Approach {
         self.flare.is_some() && self.around.is_none()
     }
 
+    /// It leads down, and is not given up.
+    pub fn leads_down(&self) -> bool {
+        self.around.is_none()
+    }
+
     /// Height above the ground, m: the measured one where there is one.
     fn height_m(&self, situation: &Situation) -> f64 {
         situation.height_m.unwrap_or(situation.altitude_m - self.ground_m)

@@ -286,25 +286,6 @@ impl Vehicle {
         }
     }
 
-    /// One tick; `None` if it leaves the roll reference unchanged.
-    fn fly(
-        &mut self,
-        situation: &Situation,
-        demand: &mut Demand,
-        publish: Publish,
-    ) -> Option<Flown> {
-        let is_piloted = matches!(self.mode, Mode::Position | Mode::Altitude | Mode::Offboard);
-        if !self.failsafe.has_engine_failed() || is_piloted || self.approach().is_some() {
-            return self.fly_mode(situation, demand, publish);
-        }
-        let mut failsafe = self.failsafe;
-        let flown = failsafe.glide_down(situation, demand, |situation, demand| {
-            self.fly_mode(situation, demand, publish)
-        });
-        self.failsafe = failsafe;
-        flown
-    }
-
     /// The approach under way.
     fn approach(&self) -> Option<&Approach> {
         match self.mode {
@@ -314,7 +295,7 @@ impl Vehicle {
         }
     }
 
-    /// One tick of the mode.
+    /// One tick of the mode; `None` if it leaves the roll reference unchanged.
     fn fly_mode(
         &mut self,
         situation: &Situation,
@@ -367,7 +348,10 @@ impl Vehicle {
                 Some(situation.hold_course(course_rad))
             }
             // Without thrust the way onto the runway is not flown: nobody knows whether the height is enough for it.
-            Mode::Return if !self.returning.is_empty() && !self.failsafe.has_engine_failed() => {
+            Mode::Return
+                if !self.returning.is_empty()
+                    && (self.is_landing() || !self.failsafe.has_engine_failed()) =>
+            {
                 let Self { home, watch: fence, .. } = self;
                 // The items are nobody's plan.
                 let publish = &mut |event| {
