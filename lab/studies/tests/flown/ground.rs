@@ -187,6 +187,30 @@ fn every_aircraft_glides_down_and_lands_after_a_flame_out() {
 }
 
 #[test]
+fn an_engine_that_fails_on_the_approach_or_in_a_go_around_does_not_lose_the_aircraft() {
+    for airframe in ["aerosonde", "skywalker_x8", "f16"] {
+        let flown = Circuit::fly(airframe, CIRCUIT, &[]);
+        let down_s = flown.time_of(VehicleEvent::TouchDown).expect("a touchdown");
+        let script = format!("{CIRCUIT}at {:.0} s: fail engine flame-out\n", down_s - 20.0);
+        let flown = Circuit::fly(airframe, &script, &[]);
+        assert_eq!(flown.crash, None, "{airframe}");
+        let down = flown.touchdown.unwrap_or_else(|| panic!("{airframe}: {:?}", flown.events));
+        // On its line, and not in a circle.
+        assert!(down.across_m.abs() < 6.0 && down.roll_rad.abs() < 0.1, "{airframe}: {down:?}");
+    }
+    let mut options = SetupOptions::default();
+    let _ = options.aircraft("aerosonde").set("plant.sensors.grade", "ideal");
+    let script =
+        format!("{CIRCUIT}at 328 s: fail gnss biased 100 m\nat 345 s: fail engine flame-out\n");
+    let flown = Circuit::of(&options, &script);
+    assert!(flown.time_of(VehicleEvent::GoAround).is_some(), "{:?}", flown.events);
+    assert!(flown.time_of(begins(Failsafe::EngineFailed)).is_some(), "{:?}", flown.events);
+    assert_eq!(flown.crash, None);
+    let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.events));
+    assert!(down.sink_m_s < 2.4 && down.roll_rad.abs() < 0.2, "{down:?}");
+}
+
+#[test]
 fn an_approach_without_a_position_is_flown_again_once_it_is_back() {
     let script = "at 20 s: arm\nmode takeoff\nafter 80 s: land\nafter 60 s: fail gnss off\nafter 150 s: clear gnss\n";
     for grade in ["ideal", "tactical"] {
