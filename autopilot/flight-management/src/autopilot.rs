@@ -23,7 +23,7 @@ use crate::own_law::{Brought, FlightLaw, OwnLaw};
 use crate::parameters::{NavigationParameters, ReferenceLimits};
 use crate::script::{Action, LineRefusal, NotBegun, Run, Script, ScriptEvent};
 use crate::termination;
-use crate::vehicle::failsafe::Propulsion;
+use crate::vehicle::failsafe::Powerplant;
 use crate::vehicle::plan::Plan;
 use crate::vehicle::rules::within;
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -166,7 +166,7 @@ impl Autopilot {
         let engine = self.flight.model().engine();
         let last = self.latest.as_ref().map(|latest| &latest.log.commands);
         let gauge = &sensors.fuel_gauge_pct;
-        let propulsion = Propulsion {
+        let propulsion = Powerplant {
             commanded_n: engine.zip(last).map_or(0.0, |(engine, commands)| commands[engine]),
             fuel_pct: gauge.valid.then_some(gauge.value),
         };

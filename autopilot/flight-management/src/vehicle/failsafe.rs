@@ -40,7 +40,7 @@ const STRAIGHT_AHEAD_S: f64 = 120.0;
 
 /// What the vehicle knows of its propulsion at a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Propulsion {
+pub struct Powerplant {
     /// Thrust commanded in the last step, N.
     pub commanded_n: f64,
     /// By the gauge, percent of a full tank; `None` without a valid sample.
@@ -98,7 +98,7 @@ impl FailsafeWatch {
         &mut self,
         state: &NavigationState,
         demand: &Demand,
-        propulsion: &Propulsion,
+        propulsion: &Powerplant,
         rules: &Rules,
         dt_s: f64,
         mut publish: impl FnMut(Failsafe, bool),
@@ -106,7 +106,7 @@ impl FailsafeWatch {
         if let Some(lost) = self.position.step(!state.valid.position, POSITION_LOST_S, dt_s) {
             publish(Failsafe::PositionLost, lost);
         }
-        let Propulsion { commanded_n, fuel_pct } = *propulsion;
+        let Powerplant { commanded_n, fuel_pct } = *propulsion;
         let gives = |part: f64| !state.valid.thrust || state.thrust_n >= part * commanded_n;
         let is_failed = if self.engine.counts {
             self.missed_n = self.missed_n.max(commanded_n);
@@ -216,7 +216,7 @@ impl Vehicle {
         &mut self,
         state: &NavigationState,
         rules: &Rules,
-        propulsion: &Propulsion,
+        propulsion: &Powerplant,
         dt_s: f64,
         publish: Publish,
     ) {

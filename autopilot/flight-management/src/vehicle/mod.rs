@@ -23,7 +23,7 @@ mod request;
 pub mod rules;
 pub mod schedule;
 
-use failsafe::{FailsafeWatch, Propulsion};
+use failsafe::{FailsafeWatch, Powerplant};
 use fence::{Fence, FenceAction, FenceChange, FenceWatch, RallyPoint};
 use geodesy::{Horizon, LocalAxes, Site};
 use ground::GroundOperation;
@@ -188,7 +188,7 @@ impl Vehicle {
         &mut self,
         state: &NavigationState,
         rules: &Rules,
-        propulsion: &Propulsion,
+        propulsion: &Powerplant,
         publish: Publish,
     ) -> Demand {
         let time = state.time;

@@ -26,7 +26,7 @@ fn rules() -> Rules {
 }
 
 fn track(vehicle: &mut Vehicle, time: SimTime) -> Demand {
-    vehicle.track(&level(time), &rules(), &Propulsion::default(), &mut |_| {})
+    vehicle.track(&level(time), &rules(), &Powerplant::default(), &mut |_| {})
 }
 
 fn change(vehicle: &mut Vehicle, mode: Mode) {
@@ -45,7 +45,7 @@ fn before_anything_is_known_it_asks_for_nothing_and_then_for_what_it_finds() {
     let text = "[[autopilot.reference]]\nat_s = 0.0\nairspeed_m_s = 250.0\n";
     let mut vehicle = Vehicle::new(configuration::references("s.toml", text).unwrap());
     let mut track = |state: &NavigationState| {
-        vehicle.track(state, &rules(), &Propulsion::default(), &mut |_| {})
+        vehicle.track(state, &rules(), &Powerplant::default(), &mut |_| {})
     };
     let nothing = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 0.0 };
     assert_eq!(track(&NavigationState::at_rest()), nothing);

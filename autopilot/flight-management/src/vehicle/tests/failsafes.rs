@@ -1,7 +1,7 @@
 //! Loss of the position, of the engine, and little fuel.
 
 use super::plane::*;
-use crate::vehicle::failsafe::{EngineAction, Failsafe, FuelAction, FuelLevel, Propulsion};
+use crate::vehicle::failsafe::{EngineAction, Failsafe, FuelAction, FuelLevel, Powerplant};
 use crate::vehicle::{Mode, VehicleEvent};
 
 fn begins(failsafe: Failsafe) -> VehicleEvent {
@@ -92,7 +92,7 @@ fn the_action_of_a_failed_engine_is_that_of_the_parameter_and_of_the_mode() {
 }
 
 #[test]
-fn each_level_of_the_fuel_is_told_once_and_acts_as_its_parameter_says() {
+fn each_level_of_the_fuel_is_reported_once_and_acts_as_its_parameter_says() {
     let burn = |action| {
         let mut plane = Plane::flying();
         plane.rules.navigation.fuel_action = action;
@@ -101,13 +101,13 @@ fn each_level_of_the_fuel_is_told_once_and_acts_as_its_parameter_says() {
         // The gauge swings by a percent.
         for (tick, fuel_pct) in [20.0, 14.5, 15.5, 14.0, 6.5, 7.5, 6.0, 4.0].into_iter().enumerate()
         {
-            plane.propulsion = Propulsion { fuel_pct: Some(fuel_pct), ..Propulsion::default() };
+            plane.propulsion = Powerplant { fuel_pct: Some(fuel_pct), ..Powerplant::default() };
             plane.tick();
             if [1, 4, 7].contains(&tick) {
                 modes.push(plane.vehicle.mode());
             }
         }
-        let told: Vec<_> = plane
+        let reported: Vec<_> = plane
             .events
             .iter()
             .filter_map(|event| match event {
@@ -118,7 +118,7 @@ fn each_level_of_the_fuel_is_told_once_and_acts_as_its_parameter_says() {
             })
             .collect();
         let levels = [FuelLevel::Low, FuelLevel::Critical, FuelLevel::Emergency];
-        assert_eq!(told, levels.map(|level| (level, true)));
+        assert_eq!(reported, levels.map(|level| (level, true)));
         modes
     };
     assert_eq!(burn(FuelAction::Report), [Mode::Hold; 3]);

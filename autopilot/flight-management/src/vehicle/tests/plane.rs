@@ -10,7 +10,7 @@ use icd::{Attitude, EulerAngles, Ned, SimTime};
 
 use super::rules;
 use crate::vehicle::VehicleEvent;
-use crate::vehicle::failsafe::Propulsion;
+use crate::vehicle::failsafe::Powerplant;
 use crate::vehicle::geodesy::{Horizon, Site};
 use crate::vehicle::plan::{Action, Circle, Item, Plan, Point};
 use crate::vehicle::schedule::ReferenceSchedule;
@@ -37,7 +37,7 @@ pub struct Plane {
     pub valid: Validity,
     /// Measured thrust, N.
     pub thrust_n: f64,
-    pub propulsion: Propulsion,
+    pub propulsion: Powerplant,
 }
 
 pub fn start() -> Place {
@@ -85,7 +85,7 @@ impl Plane {
             events: Vec::new(),
             valid: Validity::COMPLETE,
             thrust_n: 0.0,
-            propulsion: Propulsion::default(),
+            propulsion: Powerplant::default(),
         };
         plane.tick();
         plane

@@ -37,7 +37,7 @@ fn a_roll_reference_of_zero_replaces_the_course_and_the_laws_get_what_was_given(
     plane.fly(10.0);
     assert_eq!((plane.heading, course_rad(&plane)), (0.4, None), "nothing turns it back");
     let state = plane.state();
-    let demand = plane.vehicle.track(&state, &plane.rules, &Propulsion::default(), &mut |_| {});
+    let demand = plane.vehicle.track(&state, &plane.rules, &Powerplant::default(), &mut |_| {});
     assert_eq!(demand, plane.demand(), "the altitude too");
     plane.vehicle.refer(Reference::Course(0.0), &rules()).unwrap();
     plane.fly(60.0);
@@ -89,7 +89,7 @@ fn wings_that_a_fault_keeps_from_being_level_do_not_keep_the_course_from_being_h
         plane.roll = 0.35;
         plane.heading += 0.001;
         let state = plane.state();
-        plane.vehicle.track(&state, &plane.rules, &Propulsion::default(), &mut |_| {});
+        plane.vehicle.track(&state, &plane.rules, &Powerplant::default(), &mut |_| {});
         plane.now = SimTime::from_micros(plane.now.as_micros() + 50_000);
     };
     for _ in 0..59 {
