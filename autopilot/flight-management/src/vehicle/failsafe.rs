@@ -93,6 +93,11 @@ impl FailsafeWatch {
         self.landing.is_some_and(|landing| landing.is_flaring())
     }
 
+    /// The glide has ended on the ground; the next flight has an engine again, or finds that it has none.
+    pub fn rest(&mut self) {
+        *self = Self { position: self.position, fuel: self.fuel, ..Self::default() };
+    }
+
     /// One tick in the air. Publishes what begins, and what is over.
     pub fn step(
         &mut self,

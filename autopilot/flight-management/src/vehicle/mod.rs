@@ -204,8 +204,9 @@ impl Vehicle {
         if self.demand.is_some() && !state.on_wheels && self.has_fence(rules) {
             self.watch_fence(state, rules, dt_s, publish);
         }
-        if !state.on_wheels {
-            self.watch_failsafes(state, rules, propulsion, dt_s, publish);
+        match state.on_wheels {
+            true => self.failsafe.rest(),
+            false => self.watch_failsafes(state, rules, propulsion, dt_s, publish),
         }
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);

@@ -78,6 +78,23 @@ fn an_engine_without_thrust_has_failed_but_a_monitor_that_reads_nothing_is_no_en
 }
 
 #[test]
+fn an_aircraft_that_has_landed_without_thrust_flies_again_with_an_engine_that_was_mended() {
+    let mut plane = without_thrust(Mode::Hold, EngineAction::Return);
+    plane.fly(5.0);
+    assert!(plane.events.contains(&begins(Failsafe::EngineFailed)), "{:?}", plane.events);
+    // Low enough for the landing straight ahead.
+    plane.altitude_m = 20.0;
+    plane.fly(2.0);
+    (plane.on_wheels, plane.airspeed_m_s) = (true, 0.1);
+    plane.tick();
+    plane.on_wheels = false;
+    (plane.altitude_m, plane.airspeed_m_s, plane.thrust_n) = (500.0, 200.0, 50_000.0);
+    plane.change(Mode::Hold).unwrap();
+    plane.fly(30.0);
+    assert!(plane.roll.abs() > 0.1, "it circles: {}", plane.roll);
+}
+
+#[test]
 fn the_action_of_a_failed_engine_is_that_of_the_parameter_and_of_the_mode() {
     let mode_of = |mode, action| {
         let mut plane = without_thrust(mode, action);

@@ -35,6 +35,7 @@ pub struct Plane {
     pub now: SimTime,
     pub events: Vec<VehicleEvent>,
     pub valid: Validity,
+    pub on_wheels: bool,
     /// Measured thrust, N.
     pub thrust_n: f64,
     pub propulsion: Powerplant,
@@ -84,6 +85,7 @@ impl Plane {
             now: SimTime::ZERO,
             events: Vec::new(),
             valid: Validity::COMPLETE,
+            on_wheels: false,
             thrust_n: 0.0,
             propulsion: Powerplant::default(),
         };
@@ -108,6 +110,7 @@ impl Plane {
             airspeed_m_s: v,
             thrust_n: self.thrust_n,
             valid: self.valid,
+            on_wheels: self.on_wheels,
             ..NavigationState::at_rest()
         }
     }
