@@ -259,6 +259,44 @@ mod tests {
     }
 
     #[test]
+    fn the_rudder_turns_the_nose_while_its_wheel_is_in_the_air_and_meets_the_wind() {
+        let model = DesignModel::new(testing::aircraft_model());
+        let at_pitch = |theta, beta| {
+            let attitude = EulerAngles { phi: 0.0, theta, psi: 0.2 };
+            NavigationState { beta, ..rolling(90.0, attitude) }
+        };
+        let run = GroundDemand { heading_rad: Some(0.2), ..GroundDemand::STAND };
+        // On its heading nothing is to be steered, but for a wind from the right that turns the nose into itself.
+        let [up, down] = [0.1, 0.0].map(|theta| {
+            step(&mut GroundControl::default(), &at_pitch(theta, 0.1), &run).rudder_rad
+        });
+        assert!(up > 0.01 && down == 0.0, "{up} and {down}");
+        let left = at_pitch(0.1, 0.0);
+        let to_the_right = GroundDemand { heading_rad: Some(0.3), ..run };
+        assert!(step(&mut GroundControl::default(), &left, &to_the_right).rudder_rad < 0.0);
+        // It gives the acceleration that the bandwidth asks for.
+        let at = model.condition(&left);
+        let main = MainCommand { thrust_n: 1.0, ..MainCommand::default() };
+        let gains = GroundGains::REFERENCE;
+        let turned = align(&left, 0.3, &gains, &model, &at, main);
+        let by_rudder = effect(&model, &at, |gains| gains.yaw).z * turned.rudder_rad;
+        let wanted = gains.attitude_rad_s * gains.attitude_rad_s * 0.1;
+        let by_itself = model.bare_airframe(&left, &at).z;
+        assert!((by_rudder + by_itself - wanted).abs() < 1.0e-9, "{by_rudder} of {wanted}");
+        assert_eq!(turned, MainCommand { rudder_rad: turned.rudder_rad, ..main });
+    }
+
+    #[test]
+    fn an_aircraft_at_its_pitch_angle_has_the_elevator_of_level_flight() {
+        let model = DesignModel::new(testing::aircraft_model());
+        let state = rolling(110.0, EulerAngles { theta: 0.15, ..LEVEL });
+        let trim = model.trim(&state, &model.condition(&state)).elevator_rad;
+        let run = GroundDemand { pitch_rad: Some(0.15), ..GroundDemand::STAND };
+        let command = step(&mut GroundControl::default(), &state, &run).elevator_rad;
+        assert!(trim.abs() > 0.01 && (command - trim).abs() < 1.0e-9, "{command} of {trim}");
+    }
+
+    #[test]
     fn standing_still_everything_is_neutral_at_idle() {
         let state = NavigationState { airspeed_m_s: 0.0, ..rolling(0.0, LEVEL) };
         let command = step(&mut GroundControl::default(), &state, &GroundDemand::STAND);

@@ -115,7 +115,7 @@ impl SavedPlan {
         Ok(saved)
     }
 
-    fn to_text(&self) -> String {
+    pub(crate) fn to_text(&self) -> String {
         let [item, fence, rally] = self.lists.each_ref().map(|items| {
             let saved = items.iter().map(|item| SavedItem {
                 command: item.words.command,

@@ -38,6 +38,15 @@ fn an_unknown_aircraft_without_a_rudder_flies_with_every_law_and_has_nothing_of_
 }
 
 #[test]
+fn wheels_that_nothing_steers_are_weak() {
+    // A skid that rolls.
+    let text =
+        duck().replacen("[[gear.contact]]\n", "[[gear.contact]]\nrolling_friction = 0.02\n", 1);
+    let made = New::make(Airframe::from_toml("duck.toml", &text).unwrap()).unwrap();
+    assert!(matches!(&made.weak[..], [only] if only.contains("nothing steers")), "{:?}", made.weak);
+}
+
+#[test]
 fn the_shipped_models_of_small_aircraft_are_what_the_procedure_finds() {
     for name in ["aerosonde_vtail", "skywalker_x8"] {
         let made = New::make(shipped(name)).unwrap();

@@ -64,6 +64,17 @@ fn polygons_that_are_none_are_refused_with_the_vertex() {
 }
 
 #[test]
+fn an_aircraft_on_its_wheels_breaches_no_fence() {
+    let mut plane = fenced(FenceAction::Hold);
+    (plane.on_wheels, plane.place) = (true, at(30.0, 0.0));
+    plane.fly(10.0);
+    assert!(!plane.events.contains(&OUTSIDE), "{:?}", plane.events);
+    plane.on_wheels = false;
+    plane.fly(10.0);
+    assert!(plane.events.contains(&OUTSIDE), "{:?}", plane.events);
+}
+
+#[test]
 fn a_breach_has_its_action_once_and_ends_inside() {
     for (action, mode) in [
         (FenceAction::Report, Mode::Position),

@@ -62,6 +62,24 @@ fn after_a_restart_the_plan_is_offered_as_it_was_and_does_not_begin() {
 }
 
 #[test]
+fn relative_altitudes_count_from_the_ground_of_the_upload_also_before_the_aircraft_is_there() {
+    let mut first = keeping(SavedPlan::default());
+    first.upload(&some_items()).unwrap();
+    let low = file(&mut first);
+    let altitude_m = |saved: SavedPlan| {
+        let mut client = Client::new(QGC);
+        client.world = World::waiting();
+        client.world.ground.keep_plan(saved);
+        client.world.run_ms(200);
+        let items = client.world.autopilot.plan().items.clone();
+        items.first().and_then(|item| item.action.altitude_m()).expect("an altitude")
+    };
+    let text = low.to_text().replace("ground_m = 0.0", "ground_m = 700.0");
+    let high = SavedPlan::from_text("plan", &text).unwrap();
+    assert_eq!(altitude_m(high) - altitude_m(low), 700.0);
+}
+
+#[test]
 fn a_cleared_plan_is_gone_after_a_restart() {
     let mut first = keeping(SavedPlan::default());
     first.upload(&some_items()).unwrap();
