@@ -38,7 +38,7 @@ pub fn script_file(path: &Path, effectors: &EffectorList) -> Result<Script, Prob
 }
 
 /// Parameters whose values depend on the aircraft, whatever law flies.
-const OF_EVERY_LAW: [&str; 15] = [
+const OF_EVERY_LAW: [&str; 18] = [
     "ALT_SLEW",
     "ROL_LAG",
     "REF_ALT_MIN",
@@ -51,6 +51,9 @@ const OF_EVERY_LAW: [&str; 15] = [
     "NAV_ACC_RAD",
     "NAV_CLIMB_MAX",
     "RTL_RETURN_ALT",
+    "MIS_TAKEOFF_ALT",
+    "GND_ATT",
+    "GND_STEER",
     "ACT_LVL_P",
     "ACT_LVL_Q",
     "ACT_LVL_R",

@@ -194,6 +194,8 @@ named! {
         Elevon = "elevon",
         /// Surface of a V-tail, for pitch and yaw.
         Ruddervator = "ruddervator",
+        /// Steered wheel with an actuator of its own.
+        Wheel = "wheel",
     }
 }
 

@@ -124,6 +124,12 @@ fn mavsdk_takes_off_flies_a_mission_inside_a_fence_and_lands() {
 }
 
 #[test]
+fn qgroundcontrols_buttons_fly_from_the_ground_and_back() {
+    let options = ["--speed", "10", "--scenario", "field", "--airframe", "aerosonde"];
+    holds(run("clients/qgc_buttons.py", "udpin:", &options, &[]));
+}
+
+#[test]
 fn mavsdk_injects_and_clears_faults_and_receives_refusals() {
     holds(run("clients/mavsdk_failure.py", "udpin://", &["--speed", "5"], &[]));
 }

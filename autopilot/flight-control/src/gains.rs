@@ -71,6 +71,23 @@ gain_set! {
     }
 }
 
+/// How the altitude follows its reference.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AltitudeResponse {
+    /// No larger error is seen (`ALT_ERR_MAX`), m.
+    pub error_max_m: f64,
+    /// Lag of the altitude in a steady climb: a part of its own, s, and one that is this over the airspeed, m.
+    lag: [f64; 2],
+}
+
+impl AltitudeResponse {
+    /// Altitude error over the climb rate that it gives, without an integrator, s.
+    pub fn lag_s(&self, airspeed_m_s: f64) -> f64 {
+        let [own_s, by_airspeed_m] = self.lag;
+        own_s + by_airspeed_m / airspeed_m_s.max(1.0)
+    }
+}
+
 /// Which laws fly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Selection {
@@ -180,6 +197,23 @@ impl AllocationMode {
 }
 
 impl Gains {
+    /// That of the main controller.
+    pub fn altitude_response(&self) -> AltitudeResponse {
+        let lag = match self.selection.main {
+            MainLaw::Ndi => [1.0 / self.ndi.k_h, 0.0],
+            MainLaw::Lqr => {
+                let row = &self.lqr.elevator;
+                [row.climb / row.altitude, row.theta / row.altitude]
+            }
+            // A program's law is taken for this one.
+            MainLaw::Pid | MainLaw::PidGangedNozzle | MainLaw::Own => {
+                let law = &self.pid.altitude;
+                [law.k_hd / law.k_h, law.k_theta / law.k_h]
+            }
+        };
+        AltitudeResponse { error_max_m: self.pid.altitude.error_max_m, lag }
+    }
+
     /// The documented gain set with which every outcome of the paper occurs.
     ///
     /// The paper prints no gains; these are this project's choice. docs/paper.md gives the reasons.

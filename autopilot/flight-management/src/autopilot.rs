@@ -272,7 +272,7 @@ impl Autopilot {
         match change {
             Configuration::Gains(gains) => {
                 self.gains = *gains;
-                self.rules.altitude_error_max_m = gains.pid.altitude.error_max_m;
+                self.rules.altitude = gains.altitude_response();
                 self.flight.set_gains(&gains);
                 self.navigation.set_gains(&gains);
             }

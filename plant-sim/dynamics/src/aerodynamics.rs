@@ -3,6 +3,8 @@
 //! Here are the derivatives of the aircraft without its surfaces and what the surfaces add, in [`forms`] the choice between
 //! derivatives and tables. Every sum keeps left and right together, so that a mirrored flight gets mirrored bits.
 
+use core::f64::consts::FRAC_PI_4;
+
 use arrayvec::ArrayVec;
 use icd::frames::atan2;
 use icd::{Body, Effector, EffectorKind, EffectorList, PerEffector};
@@ -251,6 +253,20 @@ fn stalled(angle: f64, linear: f64) -> f64 {
     }
 }
 
+/// What is left of lift and pitching moment where the flow has no angle of attack: from the side, and from straight behind. One in
+/// flight; without it an aircraft that stands in such a wind is shaken by an angle that jumps.
+#[inline]
+fn along_chord(air: &AirState) -> f64 {
+    let mut left = 1.0;
+    for (angle, begin) in [(air.beta_rad, FRAC_PI_4), (air.alpha_rad, 3.0 * FRAC_PI_4)] {
+        if angle.abs() > begin {
+            let sine = libm::sin(2.0 * angle);
+            left *= sine * sine;
+        }
+    }
+    left
+}
+
 /// Coefficients at `air` with these effective deflections, rad; those of effectors other than surfaces are ignored.
 ///
 /// The moments are those of Eq. (7) and Eq. (8), the forces those listed next to them in the parameter
@@ -270,7 +286,8 @@ pub fn coefficients(
     let alpha = bent(air.alpha_rad, a.alpha_linear_rad, a.alpha_max_rad);
     let beta = bent(air.beta_rad, a.beta_linear_rad, a.beta_max_rad);
 
-    let lift = a.c_lift_zero + a.c_lift_alpha * alpha + a.c_lift_q * q;
+    let along = along_chord(air);
+    let lift = along * (a.c_lift_zero + a.c_lift_alpha * alpha) + a.c_lift_q * q;
     let stall =
         stalled(air.alpha_rad, a.alpha_linear_rad) + stalled(air.beta_rad, a.beta_linear_rad);
 
@@ -280,7 +297,7 @@ pub fn coefficients(
         drag: a.polar(alpha, lift) + a.c_drag_beta * beta * beta + a.c_drag_stall * stall,
         side: a.c_side_beta * beta + (a.c_side_p * p + a.c_side_r * r),
         roll: a.c_roll_beta * beta + (a.c_roll_p * p + a.c_roll_r * r),
-        pitch: a.c_pitch_zero + a.c_pitch_alpha * alpha + a.c_pitch_q * q,
+        pitch: along * (a.c_pitch_zero + a.c_pitch_alpha * alpha) + a.c_pitch_q * q,
         yaw: a.c_yaw_beta * beta + (a.c_yaw_p * p + a.c_yaw_r * r),
     };
     surfaces.added_to(clean, deflections)
@@ -517,6 +534,25 @@ mod tests {
             }
         }
         assert!(effect(tvc_jet::RUDDER).side > 0.0, "rudder: +Y force");
+    }
+
+    #[test]
+    fn a_flow_from_the_side_or_from_behind_has_no_jump_where_its_angle_of_attack_jumps() {
+        let lift_and_pitch = |u: f64, v: f64, w: f64| {
+            let air = AirState::new(&Body::new(u, v, w), Body::zero());
+            let c = coefficients(&air, &PerEffector::default());
+            [c.lift, c.pitch]
+        };
+        for (u, v) in [(0.0, 10.0), (0.0, -10.0), (-10.0, 0.0), (-7.0, 7.0)] {
+            let [up, down] = [1.0e-3, -1.0e-3].map(|w| lift_and_pitch(u, v, w));
+            for (up, down) in up.into_iter().zip(down) {
+                assert!((up - down).abs() < 1.0e-5, "{u} and {v}: {up} and {down}");
+            }
+        }
+        // Where the aircraft flies they are those of the angle.
+        let (steep, slipping) = (lift_and_pitch(-5.0, 0.0, 10.0), lift_and_pitch(10.0, 9.0, 1.0));
+        assert_eq!(steep, lift_and_pitch(0.0, 0.0, 10.0));
+        assert_eq!(slipping, lift_and_pitch(10.0, 0.0, 1.0));
     }
 
     #[test]

@@ -9,6 +9,7 @@
 
 use std::fmt;
 
+use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
 use icd::{Effector, EffectorList, PerEffector};
 use nalgebra::{Matrix3, Vector3};
@@ -16,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::dynamics::{Dynamics, Evaluation};
 use crate::earth::Place;
 use crate::gear::{ContactPoint, Gear};
-use crate::ground::{GroundSetup, Surface, Under};
+use crate::ground::{GroundSetup, SECTION, Surface, Under};
 use crate::rail::Rail;
 use crate::rigid_body::{HeldForces, MassProperties, RigidState};
 
@@ -266,6 +267,18 @@ impl Contacts {
             was_bearing: false,
             failure: None,
         }
+    }
+
+    /// The aircraft may stand with this roll angle.
+    pub fn check_roll(&self, roll_deg: f64) -> Result<(), Problem> {
+        let most_deg = self.bank_max_rad.to_degrees();
+        if roll_deg.abs() <= most_deg {
+            return Ok(());
+        }
+        Err(problem!(
+            "[{SECTION}] start: the aircraft falls over and rests with a roll angle of {roll_deg:.0} deg, bank_max_deg is {most_deg:.0}; \
+             check wind and [gear]"
+        ))
     }
 
     /// Sets the brakes, 0 to 1.

@@ -65,12 +65,15 @@ fn settle(
         }
         rest_s = if speed_m_s * step_s < REST_M { rest_s + step_s } else { 0.0 };
         if rest_s > 1.0 {
-            contacts.forget_failure();
-            return Ok(());
+            break;
         }
     }
     let place = earth.place(&state.rigid.position);
     let roll_deg = earth.attitude(&place, &state.rigid.q_e_from_body).euler().phi.to_degrees();
+    if rest_s > 1.0 {
+        contacts.forget_failure();
+        return contacts.check_roll(roll_deg);
+    }
     let way_m = earth.local_position(&state.rigid.position).0.xy().norm();
     Err(problem!(
         "[{SECTION}] start: the aircraft does not come to rest on its gear in {SETTLE_MAX_S} s: it still moves at {speed_m_s:.3e} m/s, \

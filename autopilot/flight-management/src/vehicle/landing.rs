@@ -20,8 +20,9 @@ const FLARE_RATE_PER_S: f64 = 0.7;
 /// And at once by this times what the lead gives.
 const FLARE_GAIN: f64 = 2.0;
 /// Least lead of the reference in the flare, s per m/s: where the integrator of the altitude law has taken over the glide, the lead seen
-/// there is too small.
+/// there is too small. A quick altitude law needs less, this part of its own lag.
 const LEAD_MIN_S2_M: f64 = 0.12;
+const LEAD_MIN: f64 = 0.7;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
 /// The height of the ground is taken from the measured one with this time constant, s.
@@ -227,17 +228,16 @@ impl Approach {
             let glide_m = self.ground_m + self.slope * left_m.max(-beyond_m);
             if glide_m < demand.altitude_m + self.lead_m {
                 let change = (altitude_m - glide_m) * situation.dt_s / LEAD_S;
-                self.lead_m = (self.lead_m + change).min(rules.altitude_error_max_m).max(0.0);
+                self.lead_m = (self.lead_m + change).min(rules.altitude.error_max_m).max(0.0);
                 // Farther below it the altitude law sees nothing more, and the flare would have to come up from there.
                 demand.altitude_m =
-                    (glide_m - self.lead_m).max(altitude_m - rules.altitude_error_max_m);
+                    (glide_m - self.lead_m).max(altitude_m - rules.altitude.error_max_m);
             }
         } else {
             let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
-            let begun = Flare {
-                lead_s: lead_s.min(LEAD_S).max(LEAD_MIN_S2_M * situation.speed_m_s),
-                correction_m_s: 0.0,
-            };
+            let least_s = (LEAD_MIN_S2_M * situation.speed_m_s)
+                .min(LEAD_MIN * rules.altitude.lag_s(situation.airspeed_m_s));
+            let begun = Flare { lead_s: lead_s.min(LEAD_S).max(least_s), correction_m_s: 0.0 };
             let flare = self.flare.get_or_insert(begun);
             let too_fast_m_s = sink_m_s - wanted_m_s;
             flare.correction_m_s += FLARE_RATE_PER_S * too_fast_m_s * situation.dt_s;

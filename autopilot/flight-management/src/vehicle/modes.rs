@@ -184,7 +184,7 @@ impl AltitudeDemand {
     /// The demand after one tick, m.
     pub fn step(&mut self, reference_m: f64, situation: &Situation) -> f64 {
         let Situation { altitude_m, climb_m_s, dt_s, rules, .. } = *situation;
-        let sees_m = rules.altitude_error_max_m;
+        let sees_m = rules.altitude.error_max_m;
         // No farther from the aircraft than the law looks anyway.
         let seen = || altitude_m + (reference_m - altitude_m).max(-sees_m).min(sees_m);
         let moved = self.reference_m.unwrap_or_else(seen);

@@ -6,6 +6,7 @@ use core::f64::consts::FRAC_PI_2;
 use flight_control::aircraft_model::TrimModel;
 use flight_control::design_model::atmosphere;
 use flight_control::design_model::level_turn::stall_airspeed_m_s;
+use flight_control::gains::AltitudeResponse;
 use flight_control::guidance::Horizontal;
 use flight_control::guidance::approach::planned_radius_m;
 use flight_control::{AircraftModel, Gains, GuidanceGains};
@@ -164,8 +165,7 @@ pub const LEG_SHARE: f64 = 0.5;
 pub struct Rules {
     pub limits: ReferenceLimits,
     pub navigation: NavigationParameters,
-    /// The altitude laws see no larger error (`ALT_ERR_MAX`), m.
-    pub altitude_error_max_m: f64,
+    pub altitude: AltitudeResponse,
     /// Calibrated airspeeds of the aircraft's model, m/s: of the stall, and of its design point. Zero where the model is not known.
     pub stall_m_s: f64,
     pub design_m_s: f64,
@@ -197,7 +197,7 @@ impl Rules {
         Self {
             limits,
             navigation,
-            altitude_error_max_m: gains.pid.altitude.error_max_m,
+            altitude: gains.altitude_response(),
             stall_m_s: 0.0,
             design_m_s: 0.0,
             ground_m: 0.0,

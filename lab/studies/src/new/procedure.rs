@@ -38,6 +38,11 @@ const CLIMB_PART: f64 = 0.6;
 const SLOWEST_OVER_STALL: f64 = 1.25;
 /// Bank limits that are ever given, deg.
 const BANK_DEG: [f64; 2] = [20.0, 45.0];
+/// A rudder command with less effect than this is none, rad/s² per rad.
+const RUDDER_MIN: f64 = 0.02;
+/// Takeoff climbs for this time, s, but at least so high above the lowest altitude reference, m.
+const TAKEOFF_S: f64 = 20.0;
+const TAKEOFF_MIN_M: f64 = 30.0;
 /// Turn radii are flown with this part of the largest bank.
 const BANK_PART: f64 = 0.7;
 /// Ratio of neighbouring coefficients of a closed loop, a₁²/(a₀ a₂): the damping optimum of Kessler and Naslin.
@@ -159,17 +164,49 @@ impl<'a> Procedure<'a> {
         (high - trim_rad).min(trim_rad - low).max(0.0)
     }
 
-    /// The law on the ground can turn one of its wheels; skids are never steered.
-    fn is_steered_on_ground(&self) -> bool {
-        let contacts = self.dynamics.airframe().gear.iter().flat_map(|gear| &gear.contacts);
-        let mut wheels = contacts.filter(|contact| contact.rolling_friction.is_some()).peekable();
+    /// How far the rudder command goes both ways, rad; zero where nothing that follows it acts in the air.
+    fn rudder_rad(&self) -> f64 {
+        let [.., yaw] = self.authority();
+        if yaw.abs() < RUDDER_MIN { 0.0 } else { self.reach_rad(|g| g.yaw, 0.0) }
+    }
+
+    /// Angle of a wheel, positive to the right, over the rudder command; zero for one that the law on the ground does not turn.
+    fn steering_ratio(&self, wheel: &ContactPoint) -> f64 {
         let EffectorModel { list, gains, .. } = &self.model.aircraft().effectors;
-        let turns = |contact: &ContactPoint| {
-            let by = contact.steering.map(|steering| steering.effector);
-            list.all()
-                .any(|e| by.is_some_and(|by| by.as_str() == list.name(e)) && gains[e].yaw != 0.0)
+        wheel.steering.map_or(0.0, |steering| {
+            let by = list.all().find(|e| steering.effector.as_str() == list.name(*e));
+            by.map_or(0.0, |e| steering.ratio * gains[e].yaw)
+        })
+    }
+
+    /// The law on the ground.
+    fn on_ground(&self, found: &mut ParameterSet) {
+        // The rate loop of the attitude has twice its bandwidth.
+        let lag_s = self.lag_s(|g| g.roll).max(self.lag_s(|g| g.pitch));
+        found.set("GND_ATT", 0.5 * CROSSOVER / lag_s);
+        let contacts = self.dynamics.airframe().gear.iter().flat_map(|gear| &gear.contacts);
+        let (steered, rolling): (Vec<&ContactPoint>, Vec<&ContactPoint>) = contacts
+            .filter(|contact| contact.is_wheel())
+            .partition(|wheel| self.steering_ratio(wheel) != 0.0);
+        let Some(wheel) = steered.first() else {
+            // The rudder alone acts: it turns about as a wheel at a span's distance would.
+            found.set("GND_STEER", self.model.aircraft().geometry.span_m);
+            if !rolling.is_empty() {
+                found.weak.push("nothing steers its wheels on the ground: none turns with an effector that has a gain in yaw".to_owned());
+            }
+            return;
         };
-        wheels.peek().is_none() || wheels.any(turns)
+        // The others turn the aircraft about the middle of their axles.
+        let axle_m =
+            rolling.iter().map(|wheel| wheel.at_m[0]).sum::<f64>() / rolling.len().max(1) as f64;
+        let base_m = (wheel.at_m[0] - axle_m) / -self.steering_ratio(wheel);
+        if base_m <= 0.0 {
+            found.weak.push(format!(
+                "a rudder command to the left steers `{}` so that the aircraft turns right",
+                wheel.name
+            ));
+        }
+        found.set("GND_STEER", base_m.abs());
     }
 
     /// Weights from authority, speed and lag, cut until each loop is slow enough for its servo.
@@ -202,7 +239,7 @@ impl<'a> Procedure<'a> {
             lateral_inputs: [
                 0.5 * self.reach_rad(|g| g.roll, 0.0),
                 // Without a rudder the regulator still needs a weight on it.
-                (0.25 * self.reach_rad(|g| g.yaw, 0.0)).max(0.01),
+                (0.25 * self.rudder_rad()).max(0.01),
             ],
             error_max_m: 3.0 * altitude,
         };
@@ -292,7 +329,7 @@ impl<'a> Procedure<'a> {
         found.set("FTC_ALLOC", 1.0);
         self.references(able, climb, k_p / k_phi, lag[0], &mut found);
         if design::slope(&self.model, |state, d| state.beta += d).z <= 0.0 {
-            let has_rudder = self.reach_rad(|g| g.yaw, 0.0) > 0.0;
+            let has_rudder = self.rudder_rad() > 0.0;
             let held = if has_rudder { "the rudder alone does" } else { "no effector yaws" };
             let c_yaw_beta = model.airframe.c_yaw_beta;
             found.weak.push(format!(
@@ -359,11 +396,8 @@ impl<'a> Procedure<'a> {
         found.set("REF_ALT_MIN", lowest_m);
         found.set("REF_ALT_MAX", able.ceiling_m.max(altitude_m));
         found.set("RTL_RETURN_ALT", altitude_m);
-        if !self.is_steered_on_ground() {
-            found.weak.push(
-                "nothing steers its wheels on the ground: none turns with an effector that has a gain in yaw".to_owned(),
-            );
-        }
+        found.set("MIS_TAKEOFF_ALT", lowest_m + (TAKEOFF_S * climb).max(TAKEOFF_MIN_M));
+        self.on_ground(found);
         if climb < 0.03 * v {
             found.weak.push(format!("climbs and descents are limited to {climb:.2} m/s"));
         }
@@ -401,7 +435,7 @@ impl ParameterSet {
         let damping = -design::slope(&of.model, |state, d| state.rates.z += d).z;
         let wanted = (stiffness.max(0.0).sqrt() - damping).max(0.0) / yaw.abs().max(1.0e-6);
         let slow_enough = CROSSOVER / (yaw.abs().max(1.0e-6) * of.lag_s(|g| g.yaw));
-        let in_turns = 0.2 * of.reach_rad(|g| g.yaw, 0.0) * v / G_M_S2;
+        let in_turns = 0.2 * of.rudder_rad() * v / G_M_S2;
         // Without a rudder the gain moves nothing.
         self.set("YAW_KR", wanted.min(slow_enough).min(in_turns).max(0.001));
     }
@@ -440,7 +474,7 @@ impl ParameterSet {
         self.set("NDI_KGAMMA", path);
         self.set("NDI_KH", path / OUTER);
         self.set("NDI_KHI", libm::pow(path / OUTER, 2.0) / 8.0);
-        let has_rudder = of.reach_rad(|g| g.yaw, 0.0) > 0.0;
+        let has_rudder = of.rudder_rad() > 0.0;
         self.set("NDI_KR", if has_rudder { yaw.0 } else { 0.1 });
         self.set("NDI_KBETA", if has_rudder { yaw.2 / OUTER } else { 0.0 });
         self.set("NDI_CLIMB_MAX", climb);

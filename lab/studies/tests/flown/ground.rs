@@ -10,7 +10,9 @@ use lab_engine::builder::SetupOptions;
 use lab_engine::configuration::{AircraftArgs, Named};
 use lab_judges::flown::{self, Keep};
 use lab_judges::outcome::Outcome;
+use lab_studies::new::New;
 use plant_sim::touchdown::Touchdown;
+use plant_sim::{Airframe, ReadAirframe as _};
 
 /// `start` is what `[plant.ground]` has besides the runway.
 fn fly(
@@ -282,6 +284,76 @@ fn every_aircraft_comes_to_rest_in_a_breath_of_wind() {
             assert!(Flight::new(&setup).is_ok(), "{airframe}, {towards_deg}");
         }
     }
+}
+
+/// The Aerosonde on wheels, without a rudder: a servo of its own steers the nose wheel.
+fn trike() -> String {
+    let (head, rest) =
+        aircraft::AEROSONDE_AIRFRAME.split_once("[[effector]]\nname = \"rudder\"").unwrap();
+    let (_, engine) = rest.split_once("[[effector]]").unwrap();
+    let (engine, rest) = engine.split_once("[[gear.contact]]").unwrap();
+    let (_, tips) = rest.split_once("[[gear.contact]]\nname = \"left wing tip\"").unwrap();
+    let servo = "[[effector]]\nname = \"steering\"\nkind = \"wheel\"\nside = \"centre\"\ninstance = 5\ngains = { yaw = 1.0 }\n\
+                 lag_s = 0.05\nrate_limit_deg_s = 400.0\ntravel_deg = [-25.0, 25.0]\n\n";
+    let wheel = |name: &str, x: f64, y: f64, more: &str| {
+        format!(
+            "[[gear.contact]]\nname = \"{name}\"\nat_m = [{x:?}, {y:?}, 0.3]\nspring_n_m = 7_000.0\ndamper_n_s_m = 110.0\n\
+             load_max_n = 1_500.0\ngrip_spring_n_m = 7_000.0\nfriction = 0.7\nrolling_friction = 0.03\n{more}\n\n"
+        )
+    };
+    let wheels = wheel("nose", 0.45, 0.0, "steering = { effector = \"steering\", ratio = -0.8 }")
+        + &wheel("left", -0.12, -0.35, "brake_friction = 0.3")
+        + &wheel("right", -0.12, 0.35, "brake_friction = 0.3");
+    let text = format!(
+        "{head}{servo}[[effector]]{engine}{wheels}[[gear.contact]]\nname = \"left wing tip\"{tips}"
+    );
+    let catapult = text.lines().find(|line| line.starts_with("catapult")).unwrap();
+    text.replace(catapult, "").replace("name = \"aerosonde\"", "name = \"trike\"")
+}
+
+#[test]
+fn an_own_aircraft_with_a_steered_wheel_stands_in_wind_from_everywhere_and_lands_across_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let [file, model] = ["trike.toml", "model.toml"].map(|name| folder.path().join(name));
+    std::fs::write(&file, trike()).unwrap();
+    let made = New::make(Airframe::from_toml("trike.toml", &trike()).unwrap()).unwrap();
+    assert_eq!(made.weak, [""; 0], "{}", made.report);
+    std::fs::write(&model, &made.text).unwrap();
+    let options = |speed_m_s: f64, towards_deg: f64| {
+        let mut options = SetupOptions::default();
+        options.aircraft = AircraftArgs {
+            airframe: Some(file.clone()),
+            model: Some(model.clone()),
+            ..AircraftArgs::default()
+        };
+        let _ = options.set("plant.wind.speed_m_s", speed_m_s);
+        let _ = options.set("plant.wind.towards_deg", towards_deg);
+        options
+    };
+    let start = |speed_m_s: f64, towards_deg: f64| {
+        let named = Named::given("field", scenarios::FIELD.to_owned());
+        let setup = options(speed_m_s, towards_deg).builder().unwrap().setup(&named, &[]).unwrap();
+        Flight::new(&setup).map(|_| ()).map_err(|problem| problem.to_string())
+    };
+    for twelfth in 0..12 {
+        for speed_m_s in [0.5, 5.0, 10.0] {
+            assert_eq!(
+                start(speed_m_s, 40.0 + 30.0 * f64::from(twelfth)),
+                Ok(()),
+                "{speed_m_s} m/s"
+            );
+        }
+    }
+    let blown_over = start(16.0, 310.0).unwrap_err();
+    assert!(
+        blown_over.contains("falls over") && blown_over.contains("bank_max_deg is 30"),
+        "{blown_over}"
+    );
+    let flown = Circuit::of(&options(5.0, 310.0), CIRCUIT);
+    assert_eq!(flown.crash, None);
+    let down = flown.touchdown.expect("a touchdown");
+    assert!(down.across_m.abs() < 3.0, "{down:?}");
+    assert!(flown.time_of(VehicleEvent::Armed(false)).is_some(), "{:?}", flown.events);
 }
 
 #[test]
