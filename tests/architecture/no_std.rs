@@ -24,7 +24,7 @@ fn build(name: &str, more: &str) -> Output {
     let library = library.replace("#![no_std]", &format!("#![no_std]\n{more}"));
     fs::write(folder.join("src/lib.rs"), library).expect("the folder of this test can be written");
     Command::new(env::var("CARGO").unwrap_or("cargo".to_owned()))
-        .args(["check", "--offline", "--jobs", "1", "--manifest-path"])
+        .args(["check", "--offline", "--manifest-path"])
         .arg(folder.join("Cargo.toml"))
         .arg("--target-dir")
         .arg(Path::new(env!("CARGO_TARGET_TMPDIR")).join("no_std_target"))

@@ -11,6 +11,9 @@ const LOAD_SHARE: f64 = 0.1;
 /// no bounce.
 const TOUCHDOWN_S: f64 = 0.005;
 const LIFT_OFF_S: f64 = 0.3;
+/// As high as this, m, nothing bounces: no load for this time, s, is enough.
+const NO_BOUNCE_M: f64 = 1.0;
+const LIFT_OFF_HIGH_S: f64 = 0.02;
 /// Higher than this no load is believed, m: a rail may be this high.
 const HEIGHT_DOUBT_M: f64 = 12.0;
 /// Without a valid load it stands on the ground below this height, m.
@@ -64,7 +67,12 @@ impl OnWheels {
         let now = self.on_wheels.unwrap_or(says == Some(true));
         let differs = says.is_some_and(|says| says != now);
         self.otherwise_s = if differs { self.otherwise_s + dt_s } else { 0.0 };
-        let patience_s = if now { LIFT_OFF_S } else { TOUCHDOWN_S };
+        let is_no_bounce = height_m.is_some_and(|height_m| height_m > NO_BOUNCE_M);
+        let patience_s = match (now, is_no_bounce) {
+            (true, true) => LIFT_OFF_HIGH_S,
+            (true, false) => LIFT_OFF_S,
+            (false, _) => TOUCHDOWN_S,
+        };
         let changes = differs && self.otherwise_s >= patience_s;
         if changes {
             self.otherwise_s = 0.0;
@@ -112,12 +120,14 @@ mod tests {
         assert!(says(Some(1.0), Some(0.0), 1), "parked, from the first sample on");
         assert!(says(Some(0.0), Some(0.2), 25), "a bounce");
         assert!(says(Some(0.5), Some(0.0), 1));
-        assert!(!says(Some(0.0), Some(1.0), 35), "a lift-off");
+        assert!(!says(Some(0.0), Some(0.9), 35), "a lift-off");
         assert!(says(Some(0.3), Some(0.0), 1), "a touchdown");
         assert!(!says(Some(1.0), Some(50.0), 40), "a load that is stuck in the air");
         assert!(says(None, Some(0.05), 10), "by the height alone");
         assert!(says(None, None, 100), "as it was");
         assert!(!says(Some(0.0), None, 40), "by the load alone");
+        assert!(says(Some(1.0), Some(1.4), 1), "on a catapult");
+        assert!(!says(Some(0.0), Some(1.4), 3), "at the end of its rail");
     }
 
     #[test]

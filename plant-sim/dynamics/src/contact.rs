@@ -11,6 +11,7 @@ use std::fmt;
 
 use host_io::problem::{Problem, problem};
 use icd::effector_list::Name;
+use icd::units::STANDARD_GRAVITY_M_S2;
 use icd::{Effector, EffectorList, PerEffector};
 use nalgebra::{Matrix3, Vector3};
 
@@ -289,8 +290,9 @@ impl Contacts {
     }
 
     /// Holds the aircraft here, until a catapult accelerates it to a speed at the end of its rail.
-    pub fn hold_on_rail(&mut self, at: &RigidState, speed_m_s: f64, rail_m: f64) {
-        self.rail = Some(Rail::new(at, speed_m_s, rail_m));
+    pub fn hold_on_rail(&mut self, at: &RigidState, speed_m_s: f64, rail_m: f64, mass_kg: f64) {
+        let weight_n = mass_kg * STANDARD_GRAVITY_M_S2;
+        self.rail = Some(Rail::new(at, speed_m_s, rail_m, weight_n));
     }
 
     /// Thrust of the engine at ground idle, N, while anything touches and the engine has one.

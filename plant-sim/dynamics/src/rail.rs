@@ -20,25 +20,26 @@ pub struct Rail {
     length_m: f64,
     /// Time since the catapult was released, s.
     moving_s: Option<f64>,
-    load_n: f64,
+    /// Weight of the aircraft, N.
+    weight_n: f64,
 }
 
 impl Rail {
-    /// From this place along the nose.
-    pub fn new(at: &RigidState, speed_m_s: f64, length_m: f64) -> Self {
+    /// From this place along the nose, of an aircraft of this weight, N.
+    pub fn new(at: &RigidState, speed_m_s: f64, length_m: f64, weight_n: f64) -> Self {
         Self {
             from: at.position,
             e_from_body: at.e_from_body(),
             acceleration_m_s2: speed_m_s * speed_m_s / (2.0 * length_m),
             length_m,
             moving_s: None,
-            load_n: 0.0,
+            weight_n,
         }
     }
 
-    /// What the aircraft weighs on the rail, N.
+    /// What a switch of the launcher says, as a load, N: the weight whatever the wind lifts, as long as the aircraft is held.
     pub fn load_n(&self) -> f64 {
-        self.load_n
+        self.weight_n
     }
 
     /// The force and the moment of the rail in the step to come; `None` behind its end. `turning` is the rotation over the ground, rad/s.
@@ -79,8 +80,6 @@ impl Rail {
         let turn =
             Vector3::new(turn.m32 - turn.m23, turn.m13 - turn.m31, turn.m21 - turn.m12) * 0.5;
         let moment = mass.inertia * (turn * (rate * rate) - turning * (2.0 * rate) - free.rates.0);
-        let up = -to_body.tr_mul(&e.place.e_from_ned.column(2));
-        self.load_n = up.dot(&force).max(0.0);
         let mut held = HeldForces::default();
         held.add(&Vector3::zeros(), &(to_body * force));
         // A couple of two forces half a metre on either side of the centre of gravity.

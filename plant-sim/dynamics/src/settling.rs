@@ -125,7 +125,8 @@ pub fn on_runway(
             rigid.q_e_from_body = earth.q_e_from_body(&here, &Attitude::from_euler(attitude));
             rigid.rates = earth.rotation_in(&rigid.e_from_body());
             if let GroundStart::Catapult { rail_m, .. } = setup.start {
-                contacts.hold_on_rail(rigid, launch.speed_m_s, rail_m);
+                let mass_kg = 1.0 / dynamics.mass().per_mass;
+                contacts.hold_on_rail(rigid, launch.speed_m_s, rail_m, mass_kg);
             } else {
                 rigid.velocity = Body::new(launch.speed_m_s, 0.0, 0.0);
             }

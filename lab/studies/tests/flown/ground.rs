@@ -188,6 +188,12 @@ fn every_aircraft_glides_down_and_lands_after_a_flame_out() {
     }
 }
 
+/// Shortly before the approach of the Aerosonde is judged.
+fn before_the_decision_s(options: &SetupOptions) -> f64 {
+    let down_s = Circuit::of(options, CIRCUIT).time_of(VehicleEvent::TouchDown);
+    down_s.expect("a touchdown").round() - 8.0
+}
+
 #[test]
 fn an_engine_that_fails_on_the_approach_or_in_a_go_around_does_not_lose_the_aircraft() {
     for airframe in ["aerosonde", "skywalker_x8", "f16"] {
@@ -202,8 +208,10 @@ fn an_engine_that_fails_on_the_approach_or_in_a_go_around_does_not_lose_the_airc
     }
     let mut options = SetupOptions::default();
     let _ = options.aircraft("aerosonde").set("plant.sensors.grade", "ideal");
-    let script =
-        format!("{CIRCUIT}at 328 s: fail gnss biased 100 m\nat 345 s: fail engine flame-out\n");
+    let bias_s = before_the_decision_s(&options);
+    let script = format!(
+        "{CIRCUIT}at {bias_s:.0} s: fail gnss biased 100 m\nafter 17 s: fail engine flame-out\n"
+    );
     let flown = Circuit::of(&options, &script);
     assert!(flown.time_of(VehicleEvent::GoAround).is_some(), "{:?}", flown.events);
     assert!(flown.time_of(begins(Failsafe::EngineFailed)).is_some(), "{:?}", flown.events);
@@ -230,14 +238,15 @@ fn an_approach_without_a_position_is_flown_again_once_it_is_back() {
 #[test]
 fn an_approach_that_is_not_stable_is_flown_again() {
     // Just before the decision the position jumps, north, east and down: to 12 m beside the line.
-    let script = format!("{CIRCUIT}at 328 s: fail gnss biased 100 m\n");
     let mut options = SetupOptions::default();
     // The estimator of the tactical grade would not believe it.
     let _ = options.aircraft("aerosonde").set("plant.sensors.grade", "ideal");
+    let bias_s = before_the_decision_s(&options);
+    let script = format!("{CIRCUIT}at {bias_s:.0} s: fail gnss biased 100 m\n");
     let flown = Circuit::of(&options, &script);
     let around_s = flown.time_of(VehicleEvent::GoAround).expect("a go-around");
     let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.crash));
-    assert!((328.0..335.0).contains(&around_s), "{around_s} s");
+    assert!((0.0..7.0).contains(&(around_s - bias_s)), "{around_s} s");
     assert!(down.time.as_seconds() > around_s + 100.0 && down.sink_m_s < 2.0, "{down:?}");
 }
 
@@ -266,6 +275,41 @@ fn a_strong_wind_from_the_side_does_not_roll_the_aircraft_over_in_its_rollout() 
         let flown = Circuit::of(&options, CIRCUIT);
         assert_eq!(flown.crash, None, "seed {seed}");
         assert!(flown.time_of(VehicleEvent::Armed(false)).is_some(), "{:?}", flown.events);
+    }
+}
+
+#[test]
+fn a_flying_wing_leaves_its_catapult_across_the_wind_and_comes_back() {
+    // With the fourth seed gusts carry the aircraft on its rail.
+    for seed in [1, 4, 5] {
+        let mut options = SetupOptions::default();
+        let _ = options.aircraft("skywalker_x8").set("plant.wind.turbulence", "light");
+        let _ = options.set("plant.wind.speed_m_s", 6.0).set("plant.wind.towards_deg", 310.0);
+        let _ = options.set("plant.seed", seed);
+        let flown = Circuit::of(&options, CIRCUIT);
+        assert_eq!(flown.crash, None, "seed {seed}");
+        assert!(flown.time_of(VehicleEvent::Armed(true)).is_some(), "{:?}", flown.events);
+        assert!(flown.time_of(VehicleEvent::Armed(false)).is_some(), "{:?}", flown.events);
+    }
+}
+
+#[test]
+fn every_law_lands() {
+    // Those of whom nobody knew before that they could: the altitude laws of the jet are four times as quick as its PID.
+    for (airframe, law, most_m_s) in [
+        ("tvc_jet", 2.0, 2.0),
+        ("tvc_jet", 3.0, 3.2),
+        ("aerosonde", 2.0, 1.5),
+        ("skywalker_x8", 3.0, 1.5),
+    ] {
+        let flown = Circuit::fly(airframe, CIRCUIT, &[("CTL_LAW", law)]);
+        let down =
+            flown.touchdown.unwrap_or_else(|| panic!("{airframe}, {law}: {:?}", flown.crash));
+        assert_eq!(flown.crash, None, "{airframe}, {law}");
+        assert!(
+            down.sink_m_s < most_m_s && down.across_m.abs() < 10.0,
+            "{airframe}, {law}: {down:?}"
+        );
     }
 }
 
@@ -301,7 +345,7 @@ fn trike() -> String {
              load_max_n = 1_500.0\ngrip_spring_n_m = 7_000.0\nfriction = 0.7\nrolling_friction = 0.03\n{more}\n\n"
         )
     };
-    let wheels = wheel("nose", 0.45, 0.0, "steering = { effector = \"steering\", ratio = -0.8 }")
+    let wheels = wheel("front", 0.45, 0.0, "steering = { effector = \"steering\", ratio = -0.8 }")
         + &wheel("left", -0.12, -0.35, "brake_friction = 0.3")
         + &wheel("right", -0.12, 0.35, "brake_friction = 0.3");
     let text = format!(
@@ -337,14 +381,10 @@ fn an_own_aircraft_with_a_steered_wheel_stands_in_wind_from_everywhere_and_lands
     };
     for twelfth in 0..12 {
         for speed_m_s in [0.5, 5.0, 10.0] {
-            assert_eq!(
-                start(speed_m_s, 40.0 + 30.0 * f64::from(twelfth)),
-                Ok(()),
-                "{speed_m_s} m/s"
-            );
+            assert_eq!(start(speed_m_s, 30.0 * f64::from(twelfth)), Ok(()), "{speed_m_s} m/s");
         }
     }
-    let blown_over = start(16.0, 310.0).unwrap_err();
+    let blown_over = start(25.0, 310.0).unwrap_err();
     assert!(
         blown_over.contains("falls over") && blown_over.contains("bank_max_deg is 30"),
         "{blown_over}"

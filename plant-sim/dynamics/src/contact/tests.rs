@@ -519,7 +519,7 @@ fn a_catapult_holds_until_the_engine_is_up_and_then_gives_the_speed_of_the_launc
         seconds_with(&mut plant, &OFF, 2.0, |plant| {
             assert!(way_m(plant) < 1.0e-4, "{} m on the rail", way_m(plant));
             let load_n = plant.sense().weight_on_wheels_n.value;
-            assert!((load_n / weight_n - 1.0).abs() < 0.3, "{load_n} N");
+            assert!((load_n / weight_n - 1.0).abs() < 1.0e-9, "{load_n} N");
         });
         let mut commands = OFF.commands;
         let engine = setup.airframe.effectors.only(icd::EffectorKind::Engine).unwrap();
