@@ -222,7 +222,7 @@ impl EffectorKind {
 
     /// Whether it is an aerodynamic surface.
     pub const fn is_surface(self) -> bool {
-        self.is_angle() && !self.is_nozzle()
+        self.is_angle() && !self.is_nozzle() && !matches!(self, Self::Wheel)
     }
 }
 

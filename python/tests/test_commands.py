@@ -44,6 +44,8 @@ def test_models_gains_and_limits_of_an_aircraft():
     model = two_step.linearize(airframe="f16")
     assert model["aircraft"] == "f16" and model["mass"]["mass_kg"] > 1000
     assert any(name.startswith("LQR_") for name in two_step.design_lqr())
+    model, report = two_step.new_aircraft(airframe="aerosonde_vtail")
+    assert model["parameters"]["GND_STEER"] == 2.9 and report.startswith("# aerosonde_vtail")
     limits = two_step.trimmable(step_deg=15)
     assert limits.tables and "left_elevator" in str(limits[sorted(limits.tables)[0]].to_dict())
 

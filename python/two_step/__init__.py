@@ -14,7 +14,7 @@ for ailerons and elevators, left for the rudder.
 
 from two_step import campaign
 from two_step._native import Command, Compensation, LawState, Signals, Simulation, Table, __version__
-from two_step.commands import design_lqr, fmu, linearize, margins, read_log, replay, study, trimmable
+from two_step.commands import design_lqr, fmu, linearize, margins, new_aircraft, read_log, replay, study, trimmable
 from two_step.flights import Flight, fly
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "fmu",
     "linearize",
     "margins",
+    "new_aircraft",
     "read_log",
     "replay",
     "study",

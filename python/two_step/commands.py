@@ -96,6 +96,14 @@ def linearize(**options):
     return _toml_of(["aircraft", "linearize"], **options)
 
 
+def new_aircraft(*, out=None, **options):
+    """Model and parameters of an aircraft by one procedure, checked in flights: the content of the model file, and the report,
+    Markdown, which ends with what is weak."""
+    with _folder(out) as folder:
+        text = _native.command(["aircraft", "new"], [], out=folder, **options)[1]
+        return json.loads(_native.read_toml(folder / "model.toml")), text
+
+
 def design_lqr(**options):
     """Gains of the linear quadratic regulator: parameters by name."""
     return _toml_of(["aircraft", "design", "lqr"], **options)

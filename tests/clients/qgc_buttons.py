@@ -1,5 +1,5 @@
 """Presses the buttons of QGroundControl 5.0's Fly View from the ground and back, as its source text sends them: Takeoff (mode, then
-arming), Start Mission, Return; before it uploads a plan with a fence as its Plan View does."""
+arming), Start Mission, Return; before that it uploads a plan with a fence as its Plan View does."""
 
 import argparse
 import math

@@ -74,7 +74,7 @@ gain_set! {
 /// How the altitude follows its reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AltitudeResponse {
-    /// No larger error is seen (`ALT_ERR_MAX`), m.
+    /// No larger error is seen, m.
     pub error_max_m: f64,
     /// Lag of the altitude in a steady climb: a part of its own, s, and one that is this over the airspeed, m.
     lag: [f64; 2],
@@ -84,7 +84,8 @@ impl AltitudeResponse {
     /// Altitude error over the climb rate that it gives, without an integrator, s.
     pub fn lag_s(&self, airspeed_m_s: f64) -> f64 {
         let [own_s, by_airspeed_m] = self.lag;
-        own_s + by_airspeed_m / airspeed_m_s.max(1.0)
+        // Gains of a wrong sign follow nothing.
+        (own_s + by_airspeed_m / airspeed_m_s.max(1.0)).max(0.0)
     }
 }
 
@@ -199,19 +200,19 @@ impl AllocationMode {
 impl Gains {
     /// That of the main controller.
     pub fn altitude_response(&self) -> AltitudeResponse {
-        let lag = match self.selection.main {
-            MainLaw::Ndi => [1.0 / self.ndi.k_h, 0.0],
+        let (error_max_m, lag) = match self.selection.main {
+            MainLaw::Ndi => (self.ndi.climb_max_m_s / self.ndi.k_h, [1.0 / self.ndi.k_h, 0.0]),
             MainLaw::Lqr => {
                 let row = &self.lqr.elevator;
-                [row.climb / row.altitude, row.theta / row.altitude]
+                (self.lqr.error_max_m, [row.climb, row.theta].map(|gain| gain / row.altitude))
             }
-            // A program's law is taken for this one.
+            // A program's law is taken to be as quick as the PID.
             MainLaw::Pid | MainLaw::PidGangedNozzle | MainLaw::Own => {
                 let law = &self.pid.altitude;
-                [law.k_hd / law.k_h, law.k_theta / law.k_h]
+                (law.error_max_m, [law.k_hd / law.k_h, law.k_theta / law.k_h])
             }
         };
-        AltitudeResponse { error_max_m: self.pid.altitude.error_max_m, lag }
+        AltitudeResponse { error_max_m, lag }
     }
 
     /// The documented gain set with which every outcome of the paper occurs.

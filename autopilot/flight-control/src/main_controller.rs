@@ -327,11 +327,23 @@ impl MainController {
         command.combine(&difference, |command, difference| command + share * difference)
     }
 
+    /// How far the altitude reference begins above an aircraft that climbs over a ground, as behind a catapult, so that the climb goes on;
+    /// from its own altitude the law would first end the climb. m.
+    fn lead_m(&self, state: &NavigationState, demand: &Demand) -> f64 {
+        let left_m = demand.altitude_m - state.altitude_m;
+        if state.height_above_ground_m.is_none() || left_m <= 0.0 {
+            return 0.0;
+        }
+        let response = self.gains.altitude_response();
+        let lead_m = response.lag_s(state.airspeed_m_s) * state.climb_rate_m_s();
+        lead_m.max(0.0).min(left_m).min(response.error_max_m)
+    }
+
     fn track(&mut self, state: &NavigationState, demand: &Demand) -> References {
         let Demand { airspeed_m_s, .. } = *demand;
         // From where the aircraft is, so the first step asks for nothing sudden.
-        let mut references = self.references.unwrap_or(References {
-            altitude_m: state.altitude_m,
+        let mut references = self.references.unwrap_or_else(|| References {
+            altitude_m: state.altitude_m + self.lead_m(state, demand),
             roll_rad: state.attitude.phi,
             airspeed_m_s,
         });

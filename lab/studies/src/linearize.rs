@@ -100,16 +100,7 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
     let airframe = Airframe::from_toml(&file.name, &file.text)?;
     let nominal = Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &airframe.effectors)?;
     let mut setup = nominal.plant.setup(airframe, 0, ControlPeriod::DEFAULT, 1_000);
-    let at = |condition: &Condition| {
-        let Condition { altitude_m, airspeed_m_s } = *condition;
-        Start { altitude_m, airspeed_m_s, ..setup.start }
-    };
-    let mut points: Vec<Start> = args.at.iter().map(at).collect();
-    // One condition is that of the model itself; only several are a schedule.
-    if let [only] = points[..] {
-        setup.start = only;
-        points.clear();
-    }
+    let points = schedule_of(&mut setup, &args.at);
     let file = &file.name;
     let model = linearize(&setup, &points).map_err(|error| format!("{file}: {error}"))?;
     model.validate().map_err(|error| format!("{file}: the model: {error}"))?;
@@ -124,6 +115,20 @@ pub fn run(args: &LinearizeArgs) -> Result<(), Box<dyn Error>> {
         );
     }
     Ok(())
+}
+
+/// The starts between which a model of these conditions is scheduled: only several are a schedule, one is that of the setup itself.
+pub fn schedule_of(setup: &mut PlantSetup, conditions: &[Condition]) -> Vec<Start> {
+    let at = |condition: &Condition| {
+        let Condition { altitude_m, airspeed_m_s } = *condition;
+        Start { altitude_m, airspeed_m_s, ..setup.start }
+    };
+    let mut points: Vec<Start> = conditions.iter().map(at).collect();
+    if let [only] = points[..] {
+        setup.start = only;
+        points.clear();
+    }
+    points
 }
 
 /// Linearises the plant of a setup at its trim, and at the trims of further starts, between which the model is scheduled.

@@ -20,7 +20,7 @@ use lab_judges::flown::{self, Keep};
 use lab_judges::metrics::rms;
 use plant_sim::{Airframe, Plant, ReadAirframe as _, Scenario, Start};
 
-use crate::linearize::{MARK, linearize, to_toml};
+use crate::linearize::{Condition, MARK, linearize, schedule_of, to_toml};
 use crate::margins::{self, LoopRow, SetupLoops};
 use procedure::{ParameterSet, Performance, Procedure};
 
@@ -50,6 +50,10 @@ pub struct NewArgs {
         help = format!("The aircraft: a file, or one of {}", file::names(AIRFRAMES))
     )]
     airframe: PathBuf,
+    /// Flight condition of model and procedure instead of the design point of the airframe; several make a model that is scheduled
+    /// between them, with the procedure at the design point
+    #[arg(long, value_name = "ALTITUDE_M,AIRSPEED_M_S", allow_hyphen_values = true)]
+    at: Vec<Condition>,
     /// Folder for model.toml and report.md
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -59,7 +63,7 @@ pub struct NewArgs {
 pub fn run(args: &NewArgs) -> Result<(), Box<dyn Error>> {
     let file = Named::shipped_or_read(&args.airframe, AIRFRAMES)?;
     let airframe = Airframe::from_toml(&file.name, &file.text)?;
-    let made = New::make(airframe).at(&file.name)?;
+    let made = New::make(airframe, &args.at).at(&file.name)?;
     let folder = OutFolder::create(&args.out)?;
     folder.write_marked("model.toml", MARK.as_bytes(), made.text.as_bytes())?;
     folder.write_markdown("report.md", &made.report)?;
@@ -83,12 +87,13 @@ pub struct New {
 }
 
 impl New {
-    /// The whole procedure.
-    pub fn make(airframe: Airframe) -> Result<Self, Problem> {
+    /// The whole procedure, with a model of these conditions or of the design point.
+    pub fn make(airframe: Airframe, conditions: &[Condition]) -> Result<Self, Problem> {
         let nominal = Scenario::from_toml("nominal.toml", scenarios::NOMINAL, &airframe.effectors)?;
         let period = ControlPeriod::DEFAULT;
-        let setup = nominal.plant.setup(airframe.clone(), 0, period, 1_000);
-        let aircraft = linearize(&setup, &[])?;
+        let mut setup = nominal.plant.setup(airframe.clone(), 0, period, 1_000);
+        let points = schedule_of(&mut setup, conditions);
+        let aircraft = linearize(&setup, &points)?;
         aircraft.validate().map_err(|error| problem!("the model: {error}"))?;
         let plant = Plant::new(&setup)?;
         let procedure = Procedure::new(plant.dynamics(), setup.start, aircraft, period);
@@ -184,7 +189,8 @@ impl CheckSetup<'_> {
             format!("[[autopilot.reference]]\nat_s = {at_s:?}\n{keys}\n")
         };
         format!(
-            "[plant]\nseed = 1\nearth = \"wgs84\"\nduration_s = {FLIGHT_S:?}\n[plant.wind]\nturbulence_m_s = {:?}\n{}",
+            "[plant]\nseed = 1\nearth = \"wgs84\"\nduration_s = {FLIGHT_S:?}\n[plant.start]\naltitude_m = {altitude_m:?}\nairspeed_m_s = {v:?}\n\
+             [plant.wind]\nturbulence_m_s = {:?}\n{}",
             turbulence_m_s(&self.start),
             lines.iter().map(entry).collect::<String>()
         )

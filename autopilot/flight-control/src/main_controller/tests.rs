@@ -141,3 +141,32 @@ fn the_integral_stops_at_its_limit_and_comes_back_at_once() {
     integral.add(-0.1, 0.5);
     assert!((integral.value() - 0.4).abs() < 1.0e-15);
 }
+
+#[test]
+fn a_climb_over_a_ground_goes_on_and_without_a_ground_the_references_begin_at_the_aircraft() {
+    let begins = |law, height_m: Option<f64>, climb_m_s: f64, towards_m: f64| {
+        let mut state = testing::level_state();
+        state.velocity.0.z = -climb_m_s;
+        state.height_above_ground_m = height_m;
+        let mut demand = testing::level_demand();
+        demand.altitude_m = state.altitude_m + towards_m;
+        controller(law).track(&state, &demand).altitude_m - state.altitude_m
+    };
+    let slew_m = Gains::REFERENCE.references.slew_m_s * ControlPeriod::DEFAULT.as_seconds();
+    // The NDI climbs by 0.2 m/s for each metre.
+    let lead_m = begins(MainLaw::Ndi, Some(10.0), 3.0, 500.0) - slew_m;
+    assert!((lead_m - 15.0).abs() < 1.0e-9, "{lead_m} m");
+    let lead_m = begins(MainLaw::Pid, Some(10.0), 300.0, 5_000.0) - slew_m;
+    let seen_m = Gains::REFERENCE.pid.altitude.error_max_m;
+    assert!((lead_m - seen_m).abs() < 1.0e-9, "no more than the law sees: {lead_m} m");
+    // (0.00672 + 0.898 / 264) / 0.00217 s.
+    let lead_m = begins(MainLaw::Lqr, Some(10.0), 10.0, 500.0) - slew_m;
+    assert!((lead_m - 46.6).abs() < 0.1, "{lead_m} m");
+    assert_eq!(begins(MainLaw::Pid, Some(10.0), 3.0, 10.0), 10.0, "no more than is asked for");
+    for (height_m, climb_m_s, towards_m) in
+        [(None, 3.0, 500.0), (Some(10.0), -3.0, 500.0), (Some(10.0), 3.0, -500.0)]
+    {
+        let change_m = begins(MainLaw::Pid, height_m, climb_m_s, towards_m);
+        assert!((change_m.abs() - slew_m).abs() < 1.0e-9, "{change_m} m");
+    }
+}

@@ -22,7 +22,7 @@ const FLARE_GAIN: f64 = 2.0;
 /// Least lead of the reference in the flare, s per m/s: where the integrator of the altitude law has taken over the glide, the lead seen
 /// there is too small. A quick altitude law needs less, this part of its own lag.
 const LEAD_MIN_S2_M: f64 = 0.12;
-const LEAD_MIN: f64 = 0.7;
+const LEAD_MIN_LAGS: f64 = 0.7;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
 const STEEPEST: f64 = 0.176;
 /// The height of the ground is taken from the measured one with this time constant, s.
@@ -236,7 +236,7 @@ impl Approach {
         } else {
             let lead_s = (altitude_m - demand.altitude_m) / sink_m_s.max(touchdown_m_s);
             let least_s = (LEAD_MIN_S2_M * situation.speed_m_s)
-                .min(LEAD_MIN * rules.altitude.lag_s(situation.airspeed_m_s));
+                .min(LEAD_MIN_LAGS * rules.altitude.lag_s(situation.airspeed_m_s));
             let begun = Flare { lead_s: lead_s.min(LEAD_S).max(least_s), correction_m_s: 0.0 };
             let flare = self.flare.get_or_insert(begun);
             let too_fast_m_s = sink_m_s - wanted_m_s;

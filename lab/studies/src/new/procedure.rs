@@ -9,7 +9,7 @@ use flight_control::aircraft_model::{AircraftModel, EffectorModel};
 use flight_control::main_controller::lqr::LqrGains;
 use flight_control::{DesignModel, Gains, NavigationState, gains};
 use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
-use icd::{AxisGains, ControlPeriod, Ned};
+use icd::{AxisGains, ControlPeriod, EffectorKind, Ned};
 use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::dynamics::Dynamics;
 use plant_sim::gear::ContactPoint;
@@ -153,7 +153,10 @@ impl<'a> Procedure<'a> {
     /// Longest lag of the effectors that follow a part of the main command, with the delay of the control, s.
     fn lag_s(&self, gain: fn(&AxisGains) -> f64) -> f64 {
         let effectors = &self.model.aircraft().effectors;
-        let follows = effectors.list.all().filter(|e| gain(&effectors.gains[*e]) != 0.0);
+        // A wheel does nothing in the air.
+        let in_air =
+            effectors.list.all().filter(|e| effectors.list.kind(*e) != Some(EffectorKind::Wheel));
+        let follows = in_air.filter(|e| gain(&effectors.gains[*e]) != 0.0);
         let lag_s = follows.map(|e| effectors.servos[e].lag_s).fold(0.0, f64::max);
         lag_s + DELAY_PERIODS * self.period.as_seconds()
     }
@@ -182,7 +185,7 @@ impl<'a> Procedure<'a> {
     /// The law on the ground.
     fn on_ground(&self, found: &mut ParameterSet) {
         // The rate loop of the attitude has twice its bandwidth.
-        let lag_s = self.lag_s(|g| g.roll).max(self.lag_s(|g| g.pitch));
+        let lag_s = self.lag_s(|g| g.roll).max(self.lag_s(|g| g.pitch)).max(self.lag_s(|g| g.yaw));
         found.set("GND_ATT", 0.5 * CROSSOVER / lag_s);
         let contacts = self.dynamics.airframe().gear.iter().flat_map(|gear| &gear.contacts);
         let (steered, rolling): (Vec<&ContactPoint>, Vec<&ContactPoint>) = contacts

@@ -24,7 +24,7 @@ fn duck() -> String {
 
 #[test]
 fn an_unknown_aircraft_without_a_rudder_flies_with_every_law_and_has_nothing_of_the_jet() {
-    let made = New::make(Airframe::from_toml("duck.toml", &duck()).unwrap()).unwrap();
+    let made = New::make(Airframe::from_toml("duck.toml", &duck()).unwrap(), &[]).unwrap();
     for law in ["pid", "ndi", "lqr"] {
         assert!(made.report.contains(&format!("| {law} | kept | ")), "{}", made.report);
     }
@@ -38,18 +38,35 @@ fn an_unknown_aircraft_without_a_rudder_flies_with_every_law_and_has_nothing_of_
 }
 
 #[test]
+fn a_condition_takes_the_place_of_the_design_point_and_several_make_a_schedule() {
+    let made = |conditions: &[&str]| {
+        let conditions: Vec<Condition> =
+            conditions.iter().map(|text| text.parse().unwrap()).collect();
+        New::make(shipped("aerosonde_vtail"), &conditions).unwrap()
+    };
+    let aircraft = |made: &New| config::model("model.toml", &made.text).unwrap().aircraft;
+    let fast = made(&["500,28"]);
+    assert!(fast.report.contains("design point 28 m/s"), "{}", fast.report);
+    assert_eq!(fast.weak, [""; 0], "{}", fast.report);
+    assert_eq!(aircraft(&fast).trim.airspeed_m_s, 28.0);
+    assert!(aircraft(&fast).schedule.is_empty());
+    let scheduled = made(&["200,22", "200,28"]);
+    assert_eq!(aircraft(&scheduled).schedule.points().count(), 2);
+}
+
+#[test]
 fn wheels_that_nothing_steers_are_weak() {
     // A skid that rolls.
     let text =
         duck().replacen("[[gear.contact]]\n", "[[gear.contact]]\nrolling_friction = 0.02\n", 1);
-    let made = New::make(Airframe::from_toml("duck.toml", &text).unwrap()).unwrap();
+    let made = New::make(Airframe::from_toml("duck.toml", &text).unwrap(), &[]).unwrap();
     assert!(matches!(&made.weak[..], [only] if only.contains("nothing steers")), "{:?}", made.weak);
 }
 
 #[test]
 fn the_shipped_models_of_small_aircraft_are_what_the_procedure_finds() {
     for name in ["aerosonde_vtail", "skywalker_x8"] {
-        let made = New::make(shipped(name)).unwrap();
+        let made = New::make(shipped(name), &[]).unwrap();
         assert_eq!(made.weak, [""; 0], "{}", made.report);
         let text = MODELS.iter().find(|(known, _)| *known == name).unwrap().1;
         assert!(
@@ -63,7 +80,7 @@ fn the_shipped_models_of_small_aircraft_are_what_the_procedure_finds() {
 fn an_aircraft_that_lacks_an_effector_is_refused_with_its_name() {
     let refused = |text: &str| {
         let airframe = Airframe::from_toml("lame.toml", text).unwrap();
-        New::make(airframe).unwrap_err().to_string()
+        New::make(airframe, &[]).unwrap_err().to_string()
     };
     let no_pitch = refused(&duck().replace("gains = { pitch = -1.0 }", "gains = {}"));
     assert!(no_pitch.contains("no effector pitches"), "{no_pitch}");

