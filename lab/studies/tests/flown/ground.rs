@@ -364,12 +364,12 @@ fn an_own_aircraft_with_a_steered_wheel_stands_in_wind_from_everywhere_and_lands
     assert_eq!(made.weak, [""; 0], "{}", made.report);
     std::fs::write(&model, &made.text).unwrap();
     let options = |speed_m_s: f64, towards_deg: f64| {
-        let mut options = SetupOptions::default();
-        options.aircraft = AircraftArgs {
+        let aircraft = AircraftArgs {
             airframe: Some(file.clone()),
             model: Some(model.clone()),
             ..AircraftArgs::default()
         };
+        let mut options = SetupOptions { aircraft, ..SetupOptions::default() };
         let _ = options.set("plant.wind.speed_m_s", speed_m_s);
         let _ = options.set("plant.wind.towards_deg", towards_deg);
         options
