@@ -174,6 +174,10 @@ fn a_key_that_the_kind_lacks_or_does_not_have_is_named() {
         refusal("thrust_min_n = 8000.0", "thrust_min_n = 8000.0\nc_roll = 1.0"),
         "jet.toml: effector `engine`: c_roll has no meaning for what is no surface"
     );
+    assert_eq!(
+        refusal("kind = \"rudder\"", "kind = \"wheel\""),
+        "jet.toml: effector `rudder`: c_drag has no meaning for what is no surface"
+    );
 }
 
 fn f16_refusal(from: &str, to: &str) -> String {
