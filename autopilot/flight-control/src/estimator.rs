@@ -27,6 +27,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::aircraft_model::AircraftModel;
 use crate::design_model::level_turn::stall_airspeed_m_s;
 use crate::navigation::{NavigationState, Validity};
+use crate::on_wheels::GroundReading;
 use air::AirModel;
 use covariance::{
     ATTITUDE, BAROMETER, Covariance, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, POSITION, Transition,
@@ -85,7 +86,9 @@ pub struct Estimator {
     air: AirModel,
     /// Calibrated airspeed of the stall, m/s.
     stall_m_s: f64,
-    on_wheels: bool,
+    near_ground: GroundReading,
+    /// On the ground, and too slow for a flow so far.
+    awaits_flow: bool,
     state: NavigationState,
     estimate: Estimate,
     covariance: Covariance,
@@ -157,7 +160,8 @@ impl Estimator {
             shape,
             air: AirModel::new(aircraft),
             stall_m_s: stall_airspeed_m_s(aircraft),
-            on_wheels: false,
+            near_ground: GroundReading::default(),
+            awaits_flow: false,
             state: NavigationState::at_rest(),
             estimate: Estimate::default(),
             covariance: Covariance::new(&noise::priors(gains)),
@@ -215,15 +219,15 @@ impl Estimator {
         self.covariance.block(POSITION) + Matrix3::from_diagonal(&slow.component_mul(&slow))
     }
 
-    /// The same of an aircraft on the ground: there the flow says nothing of its motion before it is fast, and forces are not those
-    /// of the air.
-    pub fn step_on(
+    /// The same of an aircraft over a ground. On it the flow says nothing of the motion before the aircraft is fast, and forces are
+    /// not those of the air; near it gusts are short.
+    pub fn step_over(
         &mut self,
-        on_wheels: bool,
+        ground: GroundReading,
         time: SimTime,
         sensors: &Sensors,
     ) -> NavigationState {
-        self.on_wheels = on_wheels;
+        self.near_ground = ground;
         self.step(time, sensors)
     }
 

@@ -48,9 +48,10 @@ impl NavigationSource {
         };
         // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
-        let GroundReading { height_m, on_wheels } = self.on_wheels.step(time, sensors);
+        let ground = self.on_wheels.step(time, sensors);
+        let GroundReading { height_m, on_wheels } = ground;
         let state = match estimates {
-            true => self.estimator.step_on(on_wheels, time, sensors),
+            true => self.estimator.step_over(ground, time, sensors),
             false => self.navigator.step(time, sensors),
         };
         NavigationState { height_above_ground_m: height_m, on_wheels, ..state }

@@ -22,6 +22,8 @@ const GUST_MIN_M_S: f64 = 0.15;
 const GUST_MAX_M_S: f64 = 20.0;
 /// Below this airspeed gusts do not change more slowly, m/s.
 const SLOWEST_M_S: f64 = 20.0;
+/// Vertical gusts are as long as they are above the ground, and not shorter than this, m (MIL-F-8785C, 3.7.3).
+const GUST_LENGTH_MIN_M: f64 = 3.0;
 /// Time over which measured airspeed and that of steady wind are compared, s.
 const CONTRAST_S: f64 = 10.0;
 /// A steady wind that the pitot tube has agreed with is remembered every so many looks, and the one before it.
@@ -96,8 +98,14 @@ impl Gusts {
 impl Estimator {
     /// Correlation time of the gusts, s.
     pub(super) fn gust_s(&self) -> f64 {
+        let height_m = self.near_ground.height_m.unwrap_or(f64::INFINITY);
+        self.passing_s(self.gains.gust_length_m.min(height_m.max(GUST_LENGTH_MIN_M)))
+    }
+
+    /// Time in which a length passes, s.
+    fn passing_s(&self, length_m: f64) -> f64 {
         let airspeed = self.estimate.velocity - self.estimate.steady_wind;
-        self.gains.gust_length_m / airspeed.norm().max(SLOWEST_M_S)
+        length_m / airspeed.norm().max(SLOWEST_M_S)
     }
 
     /// The wind is the steady one and unknown gusts.
@@ -152,7 +160,8 @@ impl Estimator {
             .with(STEADY_WIND + 1, wind.y);
         let row = reading.with_errors(row, 1.0);
         let known = self.covariance.compare(&row, 0.0, 0.0).variance;
-        let time = self.gust_s();
+        // The long ones, that are also near the ground.
+        let time = self.passing_s(self.gains.gust_length_m);
         let gusts = self.gusts.square * time / (time + CONTRAST_S);
         let contrast = self.gusts.contrast.follow(now, reading.airspeed_m_s - flow.value);
         self.is_within(contrast, known + gusts)

@@ -213,7 +213,7 @@ impl Estimator {
 }
 
 /// Direction of the flow by the vanes; along the body's x axis without them.
-fn measured_flow(sensors: &Sensors) -> Body {
+pub(super) fn measured_flow(sensors: &Sensors) -> Body {
     let vanes = &sensors.vanes;
     let [alpha, beta] = [vanes.value.angle_of_attack_rad, vanes.value.sideslip_rad];
     if !(vanes.valid && updates::is_flow(&vanes.value)) {

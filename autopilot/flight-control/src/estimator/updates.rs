@@ -7,10 +7,11 @@ use nalgebra::Vector3;
 use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
     ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
-    Row, VANES, VELOCITY, Vectors, WIND,
+    Row, STEADY_WIND, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
+use super::start::measured_flow;
 use super::{Estimator, GroundFix, SourceHealth, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
@@ -94,10 +95,16 @@ impl Estimator {
     pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
-        if self.on_wheels && !self.has_flow(sensors) {
-            self.pass_over_air(now, sensors);
-            self.measure_field(now, &sensors.magnetometer_nt);
-            return;
+        if self.near_ground.on_wheels {
+            if !self.has_flow(sensors) {
+                self.awaits_flow = true;
+                self.pass_over_air(now, sensors);
+                self.measure_field(now, &sensors.magnetometer_nt);
+                return;
+            }
+            if core::mem::take(&mut self.awaits_flow) {
+                self.begin_wind(sensors);
+            }
         }
         self.measure_pitot(now, sensors);
         // Asked behind the pitot tube and before the vanes, so both know what this update has made of it.
@@ -105,7 +112,7 @@ impl Estimator {
         self.covariance.consider_vanes(is_blind);
         self.measure_vanes(now, &sensors.vanes);
         self.measure_field(now, &sensors.magnetometer_nt);
-        if !self.on_wheels {
+        if !self.near_ground.on_wheels {
             self.compare_lift(now);
             self.compare_side_force(now);
         }
@@ -115,6 +122,35 @@ impl Estimator {
     fn has_flow(&self, sensors: &Sensors) -> bool {
         let pitot = &sensors.pitot;
         pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
+    }
+
+    /// The wind by the first flow of a takeoff. A wind from the side turns the flow of a slow aircraft so far that the rows of an
+    /// airspeed and an angle, made without any wind, would tell of a wind that is not there, and be sure of it.
+    fn begin_wind(&mut self, sensors: &Sensors) {
+        let (pitot, vanes) = (&sensors.pitot, &sensors.vanes);
+        let (Some(ground), true) = (&self.ground, vanes.valid && is_flow(&vanes.value)) else {
+            return;
+        };
+        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
+        let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
+        let Some(Airspeed { airspeed_m_s, per_pascal }) =
+            air::airspeed(pitot.value.impact_pa, pressure_altitude)
+        else {
+            return;
+        };
+        let flow = self.estimate.matrix() * measured_flow(sensors).0.normalize() * airspeed_m_s;
+        let wind = ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - flow));
+        let noise = self.gains.pitot_noise_pa * per_pascal;
+        let gust = self.gusts.square();
+        self.estimate.wind = wind;
+        for axis in 0..3 {
+            // The gust has changed since, and is another one at the pitot tube.
+            self.covariance.forget(WIND + axis, noise * noise + gust);
+        }
+        for axis in 0..2 {
+            self.estimate.steady_wind[axis] = wind[axis];
+            self.covariance.derive(STEADY_WIND + axis, WIND + axis, gust);
+        }
     }
 
     /// Looks at the samples of the air data without using them: they are neither lost nor wrong.
