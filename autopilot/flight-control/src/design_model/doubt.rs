@@ -14,6 +14,9 @@ const GROWTH_SLOPE: f64 = 1.2;
 /// Growth of the levels over the part by which coefficients below the design Mach number are smaller than the model's.
 const SLOWER_SLOPE: f64 = 0.7;
 
+/// Gusts are shorter below this height above the ground, m (MIL-F-8785C, 3.7.2).
+const GUST_LENGTH_M: f64 = 533.4;
+
 /// How wrong the design model may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ModelDoubt {
@@ -60,6 +63,9 @@ impl DesignModel {
             // Nor is the model right there: what the larger flow angles of slow flight make is explained too much. An exact state
             // leaves room for that in the levels; errors of an estimated one have used it up.
             growth += SLOWER_SLOPE * (1.0 - ratio).max(0.0);
+        }
+        if let Some(height_m) = state.height_above_ground_m {
+            growth *= libm::sqrt(libm::sqrt(GUST_LENGTH_M / height_m.clamp(1.0, GUST_LENGTH_M)));
         }
         // An exact state has no spread, and the levels are those of the gains to the bit.
         let [alpha, beta] =

@@ -24,7 +24,7 @@ const FLARE_GAIN: f64 = 2.0;
 const LEAD_MIN_S2_M: f64 = 0.12;
 const LEAD_MIN_LAGS: f64 = 0.7;
 /// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
-const STEEPEST: f64 = 0.176;
+pub const STEEPEST_GLIDE: f64 = 0.176;
 /// The height of the ground is taken from the measured one with this time constant, s.
 const GROUND_LAG_S: f64 = 2.0;
 /// The glide leads on below the ground behind the landing point for this time at most, s: an aircraft above it still comes down.
@@ -108,7 +108,7 @@ impl Approach {
             from,
             to,
             ground_m,
-            slope: shallow.max((height_m / distance_m).min(STEEPEST)),
+            slope: shallow.max((height_m / distance_m).min(STEEPEST_GLIDE)),
             abort_m: abort_m.unwrap_or(demand.altitude_m).max(ground_m + AROUND_MIN_M),
             cruise_m_s,
             lead_m: 0.0,

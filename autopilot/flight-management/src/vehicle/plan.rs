@@ -4,6 +4,7 @@ pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
 use crate::vehicle::geodesy::{Horizon, Site};
+use crate::vehicle::landing::STEEPEST_GLIDE;
 use crate::vehicle::rules::{
     LEG_SHARE, RADIUS_MAX_M, Rules, check_place, check_radius, turn_rad, within,
 };
@@ -129,6 +130,17 @@ pub struct TightCorner {
     pub airspeed_m_s: f64,
 }
 
+/// A landing whose glide is steeper than the steepest that is flown: the aircraft lands behind the point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SteepGlide {
+    pub item: u16,
+    /// Where it begins: height above the landing point and distance from it, m.
+    pub height_m: f64,
+    pub distance_m: f64,
+    /// Distance that it needs, m.
+    pub needed_m: f64,
+}
+
 /// Most turns of a circle.
 const TURNS_MAX: f64 = 1_000.0;
 /// Longest time on a circle, s: a day.
@@ -212,6 +224,24 @@ impl Plan {
             }
         }
         corners
+    }
+
+    /// The landings that are too high above their point where the glide begins.
+    pub fn steep_glides(&self) -> impl Iterator<Item = SteepGlide> {
+        let begins = |item: &Item| !item.action.is_immediate() && item.action.place().is_some();
+        (0_u16..).zip(&self.items).filter_map(move |(number, item)| {
+            let Action::Land { place, altitude_m, .. } = item.action else { return None };
+            let from = self.items.iter().take(usize::from(number)).rfind(|item| begins(item))?;
+            let height_m = from.action.altitude_m()? - altitude_m;
+            let distance_m = Horizon::at(place).offset(&Site::at(from.action.place()?)).norm();
+            let needed_m = height_m / STEEPEST_GLIDE;
+            (needed_m > distance_m).then_some(SteepGlide {
+                item: number,
+                height_m,
+                distance_m,
+                needed_m,
+            })
+        })
     }
 
     /// The place of the next item that is flown, where a jump is made.

@@ -19,7 +19,7 @@ use flight_management::command::VehicleCommand;
 use flight_management::parameters::ReferenceLimits;
 use flight_management::vehicle::geodesy::{Horizon, Site};
 use flight_management::vehicle::plan::{
-    Action, Circle, Item, Plan, Point, TightCorner, WaitCondition,
+    Action, Circle, Item, Plan, Point, SteepGlide, TightCorner, WaitCondition,
 };
 use flight_management::vehicle::rules::Rules;
 use flight_management::vehicle::{Airspeed, Place, Reference, Reposition, VehicleRefusal};
@@ -141,6 +141,9 @@ pub fn check(
             for corner in plan.tight_corners(airspeed, rules) {
                 notes.add(Note::Corner(corner), corner.item);
             }
+        }
+        for glide in plan.steep_glides() {
+            notes.add(Note::Glide(glide), glide.item);
         }
         let stored = Stored::new(items);
         return Ok(Finished { plan: Plan { id: stored.id, ..plan }, stored, notes });
@@ -692,6 +695,8 @@ pub enum Note {
     },
     /// A corner that is too tight for its airspeed.
     Corner(TightCorner),
+    /// A landing from too high.
+    Glide(SteepGlide),
 }
 
 impl Note {
@@ -712,6 +717,9 @@ impl Note {
             }
             Self::Corner(TightCorner { leg_m, needed_m, airspeed_m_s, .. }) => format!(
                 "at {airspeed_m_s:.0} m/s the turn needs legs of {needed_m:.0} m, has {leg_m:.0} m and is flown wide"
+            ),
+            Self::Glide(SteepGlide { height_m, distance_m, needed_m, .. }) => format!(
+                "from {height_m:.0} m above it the glide needs {needed_m:.0} m, has {distance_m:.0} m and leads behind the point"
             ),
         }
     }

@@ -238,6 +238,24 @@ fn corners_that_the_speed_cannot_fly_are_named_once_and_accepted() {
 }
 
 #[test]
+fn a_glide_too_steep_to_be_flown_is_named_and_accepted() {
+    let notes = |north: f64| {
+        let text = waypoints(&[[0.02, 0.0], [north, 0.0], [0.0, 0.0]]).replace(
+            "\t16\t0\t0\t0\t0\t45.2000000\t9.1000000\t100\t1\n",
+            "\t21\t0\t0\t0\t0\t45.2000000\t9.1000000\t0\t1\n",
+        );
+        let (plan, notes) = PlanFile::read(&text).unwrap().plan(&rules(), None).unwrap();
+        assert!(matches!(plan.items[3].action, Action::Land { .. }), "{:?}", plan.items);
+        notes[1..].to_vec()
+    };
+    // 100 m down with 10 deg take 568 m.
+    let found = notes(0.005);
+    let expected = "Mission item 3: from 100 m above it the glide needs 568 m, has 556 m and leads behind the point";
+    assert_eq!(found, [expected]);
+    assert_eq!(notes(0.0052), <[String; 0]>::default());
+}
+
+#[test]
 fn rally_points_above_sea_level_count_from_the_home_of_the_file() {
     let text = text("fence_and_rally.waypoints").replace("7\t0\t3\t5100", "7\t0\t0\t5100");
     let (_, rally) = PlanFile::read(&text).unwrap().fence().unwrap();
