@@ -14,8 +14,13 @@ const GROWTH_SLOPE: f64 = 1.2;
 /// Growth of the levels over the part by which coefficients below the design Mach number are smaller than the model's.
 const SLOWER_SLOPE: f64 = 0.7;
 
-/// Gusts are shorter below this height above the ground, m (MIL-F-8785C, 3.7.2).
+/// Strength of the vertical gusts below 1000 ft in moderate turbulence, m/s rms, and their length from 2000 ft on, m; it shrinks with the
+/// height to this one (MIL-F-8785C, 3.7.2 and 3.7.3).
+const GUST_M_S: f64 = 1.54;
 const GUST_LENGTH_M: f64 = 533.4;
+const GUST_LENGTH_MIN_M: f64 = 3.0;
+/// Time from a gust to the flow angles that tell of it, s: age of the samples of a vane, and the observer.
+const FLOW_LAG_S: f64 = 0.025;
 
 /// How wrong the design model may be.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -64,9 +69,6 @@ impl DesignModel {
             // leaves room for that in the levels; errors of an estimated one have used it up.
             growth += SLOWER_SLOPE * (1.0 - ratio).max(0.0);
         }
-        if let Some(height_m) = state.height_above_ground_m {
-            growth *= libm::sqrt(libm::sqrt(GUST_LENGTH_M / height_m.clamp(1.0, GUST_LENGTH_M)));
-        }
         // An exact state has no spread, and the levels are those of the gains to the bit.
         let [alpha, beta] =
             state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
@@ -76,7 +78,32 @@ impl DesignModel {
             at.q_s_c * a.c_pitch_alpha * alpha,
             at.q_s_b * a.c_yaw_beta * beta,
         );
-        ModelDoubt { growth, spread: self.inverse_inertia * moment * compressibility }
+        let mut spread = self.inverse_inertia * moment * compressibility;
+        if let Some(height_m) = state.height_above_ground_m {
+            let turned = self.inverse_inertia * self.short_gusts(height_m, at);
+            spread = spread.zip_map(&turned, libm::hypot);
+        }
+        ModelDoubt { growth, spread }
+    }
+
+    /// Standard deviations of the moments of short gusts near the ground, beyond those that the levels have from high up, N m.
+    ///
+    /// A gust of the strength σ and the length L turns the air about a wing of the span b by σ √(1.5 / (L b)) rms, to within a
+    /// tenth about each axis (the spectra of 3.7.5, integrated). While its angle is measured it changes by σ √(2 τ / (L V)).
+    fn short_gusts(&self, height_m: f64, at: &FlightCondition) -> Vector3<f64> {
+        let length_m = height_m.clamp(GUST_LENGTH_MIN_M, GUST_LENGTH_M);
+        let (a, span_m) = (&self.aircraft.airframe, self.aircraft.geometry.span_m);
+        let shorter = GUST_M_S * libm::sqrt(1.0 / length_m - 1.0 / GUST_LENGTH_M);
+        let rate = shorter * libm::sqrt(1.5 / span_m);
+        // Times √(2 / V), with the time b / 2V.
+        let angle = shorter * libm::sqrt(4.0 * FLOW_LAG_S * at.span_time / span_m);
+        let (span_rate, chord_rate) = (at.span_time * rate, at.chord_time * rate);
+        let root = |parts: [f64; 3]| libm::sqrt(parts.iter().map(|part| part * part).sum());
+        Vector3::new(
+            at.q_s_b * root([a.c_roll_p * span_rate, a.c_roll_r * span_rate, a.c_roll_beta * angle]),
+            at.q_s_c * libm::hypot(a.c_pitch_q * chord_rate, a.c_pitch_alpha * angle),
+            at.q_s_b * root([a.c_yaw_p * span_rate, a.c_yaw_r * span_rate, a.c_yaw_beta * angle]),
+        )
     }
 }
 
