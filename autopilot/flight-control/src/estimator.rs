@@ -68,6 +68,8 @@ const RATE_MAX_RAD_S: f64 = 100.0;
 const FORCE_MAX_M_S2: f64 = 1_000.0;
 /// Largest thrust that is believed, N.
 const THRUST_MAX_N: f64 = 1.0e8;
+/// Slower than this an aircraft on the ground stands, m/s.
+const STANDING_M_S: f64 = 1.0;
 /// Correlation time of the errors that are only considered, s: half an hour of flight.
 const LASTING_S: f64 = 1_800.0;
 /// Largest errors with which a part of the state counts as valid.
@@ -87,6 +89,8 @@ pub struct Estimator {
     /// Calibrated airspeed of the stall, m/s.
     stall_m_s: f64,
     near_ground: GroundReading,
+    /// Heading before the takeoff, rad from north, where the operator knows it.
+    runway_rad: Option<f64>,
     /// On the ground, and too slow for a flow so far.
     awaits_flow: bool,
     state: NavigationState,
@@ -161,6 +165,7 @@ impl Estimator {
             air: AirModel::new(aircraft),
             stall_m_s: stall_airspeed_m_s(aircraft),
             near_ground: GroundReading::default(),
+            runway_rad: None,
             awaits_flow: false,
             state: NavigationState::at_rest(),
             estimate: Estimate::default(),
@@ -189,6 +194,21 @@ impl Estimator {
     /// Takes other gains from the next step on.
     pub fn set_gains(&mut self, gains: &EstimatorGains) {
         self.gains = *gains;
+    }
+
+    /// The same with the heading before the takeoff, rad from north, where it is known.
+    #[must_use]
+    pub fn on_runway(self, runway_rad: Option<f64>) -> Self {
+        Self { runway_rad, ..self }
+    }
+
+    /// Takes another heading before the takeoff. An aircraft that stands is aligned anew with it.
+    pub fn set_runway(&mut self, runway_rad: Option<f64>) {
+        let stands = self.near_ground.on_wheels && self.estimate.velocity.norm() < STANDING_M_S;
+        if self.runway_rad != runway_rad && runway_rad.is_some() && stands {
+            self.begin_again();
+        }
+        self.runway_rad = runway_rad;
     }
 
     /// Time of the last step.

@@ -22,6 +22,15 @@ gain_set! {
         heading_per_s = 0.5, "GND_HDG" "1/s", 0.01 to 10.0, "Bandwidth of the heading";
         /// Wheel base over the ratio of the steering, m: rudder is yaw rate times this over the speed.
         steering_m = 10.0, "GND_STEER" "m", 0.01 to 1000.0, "Wheel base over the ratio of the nose wheel steering";
+        /// Heading of the runway, deg from north; negative: not known.
+        runway_deg = -1.0, "GND_RWY_HDG" "deg", -1.0 to 360.0, "Heading of the aircraft before its takeoff, of the runway; negative: by the magnetometer";
+    }
+}
+
+impl GroundGains {
+    /// Heading of the runway, rad from north, where it is known.
+    pub fn runway_rad(&self) -> Option<f64> {
+        (self.runway_deg >= 0.0).then(|| self.runway_deg.to_radians())
     }
 }
 

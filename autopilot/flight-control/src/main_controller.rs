@@ -331,7 +331,7 @@ impl MainController {
     /// from its own altitude the law would first end the climb. m.
     fn lead_m(&self, state: &NavigationState, demand: &Demand) -> f64 {
         let left_m = demand.altitude_m - state.altitude_m;
-        if state.height_above_ground_m.is_none() || left_m <= 0.0 {
+        if !state.over_ground || left_m <= 0.0 {
             return 0.0;
         }
         let response = self.gains.altitude_response();
@@ -350,9 +350,7 @@ impl MainController {
         // A climb or descent that is given up ends at once: near a ground there may be no thrust for the rest of the one, and no room
         // for that of the other. Without a ground the references are those of the paper.
         let is_above = |altitude_m: f64| altitude_m > state.altitude_m;
-        if state.height_above_ground_m.is_some()
-            && is_above(references.altitude_m) != is_above(demand.altitude_m)
-        {
+        if state.over_ground && is_above(references.altitude_m) != is_above(demand.altitude_m) {
             references.altitude_m = state.altitude_m;
         }
         let slew = self.gains.references.slew_m_s * self.h;

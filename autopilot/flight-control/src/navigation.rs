@@ -47,6 +47,8 @@ pub struct NavigationState {
     pub beta: f64,
     /// T: thrust, N, measured.
     pub thrust_n: f64,
+    /// The aircraft has sensors of a ground.
+    pub over_ground: bool,
     /// Height of the lowest contact point above the ground, m, where it is measured.
     pub height_above_ground_m: Option<f64>,
     /// The aircraft stands, rolls or slides on the ground, as [`crate::on_wheels`] finds.
@@ -119,6 +121,7 @@ impl NavigationState {
             alpha: 0.0,
             beta: 0.0,
             thrust_n: 0.0,
+            over_ground: false,
             height_above_ground_m: None,
             on_wheels: false,
             valid: Validity::default(),

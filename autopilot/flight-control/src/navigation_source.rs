@@ -15,6 +15,7 @@ pub struct NavigationSource {
     navigator: Navigator,
     estimator: Estimator,
     on_wheels: OnWheels,
+    height_max_m: f64,
     /// Whether the estimator flies; `None` before the first step.
     estimates: Option<bool>,
 }
@@ -25,8 +26,10 @@ impl NavigationSource {
         Self {
             source: gains.selection.state,
             navigator: Navigator::default(),
-            estimator: Estimator::new(aircraft, gains.of_estimator(), gains.selection.earth),
+            estimator: Estimator::new(aircraft, gains.of_estimator(), gains.selection.earth)
+                .on_runway(gains.ground.runway_rad()),
             on_wheels: OnWheels::new(aircraft),
+            height_max_m: gains.of_estimator().height_max_m,
             estimates: None,
         }
     }
@@ -34,6 +37,8 @@ impl NavigationSource {
     /// Takes other gains of the estimator from the next step on; the choice between the two stays that of the flight.
     pub fn set_gains(&mut self, gains: &Gains) {
         self.estimator.set_gains(gains.of_estimator());
+        self.estimator.set_runway(gains.ground.runway_rad());
+        self.height_max_m = gains.of_estimator().height_max_m;
         if self.estimates.is_none() {
             self.source = gains.selection.state;
         }
@@ -48,13 +53,13 @@ impl NavigationSource {
         };
         // Once for the flight: an attitude unit that fails later does not call the estimator.
         let estimates = *self.estimates.get_or_insert(chosen);
-        let ground = self.on_wheels.step(time, sensors);
-        let GroundReading { height_m, on_wheels } = ground;
+        let ground = self.on_wheels.step(time, sensors, self.height_max_m);
+        let GroundReading { over_ground, height_m, on_wheels } = ground;
         let state = match estimates {
             true => self.estimator.step_over(ground, time, sensors),
             false => self.navigator.step(time, sensors),
         };
-        NavigationState { height_above_ground_m: height_m, on_wheels, ..state }
+        NavigationState { over_ground, height_above_ground_m: height_m, on_wheels, ..state }
     }
 
     /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on

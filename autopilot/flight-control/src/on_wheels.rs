@@ -22,6 +22,8 @@ const HEIGHT_ON_GROUND_M: f64 = 0.1;
 /// What is known of the ground.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GroundReading {
+    /// As [`crate::NavigationState::over_ground`].
+    pub over_ground: bool,
     /// As [`crate::NavigationState::height_above_ground_m`].
     pub height_m: Option<f64>,
     /// As [`crate::NavigationState::on_wheels`].
@@ -45,8 +47,8 @@ impl OnWheels {
         Self { weight_n, on_wheels: None, otherwise_s: 0.0, time: SimTime::ZERO }
     }
 
-    /// One tick. Without both sensors it is never on the ground.
-    pub fn step(&mut self, time: SimTime, sensors: &Sensors) -> GroundReading {
+    /// One tick. Without both sensors it is never on the ground. Beyond its range, m, the radar altimeter shows no height.
+    pub fn step(&mut self, time: SimTime, sensors: &Sensors, range_m: f64) -> GroundReading {
         let before = core::mem::replace(&mut self.time, time);
         let dt_s = time.micros_since(before) as f64 * 1.0e-6;
         let is_fitted = |sensor: SensorKind| sensors.fitted[sensor as usize];
@@ -79,7 +81,8 @@ impl OnWheels {
         }
         let on_wheels = now != changes;
         self.on_wheels = Some(on_wheels);
-        GroundReading { height_m, on_wheels }
+        let height_m = height_m.filter(|height_m| *height_m < range_m);
+        GroundReading { over_ground: true, height_m, on_wheels }
     }
 }
 
@@ -87,6 +90,8 @@ impl OnWheels {
 mod tests {
     use super::*;
     use crate::testing;
+
+    const RANGE_M: f64 = 120.0;
 
     /// What it says after so many ticks of 10 ms of a load, parts of the weight, and a height, m; `None` is not valid.
     fn after(
@@ -106,8 +111,8 @@ mod tests {
             sensors.weight_on_wheels_n.value = load.unwrap_or(0.0) * weight_n;
             sensors.radar_altimeter_m.valid = height.is_some();
             sensors.radar_altimeter_m.value = height.unwrap_or(0.0);
-            ground = watch.step(SimTime::from_micros(10_000 * *tick), &sensors);
-            assert_eq!(ground.height_m, height);
+            ground = watch.step(SimTime::from_micros(10_000 * *tick), &sensors, RANGE_M);
+            assert_eq!(ground.height_m, height.filter(|height_m| *height_m < RANGE_M));
         }
         ground.on_wheels
     }
@@ -123,6 +128,7 @@ mod tests {
         assert!(!says(Some(0.0), Some(0.9), 35), "a lift-off");
         assert!(says(Some(0.3), Some(0.0), 1), "a touchdown");
         assert!(!says(Some(1.0), Some(50.0), 40), "a load that is stuck in the air");
+        assert!(!says(Some(1.0), Some(RANGE_M), 40), "the same higher than the height is measured");
         assert!(says(None, Some(0.05), 10), "by the height alone");
         assert!(says(None, None, 100), "as it was");
         assert!(!says(Some(0.0), None, 40), "by the load alone");

@@ -100,7 +100,8 @@ impl DesignModel {
         let (span_rate, chord_rate) = (at.span_time * rate, at.chord_time * rate);
         let root = |parts: [f64; 3]| libm::sqrt(parts.iter().map(|part| part * part).sum());
         Vector3::new(
-            at.q_s_b * root([a.c_roll_p * span_rate, a.c_roll_r * span_rate, a.c_roll_beta * angle]),
+            at.q_s_b
+                * root([a.c_roll_p * span_rate, a.c_roll_r * span_rate, a.c_roll_beta * angle]),
             at.q_s_c * libm::hypot(a.c_pitch_q * chord_rate, a.c_pitch_alpha * angle),
             at.q_s_b * root([a.c_yaw_p * span_rate, a.c_yaw_r * span_rate, a.c_yaw_beta * angle]),
         )

@@ -86,6 +86,8 @@ gain_set! {
         vane_bias_deg = 0.16, "EST_VAN_B" "deg", 0.001 to 20.0, "Constant error of each vane at the start";
         /// Its random walk, deg/√s.
         vane_walk_deg = 0.002, "EST_VAN_BW" "deg/sqrt(s)", 0.0 to 1.0, "Random walk of that error";
+        /// The radar altimeter shows no height beyond this, m.
+        height_max_m = 1_500.0, "EST_HGT_MAX" "m", 1.0 to 100000.0, "The radar altimeter shows no height beyond this";
         /// White noise of the magnetometer, nT.
         magnetic_noise_nt = 60.0, "EST_MAG_N" "nT", 0.1 to 50000.0, "White noise of the magnetometer";
         /// Constant error of each magnetometer axis at the start, nT.
@@ -141,6 +143,7 @@ impl EstimatorGains {
         vane_noise_deg: 0.3,
         vane_bias_deg: 0.54,
         vane_walk_deg: 0.03,
+        height_max_m: 120.0,
         magnetic_noise_nt: 305.0,
         magnetic_bias_nt: 1_260.0,
         magnetic_walk_nt: 11.5,

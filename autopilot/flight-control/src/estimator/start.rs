@@ -22,6 +22,8 @@ const TRACK_MIN_M_S: f64 = 5.0;
 /// A first fix may be older than the estimator could look back, s; an older one is waited out.
 const FIX_AGE_MAX_S: f64 = 1.0;
 
+/// Error of the heading on a runway, rad: what is printed on charts, and how exactly an aircraft is lined up.
+const RUNWAY_RAD: f64 = 0.01;
 /// Shortest horizontal part of a direction that gives a heading, as a part of its length.
 const HORIZONTAL_MIN: f64 = 0.05;
 
@@ -126,11 +128,16 @@ impl Estimator {
             let direction = Direction { body: measured_flow(sensors), ned: velocity };
             (direction, libm::atan(self.gains.wind_m_s / speed))
         });
+        let by_runway = self.runway_rad.filter(|_| self.near_ground.on_wheels).map(|heading| {
+            let (sin, cos) = libm::sincos(heading);
+            let ned = Ned::new(cos, sin, 0.0);
+            (Direction { body: Body::new(1.0, 0.0, 0.0), ned }, RUNWAY_RAD)
+        });
         let better = |one: (Direction, f64), other: (Direction, f64)| match one.1 <= other.1 {
             true => one,
             false => other,
         };
-        let best = [by_magnetometer, by_track].into_iter().flatten().reduce(better);
+        let best = [by_magnetometer, by_track, by_runway].into_iter().flatten().reduce(better);
         let Some((direction, heading)) = best else { return };
         let Some(attitude) = align(&Body(self.force), &expected, &direction) else { return };
 
@@ -144,8 +151,9 @@ impl Estimator {
             ..Estimate::default()
         };
         let mut priors = priors(&self.gains);
-        // The worse of both: the heading knows of bias, tilt and wind, the gain does not.
-        priors[ATTITUDE + 2] = priors[ATTITUDE + 2].max(heading);
+        // The worse of both: the heading knows of bias, tilt and wind, the gain does not. On a runway there are none.
+        let least = if heading > RUNWAY_RAD { priors[ATTITUDE + 2] } else { 0.0 };
+        priors[ATTITUDE + 2] = heading.max(least);
         for axis in 0..3 {
             priors[VELOCITY + axis] += moved * age;
             priors[POSITION + axis] += moved * age * age;

@@ -124,33 +124,23 @@ impl Estimator {
         pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
     }
 
-    /// The wind by the first flow of a takeoff. A wind from the side turns the flow of a slow aircraft so far that the rows of an
-    /// airspeed and an angle, made without any wind, would tell of a wind that is not there, and be sure of it.
+    /// The wind by the first flow of a takeoff, as unknown as before: a wind from the side turns the flow of a slow aircraft so far that
+    /// the rows of an airspeed and an angle, made without any wind, would tell of a wind that is not there, and be sure of it.
     fn begin_wind(&mut self, sensors: &Sensors) {
-        let (pitot, vanes) = (&sensors.pitot, &sensors.vanes);
+        let (pitot, vanes) = (&sensors.pitot.value, &sensors.vanes);
         let (Some(ground), true) = (&self.ground, vanes.valid && is_flow(&vanes.value)) else {
             return;
         };
-        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
-        let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
-        let Some(Airspeed { airspeed_m_s, per_pascal }) =
-            air::airspeed(pitot.value.impact_pa, pressure_altitude)
-        else {
-            return;
-        };
-        let flow = self.estimate.matrix() * measured_flow(sensors).0.normalize() * airspeed_m_s;
-        let wind = ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - flow));
-        let noise = self.gains.pitot_noise_pa * per_pascal;
-        let gust = self.gusts.square();
-        self.estimate.wind = wind;
-        for axis in 0..3 {
-            // The gust has changed since, and is another one at the pitot tube.
-            self.covariance.forget(WIND + axis, noise * noise + gust);
-        }
+        let flow = measured_flow(sensors).0.normalize() * pitot.airspeed_m_s.min(SPEED_MAX_M_S);
+        let through_air = self.estimate.matrix() * flow;
+        self.estimate.wind =
+            ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - through_air));
         for axis in 0..2 {
-            self.estimate.steady_wind[axis] = wind[axis];
-            self.covariance.derive(STEADY_WIND + axis, WIND + axis, gust);
+            self.estimate.steady_wind[axis] = self.estimate.wind[axis];
+            self.covariance.forget(STEADY_WIND + axis, self.gains.wind_m_s * self.gains.wind_m_s);
+            self.covariance.derive(WIND + axis, STEADY_WIND + axis, self.gusts.square());
         }
+        self.covariance.forget(WIND + 2, self.gusts.square());
     }
 
     /// Looks at the samples of the air data without using them: they are neither lost nor wrong.

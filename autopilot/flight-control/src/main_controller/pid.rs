@@ -189,7 +189,7 @@ impl Pid {
 /// ratio of the dynamic pressures, so that the loops stay as fast as there. Without a ground the law is that of the paper.
 fn low_speed_factor(input: &LawInput<'_>) -> f64 {
     let LawInput { state, model, .. } = *input;
-    if state.height_above_ground_m.is_none() {
+    if !state.over_ground {
         return 1.0;
     }
     let pressure = |airspeed_m_s: f64, altitude_m: f64| {

@@ -147,6 +147,7 @@ fn a_climb_over_a_ground_goes_on_and_without_a_ground_the_references_begin_at_th
     let begins = |law, height_m: Option<f64>, climb_m_s: f64, towards_m: f64| {
         let mut state = testing::level_state();
         state.velocity.0.z = -climb_m_s;
+        state.over_ground = height_m.is_some();
         state.height_above_ground_m = height_m;
         let mut demand = testing::level_demand();
         demand.altitude_m = state.altitude_m + towards_m;
