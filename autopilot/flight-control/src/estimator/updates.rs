@@ -124,23 +124,23 @@ impl Estimator {
         pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
     }
 
-    /// The wind by the first flow of a takeoff, as unknown as before: a wind from the side turns the flow of a slow aircraft so far that
-    /// the rows of an airspeed and an angle, made without any wind, would tell of a wind that is not there, and be sure of it.
+    /// The wind across by the first flow of a takeoff, if none along: a wind from the side turns the flow of a slow aircraft so far that
+    /// the rows of an airspeed and an angle, made without it, would tell of another wind, and be sure of it.
     fn begin_wind(&mut self, sensors: &Sensors) {
-        let (pitot, vanes) = (&sensors.pitot.value, &sensors.vanes);
-        let (Some(ground), true) = (&self.ground, vanes.valid && is_flow(&vanes.value)) else {
+        let prior = self.gains.wind_m_s * self.gains.wind_m_s;
+        let is_unknown = self.covariance.variance(STEADY_WIND) > 0.25 * prior;
+        let has_angles = sensors.vanes.valid && is_flow(&sensors.vanes.value);
+        let Some(ground) = self.ground.as_ref().filter(|_| is_unknown && has_angles) else {
             return;
         };
-        let flow = measured_flow(sensors).0.normalize() * pitot.airspeed_m_s.min(SPEED_MAX_M_S);
-        let through_air = self.estimate.matrix() * flow;
-        self.estimate.wind =
-            ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - through_air));
+        let (matrix, direction) = (self.estimate.matrix(), measured_flow(sensors).0);
+        let forward = matrix.tr_mul(&self.estimate.velocity).x;
+        let through_air = matrix * direction * (forward / direction.x.max(1.0));
+        let wind = ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - through_air));
         for axis in 0..2 {
-            self.estimate.steady_wind[axis] = self.estimate.wind[axis];
-            self.covariance.forget(STEADY_WIND + axis, self.gains.wind_m_s * self.gains.wind_m_s);
-            self.covariance.derive(WIND + axis, STEADY_WIND + axis, self.gusts.square());
+            self.estimate.wind[axis] = wind[axis];
+            self.estimate.steady_wind[axis] = wind[axis];
         }
-        self.covariance.forget(WIND + 2, self.gusts.square());
     }
 
     /// Looks at the samples of the air data without using them: they are neither lost nor wrong.
