@@ -139,6 +139,7 @@ mod tests {
     #[test]
     fn without_the_sensors_it_is_never_on_the_ground() {
         let mut watch = OnWheels::new(&testing::aircraft_model());
-        assert_eq!(watch.step(SimTime::ZERO, &testing::level_sensors()), GroundReading::default());
+        let ground = watch.step(SimTime::ZERO, &testing::level_sensors(), RANGE_M);
+        assert_eq!(ground, GroundReading::default());
     }
 }

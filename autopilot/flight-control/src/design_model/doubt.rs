@@ -111,6 +111,7 @@ impl DesignModel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::aircraft_model::AircraftModel;
     use crate::estimator_status::EstimatorStatus;
     use crate::gains::Gains;
     use crate::testing;
@@ -174,5 +175,39 @@ mod tests {
             let expected = libm::hypot(exact[axis], added);
             assert!((unsure[axis] / expected - 1.0).abs() < 0.03, "axis {axis}: {unsure}");
         }
+    }
+
+    #[test]
+    fn short_gusts_near_the_ground_raise_the_levels_of_a_slow_light_aircraft_more_than_those_of_a_jet()
+     {
+        let ratio = |mut aircraft: AircraftModel, airspeed_m_s: f64, height_m: f64| {
+            aircraft.trim.airspeed_m_s = airspeed_m_s;
+            let model = DesignModel::new(aircraft);
+            let levels = |height_above_ground_m| {
+                let state = NavigationState {
+                    airspeed_m_s,
+                    altitude_m: 0.0,
+                    height_above_ground_m,
+                    ..*model.design_point()
+                };
+                let at = model.condition(&state);
+                Gains::REFERENCE.activation.levels_with(&model.doubt(&state, &at))
+            };
+            levels(Some(height_m)).component_div(&levels(None))
+        };
+        let jet = testing::aircraft_model();
+        // Half the span and a sixteenth of the mass, so a 64th of the inertia.
+        let mut light = jet;
+        light.geometry.span_m *= 0.5;
+        light.mass.ixx_kg_m2 /= 64.0;
+        light.mass.iyy_kg_m2 /= 64.0;
+        light.mass.izz_kg_m2 /= 64.0;
+        light.mass.ixz_kg_m2 /= 64.0;
+        let near = ratio(jet, 100.0, 20.0);
+        assert!(near.iter().all(|ratio| (1.0..1.3).contains(ratio)), "{near}");
+        assert!((ratio(light, 100.0, 20.0) - near).min() > 0.5);
+        // Below 3 m they grow no more, and at the length of gusts high up there is nothing to add.
+        assert_eq!(ratio(jet, 100.0, 3.0), ratio(jet, 100.0, -1.0));
+        assert_eq!(ratio(jet, 100.0, 600.0), Vector3::repeat(1.0));
     }
 }

@@ -302,3 +302,34 @@ fn without_magnetometer_and_vanes_the_track_gives_the_heading() {
     let error = attitude_error_deg(&flight, &estimator.state());
     assert!(error < 2.0, "{error} deg");
 }
+
+#[test]
+fn on_a_runway_its_heading_aligns_without_a_magnetometer_and_anew_when_it_is_given() {
+    let ground = GroundReading { over_ground: true, height_m: Some(0.0), on_wheels: true };
+    let mut sensors = testing::level_sensors();
+    sensors.gnss.value.velocity = Ned::zero();
+    sensors.magnetometer_nt.valid = false;
+    let mut estimator = estimator();
+    let mut tick = 0;
+    let mut stand = |estimator: &mut Estimator| {
+        for _ in 0..500 {
+            let time = SimTime::from_micros(2_000 * tick);
+            sensors.gyro.time = time;
+            sensors.accelerometer.time = time;
+            // A fix every 0.2 s.
+            if tick.is_multiple_of(100) {
+                sensors.gnss.time = time;
+            }
+            tick += 1;
+            let _ = estimator.step_over(ground, time, &sensors);
+        }
+        (estimator.status(estimator.time()).is_aligned, estimator.state().attitude.psi.to_degrees())
+    };
+    assert!(!stand(&mut estimator).0, "nothing shows the heading");
+    estimator.set_runway(Some(0.7));
+    let (is_aligned, heading_deg) = stand(&mut estimator);
+    assert!(is_aligned && (heading_deg - 0.7_f64.to_degrees()).abs() < 0.5, "{heading_deg} deg");
+    estimator.set_runway(Some(2.0));
+    let (is_aligned, heading_deg) = stand(&mut estimator);
+    assert!(is_aligned && (heading_deg - 2.0_f64.to_degrees()).abs() < 0.5, "{heading_deg} deg");
+}
