@@ -68,8 +68,6 @@ const RATE_MAX_RAD_S: f64 = 100.0;
 const FORCE_MAX_M_S2: f64 = 1_000.0;
 /// Largest thrust that is believed, N.
 const THRUST_MAX_N: f64 = 1.0e8;
-/// Slower than this an aircraft on the ground stands, m/s.
-const STANDING_M_S: f64 = 1.0;
 /// Correlation time of the errors that are only considered, s: half an hour of flight.
 const LASTING_S: f64 = 1_800.0;
 /// Largest errors with which a part of the state counts as valid.
@@ -204,8 +202,7 @@ impl Estimator {
 
     /// Takes another heading before the takeoff. An aircraft that stands is aligned anew with it.
     pub fn set_runway(&mut self, runway_rad: Option<f64>) {
-        let stands = self.near_ground.on_wheels && self.estimate.velocity.norm() < STANDING_M_S;
-        if self.runway_rad != runway_rad && runway_rad.is_some() && stands {
+        if self.runway_rad != runway_rad && runway_rad.is_some() && self.stands() {
             self.begin_again();
         }
         self.runway_rad = runway_rad;

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
-    Row, STEADY_WIND, VANES, VELOCITY, Vectors, WIND,
+    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
+    POSITION, Row, STEADY_WIND, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
@@ -35,6 +35,11 @@ const FIELD_EVERY_M: f64 = 1_000.0;
 const WITHOUT_VANES_S: f64 = 0.5;
 /// Then it is compared this often, µs: its errors last much longer than a control step.
 const MODEL_EVERY_US: u64 = 200_000;
+/// Slower than this an aircraft on the ground stands, m/s. Its attitude, and with it the errors of the magnetometer's scale, last as long as
+/// a stay at the holding point, s; wind and engine shake it by this rate, rad/s rms in an update.
+const STANDING_M_S: f64 = 0.5;
+const STANDING_S: f64 = 1_800.0;
+const SHAKEN: f64 = 0.01;
 /// A rolling aircraft uses its air data from this part of its stall speed on.
 const FLOW_OVER_STALL: f64 = 0.6;
 /// Samples of air data and magnetometer that are older than this are not used, s.
@@ -95,6 +100,9 @@ impl Estimator {
     pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
+        if self.stands() {
+            self.compare_rest(now);
+        }
         if self.near_ground.on_wheels {
             if !self.has_flow(sensors) {
                 self.awaits_flow = true;
@@ -459,8 +467,9 @@ impl Estimator {
         // Errors of scale and direction change with the attitude and last as long as it does. As white noise of the samples they would
         // be averaged to nothing in a straight flight, and every little swing would seem to tell the biases from the attitude.
         let lasting = self.gains.magnetic_scale * self.field.strength();
+        let lasts_s = if self.stands() { STANDING_S } else { MANOEUVRE_S };
         let noise = self.gains.magnetic_noise_nt * self.gains.magnetic_noise_nt
-            + lasting * lasting * 2.0 * MANOEUVRE_S / between.max(UPDATE_EVERY_US as f64 * 1.0e-6);
+            + lasting * lasting * 2.0 * lasts_s / between.max(UPDATE_EVERY_US as f64 * 1.0e-6);
         let mut worst: f64 = 0.0;
         let mut innovations = [0.0; 3];
         for axis in 0..3 {
@@ -487,6 +496,25 @@ impl Estimator {
                 self.covariance.raise(state, variance);
             }
             self.sources.magnetometer.believe(worst);
+        }
+    }
+
+    /// Whether it stands on the ground.
+    pub(super) fn stands(&self) -> bool {
+        self.near_ground.on_wheels && self.estimate.velocity.norm() < STANDING_M_S
+    }
+
+    /// An aircraft that stands turns with the Earth alone, which shows the biases of the gyros.
+    fn compare_rest(&mut self, now: SimTime) {
+        let Some(GroundFix { earth, .. }) = &self.ground else { return };
+        if self.sources.gyro.silence_s(now) > 0.0 {
+            return;
+        }
+        let innovation = self.inertial().rate - self.estimate.matrix().tr_mul(&earth.rotation);
+        for axis in 0..3 {
+            let row = Row::empty().with(GYRO_BIAS + axis, 1.0);
+            let comparison = self.covariance.compare(&row, innovation[axis], SHAKEN * SHAKEN);
+            self.take(&comparison);
         }
     }
 
