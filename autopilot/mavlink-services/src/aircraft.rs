@@ -203,7 +203,9 @@ impl Aircraft {
         let valid = &motion.valid;
         match dead {
             Some(sensor) => Some(format!("{} gives no valid sample", sensor.name())),
-            None if !valid.attitude => Some("attitude is not known; GND_RWY_HDG sets the heading".into()),
+            None if !valid.attitude => {
+                Some("attitude is not known; GND_RWY_HDG sets the heading".into())
+            }
             None if !(valid.position && valid.altitude) => Some("position is not known yet".into()),
             None => None,
         }

@@ -303,33 +303,48 @@ fn without_magnetometer_and_vanes_the_track_gives_the_heading() {
     assert!(error < 2.0, "{error} deg");
 }
 
+/// An aircraft that stands for `seconds`, with a fix every 0.2 s.
+fn stand(estimator: &mut Estimator, sensors: &mut Sensors, seconds: u64) -> EstimatorStatus {
+    let ground = GroundReading { over_ground: true, height_m: Some(0.0), on_wheels: true };
+    sensors.gnss.value.velocity = Ned::zero();
+    let first = sensors.gyro.time.as_micros() / 2_000;
+    for tick in first + 1..=first + 500 * seconds {
+        let time = SimTime::from_micros(2_000 * tick);
+        (sensors.gyro.time, sensors.accelerometer.time) = (time, time);
+        // Samples that never change are of sensors that stick.
+        let shaken = if tick.is_multiple_of(2) { 1.0e-6 } else { -1.0e-6 };
+        sensors.gyro.value.0.x += shaken;
+        sensors.accelerometer.value.0.x += shaken;
+        if tick.is_multiple_of(100) {
+            (sensors.gnss.time, sensors.magnetometer_nt.time) = (time, time);
+        }
+        let _ = estimator.step_over(ground, time, sensors);
+    }
+    estimator.status(estimator.time())
+}
+
 #[test]
 fn on_a_runway_its_heading_aligns_without_a_magnetometer_and_anew_when_it_is_given() {
-    let ground = GroundReading { over_ground: true, height_m: Some(0.0), on_wheels: true };
-    let mut sensors = testing::level_sensors();
-    sensors.gnss.value.velocity = Ned::zero();
+    let (mut sensors, mut estimator) = (testing::level_sensors(), estimator());
     sensors.magnetometer_nt.valid = false;
-    let mut estimator = estimator();
-    let mut tick = 0;
-    let mut stand = |estimator: &mut Estimator| {
-        for _ in 0..500 {
-            let time = SimTime::from_micros(2_000 * tick);
-            sensors.gyro.time = time;
-            sensors.accelerometer.time = time;
-            // A fix every 0.2 s.
-            if tick.is_multiple_of(100) {
-                sensors.gnss.time = time;
-            }
-            tick += 1;
-            let _ = estimator.step_over(ground, time, &sensors);
-        }
-        (estimator.status(estimator.time()).is_aligned, estimator.state().attitude.psi.to_degrees())
-    };
-    assert!(!stand(&mut estimator).0, "nothing shows the heading");
-    estimator.set_runway(Some(0.7));
-    let (is_aligned, heading_deg) = stand(&mut estimator);
-    assert!(is_aligned && (heading_deg - 0.7_f64.to_degrees()).abs() < 0.5, "{heading_deg} deg");
-    estimator.set_runway(Some(2.0));
-    let (is_aligned, heading_deg) = stand(&mut estimator);
-    assert!(is_aligned && (heading_deg - 2.0_f64.to_degrees()).abs() < 0.5, "{heading_deg} deg");
+    assert!(!stand(&mut estimator, &mut sensors, 1).is_aligned, "nothing shows the heading");
+    for heading in [0.7, 2.0] {
+        estimator.set_runway(Some(heading));
+        let status = stand(&mut estimator, &mut sensors, 1);
+        assert!(status.is_aligned && (estimator.state().attitude.psi - heading).abs() < 0.01);
+    }
+}
+
+#[test]
+fn at_rest_the_heading_stays_as_unsure_as_the_magnetometer_and_the_gyros_show_their_biases() {
+    let gains = EstimatorGains::CONSUMER;
+    let mut estimator = Estimator::new(&testing::aircraft_model(), &gains, EarthShape::Wgs84);
+    let mut sensors = testing::level_sensors();
+    let bias = Body::new(0.001, -0.001, 0.002);
+    sensors.gyro.value = bias;
+    let unsure_rad = [1, 60].map(|s| stand(&mut estimator, &mut sensors, s).attitude_rad);
+    assert!(unsure_rad[0] > 0.05 && unsure_rad[1] > 0.8 * unsure_rad[0], "{unsure_rad:?}");
+    let wrong = estimator.estimate().gyro_bias - bias.0;
+    // The Earth turns by 7e-5 rad/s.
+    assert!(wrong.norm() < 3.0e-4, "{wrong}");
 }
