@@ -494,7 +494,7 @@ pub fn figure(plan: &Plan, start: Place, flown: &Flown) -> Figure {
         ("legs and circles of the plan", LEG),
         ("flown", FIRST),
         ("flown again after the jump", AGAIN),
-        ("return and circle at home", HOME),
+        ("flown in Return and Hold", HOME),
         ("reference", REFERENCE),
         ("next item begins", ITEM),
     ];
@@ -558,6 +558,7 @@ fn drawn(flight: &Plan, horizon: &Horizon, flown: &Flown) -> Drawn {
     for (number, item) in (0_u16..).zip(&flight.items) {
         let is_leg = matches!(item.action, Action::Waypoint { .. });
         let target = match item.action {
+            Action::Jump { times: Some(0), .. } => None,
             Action::Jump { to, .. } => flight.items.get(usize::from(to)).map(|item| item.action),
             action => Some(action),
         };

@@ -335,6 +335,20 @@ fn a_flying_wing_leaves_its_catapult_across_the_wind_and_comes_back() {
 }
 
 #[test]
+fn a_throw_by_hand_is_a_rail_as_long_as_an_arm() {
+    let throw = [("height_m", 1.8), ("speed_m_s", 13.0), ("pitch_deg", 12.0), ("rail_m", 1.0)];
+    let mut options = SetupOptions::default();
+    let _ = options.aircraft("skywalker_x8").set("plant.wind.turbulence", "light");
+    let _ = options.set("plant.ground.start", "catapult");
+    for (key, value) in throw {
+        let _ = options.set(&format!("plant.ground.{key}"), value);
+    }
+    let flown = Circuit::of(&options, CIRCUIT);
+    let down = flown.touchdown.unwrap_or_else(|| panic!("{:?}", flown.crash));
+    assert!(down.sink_m_s < 2.4 && down.across_m.abs() < 10.0, "{down:?}");
+}
+
+#[test]
 fn every_law_lands() {
     // NDI and LQR follow an altitude three to four times as fast as the PID.
     for (airframe, law, most_m_s) in [
