@@ -202,7 +202,7 @@ impl Estimator {
 
     /// Takes another heading before the takeoff. An aircraft that stands is aligned anew with it.
     pub fn set_runway(&mut self, runway_rad: Option<f64>) {
-        if self.runway_rad != runway_rad && runway_rad.is_some() && self.stands() {
+        if self.runway_rad != runway_rad && self.stands() {
             self.begin_again();
         }
         self.runway_rad = runway_rad;

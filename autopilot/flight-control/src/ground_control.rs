@@ -23,7 +23,7 @@ gain_set! {
         /// Wheel base over the ratio of the steering, m: rudder is yaw rate times this over the speed.
         steering_m = 10.0, "GND_STEER" "m", 0.01 to 1000.0, "Wheel base over the ratio of the nose wheel steering";
         /// Heading of the runway, deg from north; negative: not known.
-        runway_deg = -1.0, "GND_RWY_HDG" "deg", -1.0 to 360.0, "Heading of the aircraft before its takeoff, of the runway; negative: by the magnetometer";
+        runway_deg = -1.0, "GND_RWY_HDG" "deg", -1.0 to 360.0, "Heading of the aircraft before its takeoff, of the runway, from true north; negative: by the magnetometer";
     }
 }
 

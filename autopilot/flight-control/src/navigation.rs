@@ -51,6 +51,8 @@ pub struct NavigationState {
     pub over_ground: bool,
     /// Height of the lowest contact point above the ground, m, where it is measured.
     pub height_above_ground_m: Option<f64>,
+    /// The same for what needs it roughly, m: where it is not measured, or cannot be right, by the altitude above the last takeoff.
+    pub rough_height_m: Option<f64>,
     /// The aircraft stands, rolls or slides on the ground, as [`crate::on_wheels`] finds.
     pub on_wheels: bool,
     /// Which parts come from this tick's samples, or are estimated well enough.
@@ -123,6 +125,7 @@ impl NavigationState {
             thrust_n: 0.0,
             over_ground: false,
             height_above_ground_m: None,
+            rough_height_m: None,
             on_wheels: false,
             valid: Validity::default(),
             estimate: None,

@@ -8,6 +8,9 @@ use crate::gains::Gains;
 use crate::navigation::{NavigationState, Navigator};
 use crate::on_wheels::{GroundReading, OnWheels};
 
+/// The ground may rise so far above that of the takeoff, m, before a lower height counts as wrong.
+const TERRAIN_M: f64 = 50.0;
+
 /// Sensors to [`NavigationState`], by [`Navigator`] or [`Estimator`]; the first control step of a flight decides.
 #[derive(Debug, Clone)]
 pub struct NavigationSource {
@@ -16,6 +19,9 @@ pub struct NavigationSource {
     estimator: Estimator,
     on_wheels: OnWheels,
     height_max_m: f64,
+    /// Altitude where the aircraft last stood, and of the last step, m.
+    ground_m: Option<f64>,
+    altitude_m: f64,
     /// Whether the estimator flies; `None` before the first step.
     estimates: Option<bool>,
 }
@@ -30,6 +36,8 @@ impl NavigationSource {
                 .on_runway(gains.ground.runway_rad()),
             on_wheels: OnWheels::new(aircraft),
             height_max_m: gains.of_estimator().height_max_m,
+            ground_m: None,
+            altitude_m: 0.0,
             estimates: None,
         }
     }
@@ -55,11 +63,27 @@ impl NavigationSource {
         let estimates = *self.estimates.get_or_insert(chosen);
         let ground = self.on_wheels.step(time, sensors, self.height_max_m);
         let GroundReading { over_ground, height_m, on_wheels } = ground;
+        let rough_height_m = self.rough_height_m(height_m);
         let state = match estimates {
-            true => self.estimator.step_over(ground, time, sensors),
+            true => {
+                let ground = GroundReading { height_m: rough_height_m, ..ground };
+                self.estimator.step_over(ground, time, sensors)
+            }
             false => self.navigator.step(time, sensors),
         };
-        NavigationState { over_ground, height_above_ground_m: height_m, on_wheels, ..state }
+        self.altitude_m = state.altitude_m;
+        if on_wheels && state.valid.altitude {
+            self.ground_m = Some(state.altitude_m - height_m.unwrap_or(0.0));
+        }
+        let height_above_ground_m = height_m;
+        NavigationState { over_ground, height_above_ground_m, rough_height_m, on_wheels, ..state }
+    }
+
+    /// The measured height where the altitude above the ground of the takeoff lets it be right; without one that altitude.
+    fn rough_height_m(&self, height_m: Option<f64>) -> Option<f64> {
+        let Some(ground_m) = self.ground_m else { return height_m };
+        let above_m = self.altitude_m - ground_m;
+        Some(height_m.map_or(above_m, |height_m| height_m.max(above_m - TERRAIN_M)))
     }
 
     /// The state at these samples while time stands still: nothing is remembered of it, because the number of such looks depends on

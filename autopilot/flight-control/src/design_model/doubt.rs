@@ -18,7 +18,7 @@ const SLOWER_SLOPE: f64 = 0.7;
 /// height to this one (MIL-F-8785C, 3.7.2 and 3.7.3).
 const GUST_M_S: f64 = 1.54;
 const GUST_LENGTH_M: f64 = 533.4;
-const GUST_LENGTH_MIN_M: f64 = 3.0;
+pub(crate) const GUST_LENGTH_MIN_M: f64 = 3.0;
 /// Time from a gust to the flow angles that tell of it, s: age of the samples of a vane, and the observer.
 const FLOW_LAG_S: f64 = 0.025;
 
@@ -69,7 +69,7 @@ impl DesignModel {
             // leaves room for that in the levels; errors of an estimated one have used it up.
             growth += SLOWER_SLOPE * (1.0 - ratio).max(0.0);
         }
-        // An exact state has no spread, and the levels are those of the gains to the bit.
+        // An exact state has no spread, and without a ground the levels are those of the gains to the bit.
         let [alpha, beta] =
             state.estimate.map_or([0.0; 2], |status| status.flow_rad.map(f64::from));
         let a = &self.aircraft.airframe;
@@ -79,7 +79,7 @@ impl DesignModel {
             at.q_s_b * a.c_yaw_beta * beta,
         );
         let mut spread = self.inverse_inertia * moment * compressibility;
-        if let Some(height_m) = state.height_above_ground_m {
+        if let Some(height_m) = state.rough_height_m {
             let turned = self.inverse_inertia * self.short_gusts(height_m, at);
             spread = spread.zip_map(&turned, libm::hypot);
         }
@@ -88,8 +88,8 @@ impl DesignModel {
 
     /// Standard deviations of the moments of short gusts near the ground, beyond those that the levels have from high up, N m.
     ///
-    /// A gust of the strength σ and the length L turns the air about a wing of the span b by σ √(1.5 / (L b)) rms, to within a
-    /// tenth about each axis (the spectra of 3.7.5, integrated). While its angle is measured it changes by σ √(2 τ / (L V)).
+    /// A gust of the strength σ and the length L turns the air about a wing of the span b by about σ √(1.5 / (L b)) rms: the
+    /// spectra of 3.7.5, integrated, give 0.66 to 1.0 of that in pitch and yaw for L from 2 b on, in roll 0.9 to 1.5. While its angle is measured it changes by σ √(2 τ / (L V)).
     fn short_gusts(&self, height_m: f64, at: &FlightCondition) -> Vector3<f64> {
         let length_m = height_m.clamp(GUST_LENGTH_MIN_M, GUST_LENGTH_M);
         let (a, span_m) = (&self.aircraft.airframe, self.aircraft.geometry.span_m);
@@ -183,11 +183,11 @@ mod tests {
         let ratio = |mut aircraft: AircraftModel, airspeed_m_s: f64, height_m: f64| {
             aircraft.trim.airspeed_m_s = airspeed_m_s;
             let model = DesignModel::new(aircraft);
-            let levels = |height_above_ground_m| {
+            let levels = |rough_height_m| {
                 let state = NavigationState {
                     airspeed_m_s,
                     altitude_m: 0.0,
-                    height_above_ground_m,
+                    rough_height_m,
                     ..*model.design_point()
                 };
                 let at = model.condition(&state);

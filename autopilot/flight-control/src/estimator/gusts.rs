@@ -9,6 +9,7 @@ use nalgebra::Vector3;
 use super::covariance::{Row, STEADY_WIND, VELOCITY, WIND};
 use super::updates::{PitotReading, Present};
 use super::{Estimator, GroundFix, air};
+use crate::design_model::doubt::GUST_LENGTH_MIN_M;
 
 /// The change of the gusts over this time shows their size, µs: long against what the filter needs to follow them.
 const LOOK_EVERY_US: u64 = 1_000_000;
@@ -22,8 +23,6 @@ const GUST_MIN_M_S: f64 = 0.15;
 const GUST_MAX_M_S: f64 = 20.0;
 /// Below this airspeed gusts do not change more slowly, m/s.
 const SLOWEST_M_S: f64 = 20.0;
-/// Vertical gusts are as long as they are above the ground, and not shorter than this, m (MIL-F-8785C, 3.7.3).
-const GUST_LENGTH_MIN_M: f64 = 3.0;
 /// Time over which measured airspeed and that of steady wind are compared, s.
 const CONTRAST_S: f64 = 10.0;
 /// A steady wind that the pitot tube has agreed with is remembered every so many looks, and the one before it.

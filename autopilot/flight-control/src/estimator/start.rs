@@ -1,7 +1,9 @@
-//! The start of the estimate in flight: first fix, first attitude, generous covariance.
+//! The start of the estimate, in flight or at rest: first fix, first attitude, generous covariance.
+
+use core::f64::consts::TAU;
 
 use icd::geomagnetism::field_ned_nt;
-use icd::{Body, GnssFix, Ned, Sample, Sensors, SimTime};
+use icd::{Attitude, Body, GnssFix, Ned, Sample, Sensors, SimTime};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::covariance::{ATTITUDE, Covariance, POSITION, VELOCITY};
@@ -22,8 +24,10 @@ const TRACK_MIN_M_S: f64 = 5.0;
 /// A first fix may be older than the estimator could look back, s; an older one is waited out.
 const FIX_AGE_MAX_S: f64 = 1.0;
 
-/// Error of the heading on a runway, rad: what is printed on charts, and how exactly an aircraft is lined up.
+/// Error of the heading on a runway, rad: what is printed on charts, and how exactly an aircraft is lined up. It is believed within so many
+/// standard deviations of the magnetometer.
 const RUNWAY_RAD: f64 = 0.01;
+const RUNWAY_DEVIATIONS: f64 = 4.0;
 /// Shortest horizontal part of a direction that gives a heading, as a part of its length.
 const HORIZONTAL_MIN: f64 = 0.05;
 
@@ -77,7 +81,9 @@ impl Estimator {
         // Only at time zero is the flight known to be steady. Who joins one, or begins again, has to measure the
         // acceleration first.
         let is_first = self.started == Some(now) && now == SimTime::ZERO;
-        let acceleration = match (is_first, self.fix_before) {
+        let stands =
+            self.near_ground.on_wheels && fix.value.velocity.0.norm() < updates::STANDING_M_S;
+        let acceleration = match (is_first || stands, self.fix_before) {
             (true, _) => Vector3::zeros(),
             (false, Some(before)) => {
                 let between = seconds(before.time, fix.time);
@@ -128,18 +134,30 @@ impl Estimator {
             let direction = Direction { body: measured_flow(sensors), ned: velocity };
             (direction, libm::atan(self.gains.wind_m_s / speed))
         });
-        let by_runway = self.runway_rad.filter(|_| self.near_ground.on_wheels).map(|heading| {
-            let (sin, cos) = libm::sincos(heading);
-            let ned = Ned::new(cos, sin, 0.0);
-            (Direction { body: Body::new(1.0, 0.0, 0.0), ned }, RUNWAY_RAD)
-        });
         let better = |one: (Direction, f64), other: (Direction, f64)| match one.1 <= other.1 {
             true => one,
             false => other,
         };
-        let best = [by_magnetometer, by_track, by_runway].into_iter().flatten().reduce(better);
+        let to_force = |direction: &Direction| align(&Body(self.force), &expected, direction);
+        // A heading of the operator that the magnetometer contradicts is of another runway.
+        let is_believed = |heading: &f64| {
+            by_magnetometer.is_none_or(|(direction, error)| {
+                to_force(&direction).is_none_or(|q_ned_from_body| {
+                    let magnetic = Attitude { q_ned_from_body }.euler().psi;
+                    libm::remainder(magnetic - heading, TAU).abs() <= RUNWAY_DEVIATIONS * error
+                })
+            })
+        };
+        let runway_rad = self.runway_rad.filter(|_| self.near_ground.on_wheels).filter(is_believed);
+        let by_runway = runway_rad.map(|heading| {
+            let (sin, cos) = libm::sincos(heading);
+            let ned = Ned::new(cos, sin, 0.0);
+            (Direction { body: Body::new(1.0, 0.0, 0.0), ned }, RUNWAY_RAD)
+        });
+        let best =
+            by_runway.or_else(|| [by_magnetometer, by_track].into_iter().flatten().reduce(better));
         let Some((direction, heading)) = best else { return };
-        let Some(attitude) = align(&Body(self.force), &expected, &direction) else { return };
+        let Some(attitude) = to_force(&direction) else { return };
 
         let start_from_ned = Rotation3::from_matrix_unchecked(place.start_from_ned);
         let to_start = UnitQuaternion::from_rotation_matrix(&start_from_ned);
@@ -152,7 +170,7 @@ impl Estimator {
         };
         let mut priors = priors(&self.gains);
         // The worse of both: the heading knows of bias, tilt and wind, the gain does not. On a runway there are none.
-        let least = if heading > RUNWAY_RAD { priors[ATTITUDE + 2] } else { 0.0 };
+        let least = if runway_rad.is_none() { priors[ATTITUDE + 2] } else { 0.0 };
         priors[ATTITUDE + 2] = heading.max(least);
         for axis in 0..3 {
             priors[VELOCITY + axis] += moved * age;
@@ -202,7 +220,7 @@ impl Estimator {
         // Of an estimate that has to begin again the last attitude stays.
         if state.estimate.is_none() {
             let level = icd::EulerAngles { phi: 0.0, theta: state.alpha, psi: 0.0 };
-            (state.attitude, state.orientation) = (level, icd::Attitude::from_euler(level));
+            (state.attitude, state.orientation) = (level, Attitude::from_euler(level));
         }
         let airspeed = sensors.pitot.value.airspeed_m_s;
         if sensors.pitot.valid && (0.0..=updates::SPEED_MAX_M_S).contains(&airspeed) {

@@ -315,6 +315,8 @@ fn stand(estimator: &mut Estimator, sensors: &mut Sensors, seconds: u64) -> Esti
         let shaken = if tick.is_multiple_of(2) { 1.0e-6 } else { -1.0e-6 };
         sensors.gyro.value.0.x += shaken;
         sensors.accelerometer.value.0.x += shaken;
+        sensors.gnss.value.velocity.0.x += shaken;
+        sensors.magnetometer_nt.value.0.x += 1.0e6 * shaken;
         if tick.is_multiple_of(100) {
             (sensors.gnss.time, sensors.magnetometer_nt.time) = (time, time);
         }
@@ -333,6 +335,33 @@ fn on_a_runway_its_heading_aligns_without_a_magnetometer_and_anew_when_it_is_giv
         let status = stand(&mut estimator, &mut sensors, 1);
         assert!(status.is_aligned && (estimator.state().attitude.psi - heading).abs() < 0.01);
     }
+}
+
+#[test]
+fn a_heading_of_the_runway_replaces_that_of_the_magnetometer_unless_it_is_another_runway() {
+    let (mut sensors, mut estimator) = (testing::level_sensors(), estimator());
+    let _ = stand(&mut estimator, &mut sensors, 1);
+    let magnetic = estimator.state().attitude.psi;
+    for (runway, found) in
+        [(Some(0.02), 0.02), (Some(1.0), 0.0), (Some(-0.02), -0.02), (None, 0.0), (Some(3.1), 0.0)]
+    {
+        estimator.set_runway(runway.map(|runway| magnetic + runway));
+        let _ = stand(&mut estimator, &mut sensors, 2);
+        let heading = estimator.state().attitude.psi - magnetic;
+        assert!((heading - found).abs() < 0.004, "{runway:?}: {heading}");
+    }
+}
+
+#[test]
+fn in_flight_the_heading_is_as_unsure_as_the_gains_say_and_no_runway_gives_it() {
+    let begin = |mut estimator: Estimator| {
+        let _ = estimator.step(SimTime::ZERO, &Flight::new(Grade::Tactical, 1).sense());
+        (estimator.state(), estimator.covariance().variance(ATTITUDE + 2))
+    };
+    let (state, variance) = begin(estimator());
+    assert_eq!(begin(estimator().on_runway(Some(1.0))), (state, variance));
+    let least = EstimatorGains::REFERENCE.heading_deg.to_radians();
+    assert!(variance > 0.99 * least * least, "{variance}");
 }
 
 #[test]

@@ -37,7 +37,7 @@ const WITHOUT_VANES_S: f64 = 0.5;
 const MODEL_EVERY_US: u64 = 200_000;
 /// Slower than this an aircraft on the ground stands, m/s. Its attitude, and with it the errors of the magnetometer's scale, last as long as
 /// a stay at the holding point, s; wind and engine shake it by this rate, rad/s rms in an update.
-const STANDING_M_S: f64 = 0.5;
+pub(super) const STANDING_M_S: f64 = 0.5;
 const STANDING_S: f64 = 1_800.0;
 const SHAKEN: f64 = 0.01;
 /// A rolling aircraft uses its air data from this part of its stall speed on.
@@ -145,6 +145,10 @@ impl Estimator {
         let forward = matrix.tr_mul(&self.estimate.velocity).x;
         let through_air = matrix * direction * (forward / direction.x.max(1.0));
         let wind = ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - through_air));
+        // Such a wind is rather a vane that is wrong.
+        if wind.xy().norm() > self.gains.wind_m_s {
+            return;
+        }
         for axis in 0..2 {
             self.estimate.wind[axis] = wind[axis];
             self.estimate.steady_wind[axis] = wind[axis];
@@ -507,10 +511,13 @@ impl Estimator {
     /// An aircraft that stands turns with the Earth alone, which shows the biases of the gyros.
     fn compare_rest(&mut self, now: SimTime) {
         let Some(GroundFix { earth, .. }) = &self.ground else { return };
-        if self.sources.gyro.silence_s(now) > 0.0 {
+        let gyro = &self.sources.gyro;
+        let innovation = self.inertial().rate - self.estimate.matrix().tr_mul(&earth.rotation);
+        // A faster rotation is one.
+        let most = SHAKEN + 3.0 * self.gains.gyro_bias_deg.to_radians();
+        if gyro.silence_s(now) > 0.0 || gyro.is_stuck(now) || innovation.amax() > most {
             return;
         }
-        let innovation = self.inertial().rate - self.estimate.matrix().tr_mul(&earth.rotation);
         for axis in 0..3 {
             let row = Row::empty().with(GYRO_BIAS + axis, 1.0);
             let comparison = self.covariance.compare(&row, innovation[axis], SHAKEN * SHAKEN);

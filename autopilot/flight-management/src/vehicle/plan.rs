@@ -227,14 +227,16 @@ impl Plan {
     }
 
     /// The landings that are too high above their point where the glide begins.
-    pub fn steep_glides(&self) -> impl Iterator<Item = SteepGlide> {
-        let begins = |item: &Item| !item.action.is_immediate() && item.action.place().is_some();
+    pub fn steep_glides(&self, rules: &Rules) -> impl Iterator<Item = SteepGlide> {
+        let steepest =
+            libm::tan(rules.navigation.landing_angle_deg.to_radians()).max(STEEPEST_GLIDE);
         (0_u16..).zip(&self.items).filter_map(move |(number, item)| {
             let Action::Land { place, altitude_m, .. } = item.action else { return None };
-            let from = self.items.iter().take(usize::from(number)).rfind(|item| begins(item))?;
+            let before = self.items.iter().take(usize::from(number));
+            let from = { before }.rfind(|item| !item.action.is_immediate())?;
             let height_m = from.action.altitude_m()? - altitude_m;
             let distance_m = Horizon::at(place).offset(&Site::at(from.action.place()?)).norm();
-            let needed_m = height_m / STEEPEST_GLIDE;
+            let needed_m = height_m / steepest;
             (needed_m > distance_m).then_some(SteepGlide {
                 item: number,
                 height_m,

@@ -142,7 +142,7 @@ pub fn check(
                 notes.add(Note::Corner(corner), corner.item);
             }
         }
-        for glide in plan.steep_glides() {
+        for glide in plan.steep_glides(rules) {
             notes.add(Note::Glide(glide), glide.item);
         }
         let stored = Stored::new(items);
