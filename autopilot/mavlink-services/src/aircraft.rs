@@ -1,5 +1,7 @@
 //! The aircraft as the ground-station side knows it, from events and snapshots only.
 
+use core::f64::consts::TAU;
+
 use icd::{Body, Ned};
 
 use flight_management::event::{EventKind, Snapshot};
@@ -11,6 +13,9 @@ use flight_management::vehicle::{Mode, Place, Rules, VehicleEvent, VehicleRefusa
 /// Snapshots in a row that must contradict the events before the mirror takes them: one of them can be a
 /// leftover from before the last event.
 const CONTRADICTIONS: u32 = 2;
+
+/// A heading within this of that of the runway is on it, rad.
+const ON_RUNWAY_RAD: f64 = 0.1;
 
 /// QGroundControl offers this command as *Reboot Vehicle*.
 pub const RESTART: &str = "reboot the vehicle";
@@ -182,11 +187,11 @@ impl Aircraft {
         known && self.phase() != Phase::OnGround && !self.terminated
     }
 
-    /// Obstacle to arming and flying.
-    pub fn not_ready(&self) -> Option<String> {
+    /// Obstacle to arming and flying; with the heading of the runway, rad, where it is known.
+    pub fn not_ready(&self, runway_rad: Option<f64>) -> Option<String> {
         match self.phase() {
             Phase::Flying if self.terminated => Some(format!("flight terminated, {RESTART}")),
-            Phase::Flying if self.is_on_wheels() => self.not_ready_to_take_off(),
+            Phase::Flying if self.is_on_wheels() => self.not_ready_to_take_off(runway_rad),
             Phase::Flying => None,
             Phase::OnGround => Some(VehicleRefusal::FlightOver.to_string()),
             Phase::NoFlight => Some("no aircraft is connected".into()),
@@ -195,7 +200,7 @@ impl Aircraft {
     }
 
     /// What the navigation lacks for a takeoff: in the air the flight goes on without it.
-    fn not_ready_to_take_off(&self) -> Option<String> {
+    fn not_ready_to_take_off(&self, runway_rad: Option<f64>) -> Option<String> {
         let snapshot = self.snapshot.as_ref()?;
         let motion = snapshot.motion();
         let alive = motion.alive(&snapshot.sensors);
@@ -207,7 +212,14 @@ impl Aircraft {
                 Some("attitude is not known; GND_RWY_HDG sets the heading".into())
             }
             None if !(valid.position && valid.altitude) => Some("position is not known yet".into()),
-            None => None,
+            None => runway_rad.and_then(|runway_rad| {
+                let psi = motion.attitude.psi;
+                let deg = |rad: f64| rad.to_degrees().rem_euclid(360.0).round();
+                let is_on_it = libm::remainder(psi - runway_rad, TAU).abs() <= ON_RUNWAY_RAD;
+                let text =
+                    || format!("heading is {} deg, GND_RWY_HDG {}", deg(psi), deg(runway_rad));
+                (!is_on_it).then(text)
+            }),
         }
     }
 

@@ -133,6 +133,11 @@ impl Shared {
         &self.model.effectors.list
     }
 
+    /// Obstacle to arming and flying.
+    pub fn not_ready(&self) -> Option<String> {
+        self.aircraft.not_ready(self.parameters.gains.ground.runway_rad())
+    }
+
     /// Records which streams a system has sent recently, before its next message is handled.
     pub fn note_streams(&mut self, from: From, now: WallTime) {
         let Self { parameters, setpoints, pilots, .. } = self;

@@ -101,7 +101,7 @@ fn arm_or_disarm(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     let aircraft = &caller.shared.aircraft;
     let has_to_fly = aircraft.phase() == Phase::Flying && !aircraft.is_terminated();
     if flag("p1", arm)? {
-        return match aircraft.not_ready() {
+        return match caller.shared.not_ready() {
             None if aircraft.is_armed() => Ok(Decision::default()),
             None => Ok(Decision::pass_on(VehicleCommand::Arm(true))),
             Some(reason) => Err(CommandError::temporary(format!("PreArm: {reason}"))),
@@ -125,7 +125,7 @@ fn arm_or_disarm(command: &CommandMessage, caller: &mut Caller) -> Ruling {
 /// RUN_PREARM_CHECKS. An armed aircraft must answer "temporarily rejected".
 /// QGroundControl sends it at each connect, so the text is not a warning.
 fn prearm_checks(_: &CommandMessage, caller: &mut Caller) -> Ruling {
-    match caller.shared.aircraft.not_ready() {
+    match caller.shared.not_ready() {
         None if !caller.shared.aircraft.is_armed() => {
             Ok(Decision::default().with_note("PreArm: ready".to_owned()))
         }
@@ -163,7 +163,7 @@ fn terminate(command: &CommandMessage, _: &mut Caller) -> Ruling {
 fn take_off(command: &CommandMessage, caller: &mut Caller) -> Ruling {
     check_not_over(caller.shared)?;
     let aircraft = &caller.shared.aircraft;
-    let reason = match aircraft.not_ready() {
+    let reason = match caller.shared.not_ready() {
         None if aircraft.is_on_wheels() => {
             let altitude_m = convert::decimal(command.params[6]);
             let altitude_m = Some(altitude_m).filter(|altitude_m| !altitude_m.is_nan());

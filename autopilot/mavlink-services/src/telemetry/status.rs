@@ -365,7 +365,7 @@ pub fn sys_status(view: &TelemetryView) -> Option<Encoded> {
             health.set(sensor, is_used && aircraft.phase() == Phase::Flying);
         }
     }
-    if aircraft.not_ready().is_none() {
+    if view.shared.not_ready().is_none() {
         health |= CONTROL | Sensor::MAV_SYS_STATUS_PREARM_CHECK;
     }
     Some(Encoded::new(&wire::SYS_STATUS_DATA {
