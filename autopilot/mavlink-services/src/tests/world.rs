@@ -106,6 +106,8 @@ pub fn level_flight() -> Sensors {
     level.pitot.value.impact_pa = 30_350.0;
     level.engine_n.value = 27_000.0;
     level.fuel_gauge_pct.value = 100.0;
+    // At zero it would fly in the short gusts just above the ground.
+    level.radar_altimeter_m.value = 5_000.0;
     level
 }
 
