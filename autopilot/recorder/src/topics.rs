@@ -483,9 +483,10 @@ mod tests {
         let level = NavigationState { airspeed_m_s: 264.0, ..NavigationState::at_rest() };
         let demand = Demand { altitude_m: 0.0, roll_rad: 0.0, airspeed_m_s: 264.0 };
         let mut json = serde_json::to_value(flight.step(&level, &demand)).unwrap();
-        // Each row has its time, and the angles are redundant with the rotation.
+        // Each row has its time, the angles are redundant with the rotation, and the ground is of the whole flight.
         let state = json["state"].as_object_mut().unwrap();
-        let kept = ["time", "orientation"].map(|name| (name, state.remove(name).unwrap()));
+        let kept =
+            ["time", "orientation", "over_ground"].map(|name| (name, state.remove(name).unwrap()));
         let limited = json.as_object_mut().unwrap().remove("limited").unwrap();
         let mut numbers = 1;
         number(&mut json, &mut numbers);

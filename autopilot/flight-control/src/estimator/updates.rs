@@ -11,7 +11,6 @@ use super::covariance::{
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
-use super::start::measured_flow;
 use super::{Estimator, GroundFix, SourceHealth, UPDATE_EVERY_US};
 use crate::design_model::atmosphere;
 
@@ -573,6 +572,18 @@ impl Present {
 fn age(measured: SimTime, now: SimTime) -> Option<f64> {
     let age = now.as_micros().saturating_sub(measured.as_micros()) as f64 * 1.0e-6;
     (age <= AGE_MAX_S).then_some(age)
+}
+
+/// Direction of the flow by the vanes; along the body's x axis without them.
+pub(super) fn measured_flow(sensors: &Sensors) -> Body {
+    let vanes = &sensors.vanes;
+    let [alpha, beta] = [vanes.value.angle_of_attack_rad, vanes.value.sideslip_rad];
+    if !(vanes.valid && is_flow(&vanes.value)) {
+        return Body::new(1.0, 0.0, 0.0);
+    }
+    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
+    // Faster than what has no direction.
+    Body::new(cos_alpha * cos_beta * 100.0, sin_beta * 100.0, sin_alpha * cos_beta * 100.0)
 }
 
 /// Every number is one that a receiver can give.

@@ -11,7 +11,7 @@ use super::geodesy::{Horizon, Site};
 use super::ground::CentreLine;
 use super::modes::{Flown, target};
 use super::request::Place;
-use super::rules::Rules;
+use super::rules::{Rules, STEEPEST_GLIDE};
 
 /// The flare reduces the sink rate to that of the touchdown with this time constant, s.
 const FLARE_S: f64 = 5.0;
@@ -23,8 +23,6 @@ const FLARE_GAIN: f64 = 2.0;
 /// there is too small. A quick altitude law needs less, this part of its own lag.
 const LEAD_MIN_S2_M: f64 = 0.12;
 const LEAD_MIN_LAGS: f64 = 0.7;
-/// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
-pub const STEEPEST_GLIDE: f64 = 0.176;
 /// The height of the ground is taken from the measured one with this time constant, s.
 const GROUND_LAG_S: f64 = 2.0;
 /// The glide leads on below the ground behind the landing point for this time at most, s: an aircraft above it still comes down.

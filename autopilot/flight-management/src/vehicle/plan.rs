@@ -4,9 +4,8 @@ pub use super::request::Progress;
 use super::request::{Airspeed, Place};
 use crate::vehicle::VehicleRefusal;
 use crate::vehicle::geodesy::{Horizon, Site};
-use crate::vehicle::landing::STEEPEST_GLIDE;
 use crate::vehicle::rules::{
-    LEG_SHARE, RADIUS_MAX_M, Rules, check_place, check_radius, turn_rad, within,
+    LEG_SHARE, RADIUS_MAX_M, Rules, STEEPEST_GLIDE, check_place, check_radius, turn_rad, within,
 };
 use serde::{Deserialize, Serialize};
 

@@ -126,6 +126,9 @@ impl ReferenceLimits {
 const APPROACH_OVER_STALL: f64 = 1.3;
 const ROTATION_OVER_STALL: f64 = 1.1;
 
+/// Steepest glide where the altitude left needs one, sink per distance (10 deg); from higher up the aircraft lands behind the point.
+pub const STEEPEST_GLIDE: f64 = 0.176;
+
 /// Checks a number against its range; NaN is outside every range.
 pub fn within(
     what: &'static str,
