@@ -194,13 +194,7 @@ impl Estimator {
         self.gains = *gains;
     }
 
-    /// The same with the heading before the takeoff, rad from north, where it is known.
-    #[must_use]
-    pub fn on_runway(self, runway_rad: Option<f64>) -> Self {
-        Self { runway_rad, ..self }
-    }
-
-    /// Takes another heading before the takeoff. An aircraft that stands is aligned anew with it.
+    /// Takes the heading before the takeoff, rad from north, where it is known. An aircraft that stands is aligned anew with it.
     pub fn set_runway(&mut self, runway_rad: Option<f64>) {
         if self.runway_rad != runway_rad && self.stands() {
             self.begin_again();

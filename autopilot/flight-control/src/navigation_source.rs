@@ -29,13 +29,15 @@ pub struct NavigationSource {
 impl NavigationSource {
     /// Before the first samples of a flight. `aircraft` and `gains` are validated by the caller.
     pub fn new(aircraft: &AircraftModel, gains: &Gains) -> Self {
+        let of_estimator = gains.of_estimator();
+        let mut estimator = Estimator::new(aircraft, of_estimator, gains.selection.earth);
+        estimator.set_runway(gains.ground.runway_rad());
         Self {
             source: gains.selection.state,
             navigator: Navigator::default(),
-            estimator: Estimator::new(aircraft, gains.of_estimator(), gains.selection.earth)
-                .on_runway(gains.ground.runway_rad()),
+            estimator,
             on_wheels: OnWheels::new(aircraft),
-            height_max_m: gains.of_estimator().height_max_m,
+            height_max_m: of_estimator.height_max_m,
             ground_m: None,
             altitude_m: 0.0,
             estimates: None,
@@ -132,5 +134,30 @@ mod tests {
         sensors.attitude.valid = false;
         assert!(source.step(SimTime::from_micros(2_000), &sensors).estimate.is_none());
         assert!(source.estimator().is_none());
+    }
+
+    #[test]
+    fn a_height_that_cannot_be_right_is_replaced_by_the_altitude_above_the_takeoff() {
+        let mut source = NavigationSource::new(&testing::aircraft_model(), &Gains::REFERENCE);
+        let mut rough = |tick: u64, altitude_m: f64, load_n: f64, height_m: Option<f64>| {
+            let mut sensors = testing::level_sensors();
+            sensors.fitted = [true; Sensors::SENSORS];
+            sensors.weight_on_wheels_n.valid = true;
+            sensors.weight_on_wheels_n.value = load_n;
+            sensors.radar_altimeter_m.valid = height_m.is_some();
+            sensors.radar_altimeter_m.value = height_m.unwrap_or(0.0);
+            sensors.barometer.value.altitude_m = altitude_m;
+            sensors.gnss.value.altitude_m = altitude_m;
+            let step = |source: &mut NavigationSource, tick| {
+                source.step(SimTime::from_micros(tick), &sensors).rough_height_m
+            };
+            // What it knows is of the step before.
+            step(&mut source, 100_000 * tick);
+            step(&mut source, 100_000 * tick + 50_000)
+        };
+        assert_eq!(rough(1, 700.0, 90_000.0, Some(0.0)), Some(0.0), "it stands");
+        assert_eq!(rough(20, 780.0, 0.0, Some(60.0)), Some(60.0), "over a hill");
+        assert_eq!(rough(40, 1_200.0, 0.0, Some(60.0)), Some(450.0), "it sticks");
+        assert_eq!(rough(60, 1_200.0, 0.0, None), Some(500.0), "it is away");
     }
 }

@@ -89,7 +89,8 @@ impl DesignModel {
     /// Standard deviations of the moments of short gusts near the ground, beyond those that the levels have from high up, N m.
     ///
     /// A gust of the strength σ and the length L turns the air about a wing of the span b by about σ √(1.5 / (L b)) rms: the
-    /// spectra of 3.7.5, integrated, give 0.66 to 1.0 of that in pitch and yaw for L from 2 b on, in roll 0.9 to 1.5. While its angle is measured it changes by σ √(2 τ / (L V)).
+    /// spectra of 3.7.5, integrated, give 0.66 to 1.0 of that in pitch and yaw for L from 2 b on, in roll 0.9 to 1.5. While its angle
+    /// is measured it changes by σ √(2 τ / (L V)).
     fn short_gusts(&self, height_m: f64, at: &FlightCondition) -> Vector3<f64> {
         let length_m = height_m.clamp(GUST_LENGTH_MIN_M, GUST_LENGTH_M);
         let (a, span_m) = (&self.aircraft.airframe, self.aircraft.geometry.span_m);

@@ -359,7 +359,9 @@ fn in_flight_the_heading_is_as_unsure_as_the_gains_say_and_no_runway_gives_it() 
         (estimator.state(), estimator.covariance().variance(ATTITUDE + 2))
     };
     let (state, variance) = begin(estimator());
-    assert_eq!(begin(estimator().on_runway(Some(1.0))), (state, variance));
+    let mut on_runway = estimator();
+    on_runway.set_runway(Some(1.0));
+    assert_eq!(begin(on_runway), (state, variance));
     let least = EstimatorGains::REFERENCE.heading_deg.to_radians();
     assert!(variance > 0.99 * least * least, "{variance}");
 }
