@@ -89,8 +89,6 @@ pub struct Estimator {
     near_ground: GroundReading,
     /// Heading before the takeoff, rad from north, where the operator knows it.
     runway_rad: Option<f64>,
-    /// On the ground, and too slow for a flow so far.
-    awaits_flow: bool,
     state: NavigationState,
     estimate: Estimate,
     covariance: Covariance,
@@ -164,7 +162,6 @@ impl Estimator {
             stall_m_s: stall_airspeed_m_s(aircraft),
             near_ground: GroundReading::default(),
             runway_rad: None,
-            awaits_flow: false,
             state: NavigationState::at_rest(),
             estimate: Estimate::default(),
             covariance: Covariance::new(&noise::priors(gains)),

@@ -131,7 +131,7 @@ impl Estimator {
         // Along the flow, less the wind across it.
         let speed = libm::hypot(velocity.0.x, velocity.0.y);
         let by_track = (speed > TRACK_MIN_M_S).then(|| {
-            let direction = Direction { body: updates::measured_flow(sensors), ned: velocity };
+            let direction = Direction { body: measured_flow(sensors), ned: velocity };
             (direction, libm::atan(self.gains.wind_m_s / speed))
         });
         let better = |one: (Direction, f64), other: (Direction, f64)| match one.1 <= other.1 {
@@ -211,7 +211,7 @@ impl Estimator {
     pub(super) fn write_before_alignment(&mut self, now: SimTime, sensors: &Sensors) {
         // `write_state` has taken the thrust already where it was good.
         let thrust = sensors.engine_n.valid && sensors.engine_n.value == self.state.thrust_n;
-        let flow = updates::measured_flow(sensors).0;
+        let flow = measured_flow(sensors).0;
         let status = self.status(now);
         let state = &mut self.state;
         if let Some(alpha) = air::angle_of_attack(&flow) {
@@ -236,6 +236,18 @@ impl Estimator {
         state.valid = Validity { rates, specific_force, thrust, ..Validity::default() };
         state.estimate = Some(status);
     }
+}
+
+/// Direction of the flow by the vanes; along the body's x axis without them.
+fn measured_flow(sensors: &Sensors) -> Body {
+    let vanes = &sensors.vanes;
+    let [alpha, beta] = [vanes.value.angle_of_attack_rad, vanes.value.sideslip_rad];
+    if !(vanes.valid && updates::is_flow(&vanes.value)) {
+        return Body::new(1.0, 0.0, 0.0);
+    }
+    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
+    // Faster than what has no direction.
+    Body::new(cos_alpha * cos_beta * 100.0, sin_beta * 100.0, sin_alpha * cos_beta * 100.0)
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
     ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
-    POSITION, Row, STEADY_WIND, VANES, VELOCITY, Vectors, WIND,
+    POSITION, Row, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;
@@ -102,16 +102,10 @@ impl Estimator {
         if self.stands() {
             self.compare_rest(now);
         }
-        if self.near_ground.on_wheels {
-            if !self.has_flow(sensors) {
-                self.awaits_flow = true;
-                self.pass_over_air(now, sensors);
-                self.measure_field(now, &sensors.magnetometer_nt);
-                return;
-            }
-            if core::mem::take(&mut self.awaits_flow) {
-                self.begin_wind(sensors);
-            }
+        if self.near_ground.on_wheels && !self.has_flow(sensors) {
+            self.pass_over_air(now, sensors);
+            self.measure_field(now, &sensors.magnetometer_nt);
+            return;
         }
         self.measure_pitot(now, sensors);
         // Asked behind the pitot tube and before the vanes, so both know what this update has made of it.
@@ -129,29 +123,6 @@ impl Estimator {
     fn has_flow(&self, sensors: &Sensors) -> bool {
         let pitot = &sensors.pitot;
         pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
-    }
-
-    /// The wind across by the first flow of a takeoff, if none along: a wind from the side turns the flow of a slow aircraft so far that
-    /// the rows of an airspeed and an angle, made without it, would tell of another wind, and be sure of it.
-    fn begin_wind(&mut self, sensors: &Sensors) {
-        let prior = self.gains.wind_m_s * self.gains.wind_m_s;
-        let is_unknown = self.covariance.variance(STEADY_WIND) > 0.25 * prior;
-        let has_angles = sensors.vanes.valid && is_flow(&sensors.vanes.value);
-        let Some(ground) = self.ground.as_ref().filter(|_| is_unknown && has_angles) else {
-            return;
-        };
-        let (matrix, direction) = (self.estimate.matrix(), measured_flow(sensors).0);
-        let forward = matrix.tr_mul(&self.estimate.velocity).x;
-        let through_air = matrix * direction * (forward / direction.x.max(1.0));
-        let wind = ground.place.start_from_ned.tr_mul(&(self.estimate.velocity - through_air));
-        // Such a wind is rather a vane that is wrong.
-        if wind.xy().norm() > self.gains.wind_m_s {
-            return;
-        }
-        for axis in 0..2 {
-            self.estimate.wind[axis] = wind[axis];
-            self.estimate.steady_wind[axis] = wind[axis];
-        }
     }
 
     /// Looks at the samples of the air data without using them: they are neither lost nor wrong.
@@ -572,18 +543,6 @@ impl Present {
 fn age(measured: SimTime, now: SimTime) -> Option<f64> {
     let age = now.as_micros().saturating_sub(measured.as_micros()) as f64 * 1.0e-6;
     (age <= AGE_MAX_S).then_some(age)
-}
-
-/// Direction of the flow by the vanes; along the body's x axis without them.
-pub(super) fn measured_flow(sensors: &Sensors) -> Body {
-    let vanes = &sensors.vanes;
-    let [alpha, beta] = [vanes.value.angle_of_attack_rad, vanes.value.sideslip_rad];
-    if !(vanes.valid && is_flow(&vanes.value)) {
-        return Body::new(1.0, 0.0, 0.0);
-    }
-    let ((sin_alpha, cos_alpha), (sin_beta, cos_beta)) = (libm::sincos(alpha), libm::sincos(beta));
-    // Faster than what has no direction.
-    Body::new(cos_alpha * cos_beta * 100.0, sin_beta * 100.0, sin_alpha * cos_beta * 100.0)
 }
 
 /// Every number is one that a receiver can give.

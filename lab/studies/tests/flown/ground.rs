@@ -173,6 +173,27 @@ fn gusts_near_the_ground_do_not_wake_the_compensator_and_a_fault_does() {
 }
 
 #[test]
+fn a_wind_from_the_side_is_known_at_the_lift_off() {
+    let mut options = SetupOptions::default();
+    let _ = options.aircraft("skywalker_x8").set("plant.duration_s", 25.0);
+    let _ = options.set("plant.wind.speed_m_s", 5.0).set("plant.wind.towards_deg", 310.0);
+    let script = "at 20 s: arm\nmode takeoff\n";
+    let scenario = format!("{}\n[autopilot]\nscript = '''\n{script}'''\n", scenarios::FIELD);
+    let setup = options.builder().unwrap().setup(&Named::given("field", scenario), &[]).unwrap();
+    let mut flight = Flight::new(&setup).unwrap();
+    let (mut wrong_rad, mut ticks): (f64, u32) = (0.0, 0);
+    while let Some(tick) = flight.step([]) {
+        let state = &tick.log.state;
+        if !state.on_wheels && ticks < 100 {
+            wrong_rad = wrong_rad.max((state.beta - tick.plant.truth().beta_rad).abs());
+            ticks += 1;
+        }
+    }
+    // 0.2 s; the sideslip is 14 deg.
+    assert!(ticks == 100 && wrong_rad.to_degrees() < 3.0, "{} deg", wrong_rad.to_degrees());
+}
+
+#[test]
 fn consumer_sensors_take_off_and_land_with_the_heading_of_the_runway_where_the_field_is_steep() {
     // The altimeter of this grade reaches 120 m, and the magnetometer is wrong by 30 deg and more there.
     for airframe in ["tvc_jet", "f16"] {
