@@ -48,6 +48,7 @@ mod gusts;
 pub mod history;
 mod lift;
 mod noise;
+mod rest;
 mod source;
 mod start;
 pub mod strapdown;
@@ -110,6 +111,7 @@ pub struct Estimator {
     gusts: Gusts,
     model_due: SimTime,
     lift: lift::Mean,
+    pitot_zero: rest::PitotZero,
     vertical_ratio: f64,
     velocity_ratio: f64,
     late: u32,
@@ -179,6 +181,7 @@ impl Estimator {
             gusts: Gusts::new(gains.gust_m_s),
             model_due: SimTime::ZERO,
             lift: lift::Mean::default(),
+            pitot_zero: rest::PitotZero::default(),
             vertical_ratio: 0.0,
             velocity_ratio: 0.0,
             late: 0,

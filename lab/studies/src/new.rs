@@ -26,8 +26,9 @@ use procedure::{ParameterSet, Performance, Procedure};
 
 pub mod procedure;
 
-/// Laws that every aircraft can fly.
-const LAWS: [MainLaw; 3] = [MainLaw::Pid, MainLaw::Ndi, MainLaw::Lqr];
+/// Laws that every aircraft can fly, with their `CTL_LAW`. The first that keeps the aircraft is its own.
+const LAWS: [(MainLaw, f64); 3] =
+    [(MainLaw::Pid, 0.0), (MainLaw::Ndi, 2.0), (MainLaw::Lqr, 3.0)];
 /// Duration of the check flight, s.
 const FLIGHT_S: f64 = 120.0;
 /// Its turbulence, rms: light, and at most this part of the airspeed.
@@ -104,14 +105,25 @@ impl New {
             let model = config::model("the new model", &text(found)?)?;
             CheckSetup { airframe: &airframe, model, start: setup.start, able: &able }.fly(law)
         };
+        let mut first = fly(&found, MainLaw::Pid)?;
+        for (law, number) in LAWS.into_iter().skip(1) {
+            if first.is_kept {
+                break;
+            }
+            let flown = fly(&found, law)?;
+            if flown.is_kept {
+                found.set("CTL_LAW", number);
+                found.weak.push(format!("only {} keeps it", name_of(MainLaw::NAMES, law)));
+                first = flown;
+            }
+        }
         // The levels come from a flight, which needs none: the compensator is off.
-        let first = fly(&found, MainLaw::Pid)?;
         let names = ["ACT_LVL_P", "ACT_LVL_Q", "ACT_LVL_R"];
         for (name, deviation) in names.into_iter().zip(first.estimate_rad_s2) {
             found.set(name, LEVEL_DEVIATIONS * deviation);
         }
         let mut report = heading(&airframe, &able, &setup.start);
-        for law in LAWS {
+        for (law, _) in LAWS {
             let flown = fly(&found, law)?;
             let _ = writeln!(report, "{}", flown.row);
             found.weak.extend(flown.weak);
@@ -119,7 +131,7 @@ impl New {
         report += "\n## Margins\n\n| law | commands | crossover, rad/s | gain | phase, deg |\n|---|---|---|---|---|\n";
         let model = config::model("the new model", &text(&found)?)?;
         let check = CheckSetup { airframe: &airframe, model, start: setup.start, able: &able };
-        for law in LAWS {
+        for (law, _) in LAWS {
             let mut setup = check.setup(law)?;
             setup.plant.wind = setup.plant.wind.with_turbulence_m_s(0.0);
             let name = name_of(MainLaw::NAMES, law);
@@ -163,6 +175,7 @@ struct CheckSetup<'a> {
 
 /// What the check flight of a law shows.
 struct CheckFlight {
+    is_kept: bool,
     row: String,
     weak: Vec<String>,
     /// Standard deviation of the estimated fault acceleration, rad/s².
@@ -236,9 +249,10 @@ impl CheckSetup<'_> {
                 weak.push(format!("{name} follows the {what} with {error:.1} {unit} rms"));
             }
         }
-        let kept = if outcome.is_kept() { "kept" } else { "**lost**" };
+        let is_kept = outcome.is_kept();
+        let kept = if is_kept { "kept" } else { "**lost**" };
         let row = format!("| {name} | {kept} | {altitude:.2} | {roll:.2} | {airspeed:.2} |");
-        Ok(CheckFlight { row, weak, estimate_rad_s2: estimates.map(rms) })
+        Ok(CheckFlight { is_kept, row, weak, estimate_rad_s2: estimates.map(rms) })
     }
 }
 

@@ -391,6 +391,15 @@ impl Covariance {
         self.p[state][state] = self.p[state][state].max(variance);
     }
 
+    /// Lowers the variance of a state to this; its correlations stay.
+    pub fn lower(&mut self, state: usize, variance: f64) {
+        let factor = libm::sqrt((variance / self.p[state][state]).min(1.0));
+        for other in 0..STATES {
+            self.p[state][other] *= factor;
+            self.p[other][state] *= factor;
+        }
+    }
+
     /// Whether every number is finite and every variance positive.
     #[expect(clippy::eq_op, reason = "the difference is zero for finite numbers only")]
     pub fn is_sound(&self) -> bool {

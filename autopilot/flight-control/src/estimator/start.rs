@@ -12,7 +12,7 @@ use super::gusts::Gusts;
 use super::history::{History, Integrals};
 use super::noise::priors;
 use super::strapdown::Estimate;
-use super::{Estimator, GroundFix, air, updates};
+use super::{Estimator, GroundFix, air, rest, updates};
 use crate::navigation::Validity;
 
 /// Two fixes for an acceleration are at least this far apart, s.
@@ -82,7 +82,7 @@ impl Estimator {
         // acceleration first.
         let is_first = self.started == Some(now) && now == SimTime::ZERO;
         let stands =
-            self.near_ground.on_wheels && fix.value.velocity.0.norm() < updates::STANDING_M_S;
+            self.near_ground.on_wheels && fix.value.velocity.0.norm() < rest::STANDING_M_S;
         let acceleration = match (is_first || stands, self.fix_before) {
             (true, _) => Vector3::zeros(),
             (false, Some(before)) => {

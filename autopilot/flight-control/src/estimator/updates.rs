@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, GYRO_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
+    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
     POSITION, Row, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
@@ -34,11 +34,9 @@ const FIELD_EVERY_M: f64 = 1_000.0;
 const WITHOUT_VANES_S: f64 = 0.5;
 /// Then it is compared this often, µs: its errors last much longer than a control step.
 const MODEL_EVERY_US: u64 = 200_000;
-/// Slower than this an aircraft on the ground stands, m/s. Its attitude, and with it the errors of the magnetometer's scale, last as long as
-/// a stay at the holding point, s; wind and engine shake it by this rate, rad/s rms in an update.
-pub(super) const STANDING_M_S: f64 = 0.5;
+/// The attitude of an aircraft that stands, and with it the errors of the magnetometer's scale, last as long as a stay at the holding
+/// point, s.
 const STANDING_S: f64 = 1_800.0;
-const SHAKEN: f64 = 0.01;
 /// A rolling aircraft uses its air data from this part of its stall speed on.
 const FLOW_OVER_STALL: f64 = 0.6;
 /// Samples of air data and magnetometer that are older than this are not used, s.
@@ -123,21 +121,6 @@ impl Estimator {
     fn has_flow(&self, sensors: &Sensors) -> bool {
         let pitot = &sensors.pitot;
         pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
-    }
-
-    /// Looks at the samples of the air data without using them: they are neither lost nor wrong.
-    fn pass_over_air(&mut self, now: SimTime, sensors: &Sensors) {
-        let (pitot, vanes) = (&sensors.pitot, &sensors.vanes);
-        let FlowAngles { angle_of_attack_rad, sideslip_rad } = vanes.value;
-        if self.sources.pitot.is_new(now, pitot.time, pitot.valid, &[pitot.value.impact_pa]) {
-            self.sources.pitot.believe(0.0);
-        }
-        let angles = [angle_of_attack_rad, sideslip_rad];
-        if self.sources.vanes.is_new(now, vanes.time, vanes.valid, &angles) {
-            self.sources.vanes.believe(0.0);
-        }
-        self.sources.pitot.forget_repeats();
-        self.sources.vanes.forget_repeats();
     }
 
     /// Takes a comparison that passes the gate; returns whether it did.
@@ -349,6 +332,7 @@ impl Estimator {
         if !self.sources.pitot.is_new(now, sample.time, is_good, &[impact]) {
             return;
         }
+        let impact = impact - self.pitot_zero.offset_pa;
         let Some(age) = age(sample.time, now) else { return };
         let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
         let [.., altitude] = ground.place.coordinates(&self.estimate.position);
@@ -470,28 +454,6 @@ impl Estimator {
                 self.covariance.raise(state, variance);
             }
             self.sources.magnetometer.believe(worst);
-        }
-    }
-
-    /// Whether it stands on the ground.
-    pub(super) fn stands(&self) -> bool {
-        self.near_ground.on_wheels && self.estimate.velocity.norm() < STANDING_M_S
-    }
-
-    /// An aircraft that stands turns with the Earth alone, which shows the biases of the gyros.
-    fn compare_rest(&mut self, now: SimTime) {
-        let Some(GroundFix { earth, .. }) = &self.ground else { return };
-        let gyro = &self.sources.gyro;
-        let innovation = self.inertial().rate - self.estimate.matrix().tr_mul(&earth.rotation);
-        // A faster rotation is one.
-        let most = SHAKEN + 3.0 * self.gains.gyro_bias_deg.to_radians();
-        if gyro.silence_s(now) > 0.0 || gyro.is_stuck(now) || innovation.amax() > most {
-            return;
-        }
-        for axis in 0..3 {
-            let row = Row::empty().with(GYRO_BIAS + axis, 1.0);
-            let comparison = self.covariance.compare(&row, innovation[axis], SHAKEN * SHAKEN);
-            self.take(&comparison);
         }
     }
 

@@ -136,10 +136,20 @@ impl Lqr {
         let LawInput { state, references, saturated, model, h, .. } = *input;
         let LqrGains { elevator, thrust, aileron, .. } = &self.gains;
         let altitude = state.altitude_m - references.altitude_m;
+        let most = self.gains.error_max_m;
+        let altitude = if altitude.abs() < ALTITUDE_BAND * most {
+            altitude
+        } else if state.over_ground && elevator.altitude != 0.0 {
+            // What the steady climb lacks of the one that the largest error asks for: where the airspeed of a slow aircraft is wrong, the
+            // elevator of its trim is, and the error alone does not replace it.
+            let lead_s =
+                (elevator.climb + elevator.theta / model.aircraft().trim.airspeed_m_s) / elevator.altitude;
+            altitude.clamp(-most, most) + lead_s * state.climb_rate_m_s()
+        } else {
+            0.0
+        };
         // Too high asks for positive elevator, which lowers the nose.
-        if altitude.abs() < ALTITUDE_BAND * self.gains.error_max_m
-            && !saturated.elevator.blocks(altitude)
-        {
+        if !saturated.elevator.blocks(altitude) {
             let most = bound(ELEVATOR_INTEGRAL_MAX, elevator.altitude_i);
             self.altitude.add(altitude * h, most);
         }

@@ -102,10 +102,18 @@ impl Ndi {
         let error = references.altitude_m - state.altitude_m;
         // Positive elevator lowers the nose.
         let most = gains.climb_max_m_s;
-        if error.abs() < ALTITUDE_BAND * most / gains.k_h && !saturated.elevator.blocks(-error) {
-            self.climb.add(gains.k_hi * error * h, gains.climb_integral_max_m_s());
+        let demanded = (gains.k_h * error).clamp(-most, most);
+        let lasting = if error.abs() < ALTITUDE_BAND * most / gains.k_h {
+            error
+        } else if state.over_ground {
+            (demanded - state.climb_rate_m_s()) / gains.k_h
+        } else {
+            0.0
+        };
+        if !saturated.elevator.blocks(-lasting) {
+            self.climb.add(gains.k_hi * lasting * h, gains.climb_integral_max_m_s());
         }
-        let climb = (gains.k_h * error).clamp(-most, most) + self.climb.value();
+        let climb = demanded + self.climb.value();
         let path = |climb: f64| libm::asin((climb / v).clamp(-1.0, 1.0));
         let gamma = path(state.climb_rate_m_s());
         let gamma_c = path(climb).clamp(-GAMMA_MAX, GAMMA_MAX);

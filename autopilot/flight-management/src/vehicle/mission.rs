@@ -144,6 +144,7 @@ impl Mission {
             // The aircraft returns to the circle from elsewhere; turns and time already flown count.
             Some(Task::Loiter(loiter)) if loiter.reached => {
                 (loiter.on_circle, loiter.bearing, loiter.resumed) = (false, None, true);
+                loiter.around_rad = 0.0;
             }
             Some(Task::Parked(_)) | None => {}
             Some(Task::Leg(_) | Task::Loiter(_) | Task::Climb(_) | Task::Approach(_)) => {
@@ -556,6 +557,7 @@ impl Mission {
             resumed: false,
             on_circle: false,
             reached: false,
+            around_rad: 0.0,
             bearing: None,
             turned_rad: 0.0,
             held_s: 0.0,
@@ -799,6 +801,8 @@ struct Loiter {
     on_circle: bool,
     /// It was on it before.
     reached: bool,
+    /// Angle flown around the centre since then, rad.
+    around_rad: f64,
     bearing: Option<f64>,
     turned_rad: f64,
     held_s: f64,
@@ -822,7 +826,12 @@ impl Loiter {
             demand.altitude_m = rules.nearest_altitude_m(altitude_m);
         }
         let flown = self.orbit.fly(situation, demand);
-        self.on_circle = self.on_circle || self.is_on(&offset, radius_m, situation);
+        let change_rad = self.change_rad(&offset);
+        self.around_rad += change_rad;
+        // After a turn around its centre this is as near as the aircraft comes, with a fault or in strong wind.
+        self.on_circle = self.on_circle
+            || self.around_rad >= TAU
+            || self.is_on(&offset, radius_m, situation);
         if !self.on_circle {
             return Some(flown);
         }
@@ -830,7 +839,10 @@ impl Loiter {
         if let Some(ramp) = self.ramp.take() {
             demand.altitude_m = rules.nearest_altitude_m(ramp.to_m);
         }
-        let turned_rad = self.count(&offset, situation);
+        // It counts from the tick behind the one that reaches the circle.
+        let turned_rad = if self.reached { change_rad } else { 0.0 };
+        self.turned_rad += turned_rad;
+        self.held_s += situation.dt_s;
         self.reached = true;
         let is_done = match self.until {
             Until::ForGood => false,
@@ -853,15 +865,12 @@ impl Loiter {
         (r - radius_m).abs() <= near && around >= ON_CIRCLE_COS * r * situation.speed_m_s
     }
 
-    /// Counts angle and time; the angle of this tick, rad.
-    fn count(&mut self, offset: &Horizontal, situation: &Situation) -> f64 {
+    /// Angle around the centre in this tick, rad.
+    fn change_rad(&mut self, offset: &Horizontal) -> f64 {
         let bearing = libm::atan2(offset.y, offset.x);
         let before = self.bearing.replace(bearing).unwrap_or(bearing);
         let change = libm::remainder(bearing - before, TAU);
-        let change = if self.orbit.clockwise { change } else { -change };
-        self.turned_rad += change;
-        self.held_s += situation.dt_s;
-        change
+        if self.orbit.clockwise { change } else { -change }
     }
 
     /// Leaves where the tangent leads to the next point, or at once if no tangent does, and after one more turn

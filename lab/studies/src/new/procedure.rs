@@ -10,6 +10,7 @@ use flight_control::main_controller::lqr::LqrGains;
 use flight_control::{DesignModel, Gains, NavigationState, gains};
 use icd::units::STANDARD_GRAVITY_M_S2 as G_M_S2;
 use icd::{AxisGains, ControlPeriod, EffectorKind, Ned};
+use nalgebra::Vector3;
 use plant_sim::atmosphere::{Atmosphere, LocalDensity};
 use plant_sim::dynamics::Dynamics;
 use plant_sim::gear::ContactPoint;
@@ -49,6 +50,9 @@ const BANK_PART: f64 = 0.7;
 const RATIO: f64 = 2.0;
 /// Bandwidth of an inner loop over that of the one around it, where that one is not part of the optimum.
 const OUTER: f64 = 4.0;
+/// With roll reversal: weight of the roll's integral, rad, and period of the guidance, over and times the rate of the divergence.
+const REVERSED_INTEGRAL: f64 = 0.15;
+const REVERSED_PERIOD: f64 = 40.0;
 /// Digits of a parameter.
 const DIGITS: usize = 3;
 
@@ -246,6 +250,11 @@ impl<'a> Procedure<'a> {
             ],
             error_max_m: 3.0 * altitude,
         };
+        if let Some(rate) = self.reversal() {
+            // Only the integral turns the ailerons over.
+            let [.., integral] = &mut weights.lateral_states;
+            *integral = integral.min(REVERSED_INTEGRAL / rate);
+        }
         let [roll, pitch, yaw] = self.authority();
         for _ in 0..STEPS_MAX {
             let gains = design::design(model, self.period, &weights)?;
@@ -296,6 +305,19 @@ impl<'a> Procedure<'a> {
         ]
     }
 
+    /// Rate, 1/s, at which the nose turns away while the ailerons hold the roll angle: the zero from aileron to roll that is not
+    /// stable. Their adverse yaw is then stronger than what turns the nose into the wind, and a roll that lasts needs them the other
+    /// way (W. F. Phillips, "Mechanics of Flight", Wiley 2010, calls it aileron reversal by adverse yaw). A rudder would hold the nose.
+    fn reversal(&self) -> Option<f64> {
+        let aileron = design::per_command(&self.model, |command, d| command.aileron_rad = d);
+        let held = |slope: Vector3<f64>| slope.z - slope.x * aileron.z / aileron.x;
+        let beta = held(design::slope(&self.model, |state, d| state.beta += d));
+        let r = held(design::slope(&self.model, |state, d| state.rates.z += d));
+        // s² - r s + beta.
+        let rate = 0.5 * r + (0.25 * r * r - beta).max(0.0).sqrt();
+        (self.rudder_rad() == 0.0 && beta < 0.0).then_some(rate)
+    }
+
     /// All parameters but the detector levels, which a flight measures.
     pub fn parameters(&self, able: &Performance) -> Result<ParameterSet, Problem> {
         let mut found = ParameterSet::default();
@@ -337,6 +359,13 @@ impl<'a> Procedure<'a> {
             let c_yaw_beta = model.airframe.c_yaw_beta;
             found.weak.push(format!(
                 "c_yaw_beta = {c_yaw_beta} does not turn the nose into the wind, and {held}: turns slip"
+            ));
+        }
+        if let Some(rate) = self.reversal() {
+            found.weak.push(format!(
+                "ailerons that hold the roll turn the nose out of the wind at {rate:.2} 1/s, and no effector yaws: a turn begins the wrong \
+                 way and takes {:.0} s",
+                2.0 / rate
             ));
         }
         Ok(found)
@@ -388,7 +417,9 @@ impl<'a> Procedure<'a> {
         found.set("NAV_CLIMB_MAX", climb);
         found.set("ALT_SLEW", climb);
         found.set("ROL_LAG", roll_s);
-        found.set("FW_L1_PERIOD", (24.0 * (2.0 * roll_s + roll_lag_s)).max(5.0));
+        let period_s = (24.0 * (2.0 * roll_s + roll_lag_s)).max(5.0);
+        let reversed_s = self.reversal().map_or(0.0, |rate| REVERSED_PERIOD / rate);
+        found.set("FW_L1_PERIOD", period_s.max(reversed_s));
         let [roll, ..] = self.authority();
         let damping = design::slope(&self.model, |state, d| state.rates.x += d).x;
         // Most of the steady roll rate of half the travel.

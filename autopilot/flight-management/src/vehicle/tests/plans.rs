@@ -109,6 +109,17 @@ fn turns_and_time_are_counted_on_the_circle() {
 }
 
 #[test]
+fn a_circle_that_the_aircraft_cannot_hold_ends_as_well() {
+    let turns = Action::LoiterTurns { circle: circle(30.0, 0.0, 5_000.0), turns: 1.0 };
+    let mut plane = Plane::begin(vec![item(turns)]);
+    plane.roll_part = 0.5;
+    plane.fly_until(2_000.0, COMPLETE);
+    let offset = Horizon::at(at(30.0, 0.0)).offset(&Site::at(plane.place));
+    // Beside the 10 km of the circle by more than counts as on it.
+    assert!((offset.norm() - 10.0e3).abs() > 550.0, "{} m", offset.norm());
+}
+
+#[test]
 fn a_circle_is_left_towards_the_next_point() {
     let time = Action::LoiterTime { circle: circle(30.0, 0.0, 5_000.0), seconds: 10.0 };
     let mut plane = Plane::begin(vec![item(time), waypoint(30.0, 60.0, 5_000.0)]);
