@@ -27,8 +27,7 @@ use procedure::{ParameterSet, Performance, Procedure};
 pub mod procedure;
 
 /// Laws that every aircraft can fly, with their `CTL_LAW`. The first that keeps the aircraft is its own.
-const LAWS: [(MainLaw, f64); 3] =
-    [(MainLaw::Pid, 0.0), (MainLaw::Ndi, 2.0), (MainLaw::Lqr, 3.0)];
+const LAWS: [(MainLaw, f64); 3] = [(MainLaw::Pid, 0.0), (MainLaw::Ndi, 2.0), (MainLaw::Lqr, 3.0)];
 /// Duration of the check flight, s.
 const FLIGHT_S: f64 = 120.0;
 /// Its turbulence, rms: light, and at most this part of the airspeed.

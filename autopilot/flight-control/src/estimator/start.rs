@@ -81,8 +81,7 @@ impl Estimator {
         // Only at time zero is the flight known to be steady. Who joins one, or begins again, has to measure the
         // acceleration first.
         let is_first = self.started == Some(now) && now == SimTime::ZERO;
-        let stands =
-            self.near_ground.on_wheels && fix.value.velocity.0.norm() < rest::STANDING_M_S;
+        let stands = self.near_ground.on_wheels && fix.value.velocity.0.norm() < rest::STANDING_M_S;
         let acceleration = match (is_first || stands, self.fix_before) {
             (true, _) => Vector3::zeros(),
             (false, Some(before)) => {

@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::air::{self, Airspeed, FlowOf};
 use super::covariance::{
-    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE,
-    POSITION, Row, VANES, VELOCITY, Vectors, WIND,
+    ATTITUDE, BAROMETER, Comparison, FORCE_BIAS, MAGNETIC_BIAS, PITOT_BIAS, PITOT_SCALE, POSITION,
+    Row, VANES, VELOCITY, Vectors, WIND,
 };
 use super::history::Since;
 use super::noise::MANOEUVRE_S;

@@ -142,8 +142,8 @@ impl Lqr {
         } else if state.over_ground && elevator.altitude != 0.0 {
             // What the steady climb lacks of the one that the largest error asks for: where the airspeed of a slow aircraft is wrong, the
             // elevator of its trim is, and the error alone does not replace it.
-            let lead_s =
-                (elevator.climb + elevator.theta / model.aircraft().trim.airspeed_m_s) / elevator.altitude;
+            let lead_s = (elevator.climb + elevator.theta / model.aircraft().trim.airspeed_m_s)
+                / elevator.altitude;
             altitude.clamp(-most, most) + lead_s * state.climb_rate_m_s()
         } else {
             0.0

@@ -829,9 +829,8 @@ impl Loiter {
         let change_rad = self.change_rad(&offset);
         self.around_rad += change_rad;
         // After a turn around its centre this is as near as the aircraft comes, with a fault or in strong wind.
-        self.on_circle = self.on_circle
-            || self.around_rad >= TAU
-            || self.is_on(&offset, radius_m, situation);
+        self.on_circle =
+            self.on_circle || self.around_rad >= TAU || self.is_on(&offset, radius_m, situation);
         if !self.on_circle {
             return Some(flown);
         }

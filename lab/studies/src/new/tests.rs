@@ -30,7 +30,7 @@ fn an_unknown_aircraft_without_a_rudder_flies_with_every_law_and_has_nothing_of_
     }
     assert_eq!(made.weak, [""; 0], "{}", made.report);
     let model = config::model("duck", &made.text).unwrap();
-    for law in LAWS {
+    for (law, _) in LAWS {
         let mut parameters = model.defaults;
         parameters.gains.selection.main = law;
         assert_eq!(config::inherited(&model.aircraft, &parameters), None);

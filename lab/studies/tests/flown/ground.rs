@@ -196,7 +196,7 @@ fn a_wind_from_the_side_is_known_at_the_lift_off() {
 #[test]
 fn the_pitot_tube_is_set_to_zero_before_the_takeoff() {
     // The lasting error of this grade, 54 Pa rms, is half of the impact pressure of the approach. Of these seeds two had a stall there.
-    for (law, seed) in [(0.0, 1.0), (0.0, 3.0), (2.0, 1.0), (3.0, 1.0)] {
+    for (law, seed) in [(0.0, 1), (0.0, 3), (2.0, 1), (3.0, 1)] {
         let mut options = SetupOptions::default();
         let _ = options.aircraft("skywalker_x8").set("plant.sensors.grade", "consumer");
         let _ = options.set("plant.seed", seed).set("CTL_LAW", law);
@@ -521,7 +521,9 @@ fn wing() -> String {
         let (key, value) = line.split_once('=')?;
         match key.trim() {
             // Left and right have opposite signs.
-            "c_roll" => Some(format!("c_roll = {}0.0841", if value.contains('-') { "-" } else { "" })),
+            "c_roll" => {
+                Some(format!("c_roll = {}0.0841", if value.contains('-') { "-" } else { "" }))
+            }
             key => values
                 .iter()
                 .find(|(known, _)| known.trim() == key)
@@ -538,7 +540,7 @@ fn a_wing_that_no_aileron_holds_in_a_turn_lands_with_the_law_that_its_model_name
     let own = OwnAircraft::of(&wing());
     let says = |what: &str| own.made.weak.iter().any(|line| line.contains(what));
     assert!(says("only lqr keeps it") && says("out of the wind"), "{}", own.made.report);
-    for seed in [1.0, 2.0] {
+    for seed in [1, 2] {
         let mut options = own.options();
         let _ = options.set("plant.seed", seed);
         let flown = Circuit::of(&options, CIRCUIT);

@@ -29,8 +29,8 @@ pub struct Plane {
     pub place: Place,
     pub heading: f64,
     pub roll: f64,
-    /// Part of the demanded roll that it reaches.
-    pub roll_part: f64,
+    /// What its roll is beside the demanded one.
+    pub roll_error_rad: f64,
     pub altitude_m: f64,
     pub airspeed_m_s: f64,
     pub climb_m_s: f64,
@@ -81,7 +81,7 @@ impl Plane {
             place: start(),
             heading: 0.0,
             roll: 0.0,
-            roll_part: 1.0,
+            roll_error_rad: 0.0,
             altitude_m: 5_000.0,
             airspeed_m_s: 264.0,
             climb_m_s: 0.0,
@@ -126,7 +126,7 @@ impl Plane {
         });
         // A small number.
         let dt = TICK_US as f64 * 1.0e-6;
-        self.roll = self.roll_part * demand.roll_rad;
+        self.roll = demand.roll_rad + self.roll_error_rad;
         self.heading += STANDARD_GRAVITY_M_S2 * libm::tan(self.roll) / self.airspeed_m_s * dt;
         let wanted_m_s = (0.1 * (demand.altitude_m - self.altitude_m)).clamp(-CLIMB_M_S, CLIMB_M_S);
         self.climb_m_s += (wanted_m_s - self.climb_m_s) * dt / (CLIMB_LAG_S + dt);

@@ -2,6 +2,7 @@ use super::plane::{Plane, at, circle, item, plan, point, start, waypoint};
 use super::*;
 use crate::vehicle::Target;
 use crate::vehicle::VehicleEvent;
+use crate::vehicle::geodesy::{Horizon, Site};
 use crate::vehicle::plan::{Action, Circle, Item, Point, Progress, WaitCondition};
 
 const COMPLETE: VehicleEvent = VehicleEvent::PlanComplete;
@@ -112,7 +113,7 @@ fn turns_and_time_are_counted_on_the_circle() {
 fn a_circle_that_the_aircraft_cannot_hold_ends_as_well() {
     let turns = Action::LoiterTurns { circle: circle(30.0, 0.0, 5_000.0), turns: 1.0 };
     let mut plane = Plane::begin(vec![item(turns)]);
-    plane.roll_part = 0.5;
+    (plane.roll_error_rad, plane.rules.navigation.l1_period_s) = (-0.3, 100.0);
     plane.fly_until(2_000.0, COMPLETE);
     let offset = Horizon::at(at(30.0, 0.0)).offset(&Site::at(plane.place));
     // Beside the 10 km of the circle by more than counts as on it.
