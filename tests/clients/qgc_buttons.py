@@ -5,7 +5,7 @@ import argparse
 import math
 
 from checks import Checks
-from station import ACCEPTED, NAN, Station
+from station import ACCEPTED, NAN, TEMPORARILY_REJECTED, Station
 
 TAKEOFF, HOLD, MISSION, RETURN = (4, 2), (4, 3), (4, 4), (4, 5)
 CUSTOM_MODE = 1
@@ -68,6 +68,13 @@ def main():
     # A station arms as soon as it may; until then the reason is on the screen.
     ready = lambda: s.latest["SYS_STATUS"].onboard_control_sensors_health & 0x10000000
     c.expect("ready to arm", s.wait(lambda: "SYS_STATUS" in s.latest and ready(), 60.0), s.texts()[-3:])
+    c.expect("another runway is set", s.set_parameter("GND_RWY_HDG", 200.0) == 200.0)
+    c.expect("arming is refused there", s.command(ARM, [1]) == TEMPORARILY_REJECTED, s.texts()[-3:])
+    c.expect("with both headings", any(text.endswith("heading is 40 deg, GND_RWY_HDG 200") for text in s.texts()), s.texts()[-3:])
+    c.expect("this runway is set", s.set_parameter("GND_RWY_HDG", 40.0) == 40.0)
+    # It aligns anew.
+    mark = len(s.messages)
+    c.expect("ready again", s.wait(lambda: len(s.of("SYS_STATUS", mark)) > 1 and ready(), 60.0), s.texts()[-3:])
     mode_button(TAKEOFF, "Takeoff: the mode")
     c.expect("Takeoff: arming", s.command(ARM, [1]) == ACCEPTED, s.texts()[-3:])
     c.expect("in the air", s.wait(lambda: landed() == IN_AIR, 60.0), landed())
