@@ -208,6 +208,25 @@ fn the_pitot_tube_is_set_to_zero_before_the_takeoff() {
 }
 
 #[test]
+fn an_airspeed_that_is_wrong_does_not_hold_a_law_below_its_altitude() {
+    // The elevator of the trim is wrong too: LQR sank into the field, NDI came late.
+    for (airframe, law, bias_pa, latest_s) in [
+        ("skywalker_x8", 3.0, 40, 480.0),
+        ("aerosonde", 3.0, 60, 320.0),
+        ("aerosonde", 2.0, 60, 310.0),
+    ] {
+        let script = format!(
+            "at 20 s: arm\nafter 1 s: mode takeoff\nat 30 s: fail pitot biased by {bias_pa} Pa\nat 101 s: land\n"
+        );
+        let flown = Circuit::fly(airframe, &script, &[("CTL_LAW", law)]);
+        let down =
+            flown.touchdown.unwrap_or_else(|| panic!("{airframe}, {law}: {:?}", flown.crash));
+        assert!((100.0..250.0).contains(&down.along_m), "{airframe}, {law}: {down:?}");
+        assert!(down.time.as_seconds() < latest_s, "{airframe}, {law}: {down:?}");
+    }
+}
+
+#[test]
 fn consumer_sensors_take_off_and_land_with_the_heading_of_the_runway_where_the_field_is_steep() {
     // The altimeter of this grade reaches 120 m, and the magnetometer is wrong by 30 deg and more there.
     for airframe in ["tvc_jet", "f16"] {
