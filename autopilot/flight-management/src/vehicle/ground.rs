@@ -15,6 +15,8 @@ const DISARM_AFTER_S: f64 = 2.0;
 const DISARM_MAX_M_S: f64 = 2.0;
 /// A roll that takes longer than this is given up, s.
 const ROLL_MAX_S: f64 = 90.0;
+/// Wheels that touch again so soon after the lift-off, s, and fast enough for another one, belong to the takeoff.
+const BOUNCE_S: f64 = 2.0;
 /// Rollout: the nose comes down to this pitch angle, rad, first, or for this time, s; then the brakes come on over this time, s, to this
 /// part.
 const NOSE_DOWN_RAD: f64 = 0.03;
@@ -56,6 +58,8 @@ enum GroundPhase {
     Standing,
     /// It accelerates along a line.
     Rolling { along: CentreLine, for_s: f64 },
+    /// It has just lifted off.
+    LiftedOff { along: CentreLine, for_s: f64 },
     /// It comes to a stop on a line, after a touchdown or an aborted takeoff.
     Stopping { along: CentreLine, for_s: f64, braking_s: f64, standing_s: f64 },
 }
@@ -82,11 +86,6 @@ impl GroundOperation {
 
     pub fn is_on_wheels(&self) -> bool {
         self.on_wheels
-    }
-
-    /// It accelerates to take off.
-    pub fn is_rolling(&self) -> bool {
-        matches!(self.phase, GroundPhase::Rolling { .. })
     }
 
     /// It has touched down, or given up a takeoff, and has not stopped yet, whether its wheels touch or not.
@@ -142,11 +141,24 @@ impl GroundOperation {
         let speed_m_s = state.velocity.0.xy().norm();
         self.speed_m_s = speed_m_s;
         if !state.on_wheels {
-            if was_on_wheels && self.is_rolling() {
-                self.phase = GroundPhase::Standing;
-                publish(VehicleEvent::LiftOff);
+            match &mut self.phase {
+                GroundPhase::Rolling { along, .. } if was_on_wheels => {
+                    self.phase = GroundPhase::LiftedOff { along: *along, for_s: 0.0 };
+                    publish(VehicleEvent::LiftOff);
+                }
+                GroundPhase::LiftedOff { for_s, .. } if *for_s < BOUNCE_S => *for_s += dt_s,
+                GroundPhase::LiftedOff { .. } => self.phase = GroundPhase::Standing,
+                _ => {}
             }
             return false;
+        }
+        let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
+        let rotates = measured >= rules.rotation_m_s(state.altitude_m);
+        if let GroundPhase::LiftedOff { along, .. } = self.phase {
+            self.phase = match wants_takeoff && rotates {
+                true => GroundPhase::Rolling { along, for_s: 0.0 },
+                false => GroundPhase::Standing,
+            };
         }
         let here = |course_rad| CentreLine { through: Site::at(Place::of(state)), course_rad };
         let mut has_touched_down = false;
@@ -168,7 +180,7 @@ impl GroundOperation {
                 self.phase = GroundPhase::Rolling { along, for_s: 0.0 };
                 GroundDemand { heading_rad: Some(along.course_rad), ..GroundDemand::STAND }
             }
-            GroundPhase::Standing => GroundDemand::STAND,
+            GroundPhase::Standing | GroundPhase::LiftedOff { .. } => GroundDemand::STAND,
             GroundPhase::Rolling { along, for_s } => {
                 *for_s += dt_s;
                 let along = *along;
@@ -181,8 +193,6 @@ impl GroundOperation {
                     };
                     publish(VehicleEvent::TakeoffAborted);
                 }
-                let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
-                let rotates = measured >= rules.rotation_m_s(state.altitude_m);
                 GroundDemand {
                     heading_rad: Some(along.heading_rad(state)),
                     pitch_rad: rotates.then_some(rules.takeoff_pitch_rad()),
