@@ -375,6 +375,23 @@ fn a_strong_wind_from_the_side_does_not_roll_the_aircraft_over_in_its_rollout() 
 }
 
 #[test]
+fn a_takeoff_whose_wheels_touch_again_goes_on() {
+    let mut options = SetupOptions::default();
+    let _ = options.aircraft("f16").set("plant.wind.turbulence", "moderate").set("plant.seed", 5);
+    let _ = options.set("plant.wind.speed_m_s", 9.0).set("plant.wind.towards_deg", 310.0);
+    let _ = options.set("plant.duration_s", 45.0);
+    let flown = Circuit::of(&options, CIRCUIT);
+    let is_lift_off = |kind: &EventKind| *kind == EventKind::Vehicle(VehicleEvent::LiftOff);
+    let lift_offs = flown.events.iter().filter(|(_, kind)| is_lift_off(kind)).count();
+    assert_eq!(
+        (lift_offs, flown.time_of(VehicleEvent::TouchDown)),
+        (2, None),
+        "{:?}",
+        flown.events
+    );
+}
+
+#[test]
 fn a_flying_wing_leaves_its_catapult_across_the_wind_and_comes_back() {
     // With the fourth seed gusts carry the aircraft on its rail.
     for seed in [1, 4, 5] {
