@@ -242,6 +242,10 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         if tick.events.iter().any(|event| is(event, VehicleEvent::PlanComplete)) {
             over_s = t_s + AFTER_S;
         }
+        // Over a ground it goes on to the landing.
+        if tick.snapshot.mode == Mode::Return && tick.log.state.over_ground {
+            over_s = f64::INFINITY;
+        }
         if let (None, Some(touchdown)) = (&down, tick.plant.touchdown()) {
             let sink_m_s = touchdown.sink_m_s;
             down = Some(Landed { sink_m_s, ..Landed::of(tick) });

@@ -324,7 +324,7 @@ impl Vehicle {
                 }
                 Flight::Home => {
                     self.mode = Mode::Return;
-                    demand.altitude_m = self.choose_refuge(situation.rules);
+                    demand.altitude_m = self.begin_return(situation.rules);
                 }
             }
             // The plan has just ended.
@@ -435,10 +435,7 @@ impl Vehicle {
             Mode::Mission => self.mission.start(),
             Mode::Takeoff => (self.takeoff_m, self.takeoff_course_rad) = (None, None),
             Mode::Return => {
-                let landing = self.landing_at_runway(rules);
-                self.returning.replace(Arc::new(landing));
-                self.returning.start();
-                let altitude_m = self.choose_refuge(rules);
+                let altitude_m = self.begin_return(rules);
                 if let Some(demand) = self.demand.as_mut() {
                     demand.altitude_m = altitude_m;
                 }
@@ -644,6 +641,14 @@ impl Vehicle {
         }
         let altitude_m = self.refuge.map(|point| rules.nearest_altitude_m(point.altitude_m));
         altitude_m.unwrap_or_else(|| rules.return_altitude_m())
+    }
+
+    /// Begins the way back, and its altitude, m.
+    fn begin_return(&mut self, rules: &Rules) -> f64 {
+        let landing = self.landing_at_runway(rules);
+        self.returning.replace(Arc::new(landing));
+        self.returning.start();
+        self.choose_refuge(rules)
     }
 
     /// The way back to the runway of the takeoff and onto it, in its direction; empty if the flight began in the air.
