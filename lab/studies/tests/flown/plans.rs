@@ -90,6 +90,26 @@ fn every_file_with_a_landing_is_flown_to_its_landing_point() {
 }
 
 #[test]
+fn a_plan_that_ends_with_a_return_lands_where_it_began() {
+    let item = |number: u8, frame: u8, command: u8, place: &str| {
+        format!("{number}\t{}\t{frame}\t{command}\t0\t0\t0\t0\t{place}\t1\n", u8::from(number == 0))
+    };
+    let text = "QGC WPL 110\n".to_owned()
+        + &item(0, 0, 16, "34.9\t-117.9\t700")
+        + &item(1, 3, 22, "34.905\t-117.9\t60")
+        + &item(2, 3, 16, "34.912\t-117.895\t80")
+        + &item(3, 3, 20, "0\t0\t0");
+    let file = tempfile::NamedTempFile::with_suffix(".waypoints").expect("a file");
+    std::fs::write(file.path(), text).expect("it is written");
+    let (flown, ..) = fly(file.path().to_str().expect("a path in UTF-8"), 0.0);
+    assert_eq!(flown.crash, None);
+    let down = flown.touchdown.expect("a touchdown");
+    assert!(down.sink_m_s < 1.5, "{} m/s", down.sink_m_s);
+    let disarmed = EventKind::Vehicle(VehicleEvent::Armed(false));
+    assert!(flown.events.iter().any(|(_, kind)| *kind == disarmed), "{:?}", flown.events);
+}
+
+#[test]
 fn points_at_one_place_are_no_line_to_land_along_and_the_aircraft_lands_ahead() {
     for wind_m_s in [0.0, 4.0] {
         let (flown, _, _) = fly("all_at_one_place.waypoints", wind_m_s);
