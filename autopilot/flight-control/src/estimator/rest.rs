@@ -3,6 +3,7 @@
 use icd::{FlowAngles, Sensors, SimTime};
 
 use super::covariance::{GYRO_BIAS, PITOT_BIAS, Row};
+use super::updates::IMPACT_MAX_PA;
 use super::{Estimator, GroundFix, air};
 
 /// Slower than this an aircraft on the ground stands, m/s.
@@ -52,10 +53,13 @@ impl Estimator {
     pub(super) fn pass_over_air(&mut self, now: SimTime, sensors: &Sensors) {
         let (pitot, vanes) = (&sensors.pitot, &sensors.vanes);
         let FlowAngles { angle_of_attack_rad, sideslip_rad } = vanes.value;
-        if self.sources.pitot.is_new(now, pitot.time, pitot.valid, &[pitot.value.impact_pa]) {
+        let impact_pa = pitot.value.impact_pa;
+        // NaN fails the comparison.
+        let is_good = pitot.valid && impact_pa.abs() <= IMPACT_MAX_PA;
+        if self.sources.pitot.is_new(now, pitot.time, is_good, &[impact_pa]) {
             self.sources.pitot.believe(0.0);
             if self.stands() {
-                self.zero_pitot(pitot.value.impact_pa);
+                self.zero_pitot(impact_pa);
             }
         }
         let angles = [angle_of_attack_rad, sideslip_rad];

@@ -23,7 +23,7 @@ const DISTANCE_MAX_M: f64 = 2.0e7;
 /// Pressures that air has, Pa.
 const PRESSURE_PA: [f64; 2] = [100.0, 200_000.0];
 /// Largest impact pressure, Pa.
-const IMPACT_MAX_PA: f64 = 1.0e6;
+pub(super) const IMPACT_MAX_PA: f64 = 1.0e6;
 /// Largest flow angle, rad: a little more than half a turn.
 const ANGLE_MAX_RAD: f64 = 3.2;
 /// Largest magnetic field along an axis, nT: ten times that of the Earth.
