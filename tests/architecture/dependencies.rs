@@ -6,12 +6,12 @@ use std::process::Command;
 
 use crate::sources::{Source, files, root};
 
-/// Runs `cargo tree` without network and gives its lines.
+/// Runs `cargo tree` and gives its lines. It fetches what only other systems need, if nothing has before.
 fn tree(arguments: &[&str]) -> Vec<String> {
     let cargo = env::var("CARGO").unwrap_or("cargo".to_owned());
     let output = Command::new(cargo)
         .current_dir(root())
-        .args(["tree", "--offline", "--prefix", "none"])
+        .args(["tree", "--locked", "--prefix", "none"])
         .args(arguments)
         .output()
         .expect("cargo runs this test, so it can be started");

@@ -10,8 +10,8 @@
 //!
 //! The states are errors of attitude, velocity and position, biases of gyros and accelerometers, wind with its gusts and
 //! without, bias of the magnetometer, offset of the barometer and biases of the two vanes. Bias and scale of the pitot tube and the
-//! error of the modelled lift count in every variance and are not corrected; without a pitot tube the biases of the vanes too
-//! ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the
+//! error of the modelled lift count in every variance and are not corrected in flight; without a pitot tube the biases of the vanes
+//! too ([`covariance`] has their order). The inertial navigation runs in every control step, in axes that are fixed to the Earth at the
 //! start point ([`earth`]); the covariance and the measurements follow every 10 ms. A measurement is compared at its own time: a late
 //! GNSS fix through the integrals of [`history`], air data and magnetic field through the rates. Each number is a measurement of its
 //! own, so nothing is inverted.

@@ -235,6 +235,7 @@ pub fn begin(plan: &Arc<Plan>) -> Vec<TimedCommand> {
 pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Problem> {
     let mut flown = Flown::default();
     let (mut over_s, mut last, mut down) = (f64::INFINITY, None, None);
+    let mut returns = false;
     let is = |event: &Event, what: VehicleEvent| event.kind == EventKind::Vehicle(what);
     let flight = watch_with_commands(setup, commands, |tick| {
         let t_s = tick.exchange.time.as_seconds();
@@ -242,9 +243,13 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         if tick.events.iter().any(|event| is(event, VehicleEvent::PlanComplete)) {
             over_s = t_s + AFTER_S;
         }
-        // Over a ground it goes on to the landing.
-        if tick.snapshot.mode == Mode::Return && tick.log.state.over_ground {
+        // A return over a ground goes on to the landing.
+        let returned = returns;
+        returns = tick.snapshot.mode == Mode::Return && tick.log.state.over_ground;
+        if returns {
             over_s = f64::INFINITY;
+        } else if returned {
+            over_s = t_s + AFTER_S;
         }
         if let (None, Some(touchdown)) = (&down, tick.plant.touchdown()) {
             let sink_m_s = touchdown.sink_m_s;

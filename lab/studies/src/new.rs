@@ -112,7 +112,8 @@ impl New {
             let flown = fly(&found, law)?;
             if flown.is_kept {
                 found.set("CTL_LAW", number);
-                found.weak.push(format!("only {} keeps it", name_of(MainLaw::NAMES, law)));
+                let name = name_of(MainLaw::NAMES, law);
+                found.weak.push(format!("pid does not keep it: it flies with {name}"));
                 first = flown;
             }
         }

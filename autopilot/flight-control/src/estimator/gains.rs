@@ -76,7 +76,7 @@ gain_set! {
         barometer_walk_m = 0.05, "EST_BAR_BW" "m/sqrt(s)", 0.0 to 10.0, "Random walk of that offset";
         /// White noise of the impact pressure, Pa.
         pitot_noise_pa = 15.0, "EST_PIT_N" "Pa", 0.1 to 10000.0, "White noise of the impact pressure";
-        /// Its error that lasts, Pa; only considered.
+        /// Its error that lasts, Pa; only considered in flight.
         pitot_bias_pa = 16.0, "EST_PIT_B" "Pa", 0.1 to 10000.0, "Lasting error of the impact pressure";
         /// Error of its scale; only considered.
         pitot_scale = 0.002, "EST_PIT_SF" "-", 1.0e-5 to 0.5, "Error of its scale";

@@ -73,18 +73,18 @@ impl Estimator {
     /// Zero of the pitot tube, as before each takeoff of a real aircraft. How much of what it shows is its error, and how much wind
     /// into it, follows from how large both may be.
     fn zero_pitot(&mut self, impact_pa: f64) {
-        let Some(GroundFix { place, .. }) = &self.ground else { return };
-        let [.., altitude] = place.coordinates(&self.estimate.position);
-        let wind_pa = air::impact(WIND_M_S, air::geopotential(altitude));
+        let Some(pressure_altitude) = self.pressure_altitude_m() else { return };
+        let wind_pa = air::impact(WIND_M_S, pressure_altitude);
         let PitotZero { mean_pa, samples, offset_pa } = &mut self.pitot_zero;
         *samples = (*samples + 1.0).min(ZERO_SAMPLES);
-        *mean_pa += (impact_pa - *mean_pa) / *samples;
-        let (bias, noise) = (self.gains.pitot_bias_pa, self.gains.pitot_noise_pa);
-        let other = wind_pa * wind_pa + noise * noise / *samples;
-        let bias = bias * bias;
-        let most = ZERO_DEVIATIONS * libm::sqrt(bias + other);
-        let share = bias / (bias + other);
-        *offset_pa = share * mean_pa.clamp(-most, most);
+        let square = |pa: f64| pa * pa;
+        let (wind, bias) = (square(wind_pa), square(self.gains.pitot_bias_pa));
+        let noise = square(self.gains.pitot_noise_pa);
+        // Each sample, so that a tube which has failed for a moment is no zero of the one that works again.
+        let most = ZERO_DEVIATIONS * libm::sqrt(bias + wind + noise);
+        *mean_pa += (impact_pa.clamp(-most, most) - *mean_pa) / *samples;
+        let share = bias / (bias + wind + noise / *samples);
+        *offset_pa = share * *mean_pa;
         self.covariance.lower(PITOT_BIAS, bias * (1.0 - share));
     }
 }

@@ -325,6 +325,45 @@ fn stand(estimator: &mut Estimator, sensors: &mut Sensors, seconds: u64) -> Esti
     estimator.status(estimator.time())
 }
 
+/// Stands for so many seconds while the pitot tube shows this impact pressure, Pa; what is then taken for its zero, Pa.
+fn stand_with_pitot(estimator: &mut Estimator, sensors: &mut Sensors, s: u64, pa: f64) -> f64 {
+    for _ in 0..20 * s {
+        sensors.pitot.time = sensors.gyro.time;
+        // Noise, so that it does not seem stuck.
+        let noise = if sensors.gyro.time.as_micros() % 100_000 == 0 { 1.0 } else { -1.0 };
+        sensors.pitot.value.impact_pa = pa + noise;
+        let ground = GroundReading { over_ground: true, height_m: Some(0.0), on_wheels: true };
+        sensors.gnss.value.velocity = Ned::zero();
+        for _ in 0..25 {
+            let time = SimTime::from_micros(sensors.gyro.time.as_micros() + 2_000);
+            (sensors.gyro.time, sensors.accelerometer.time) = (time, time);
+            let _ = estimator.step_over(ground, time, sensors);
+        }
+        (sensors.gnss.time, sensors.magnetometer_nt.time) = (sensors.gyro.time, sensors.gyro.time);
+    }
+    estimator.pitot_zero.offset_pa
+}
+
+#[test]
+fn a_pitot_tube_is_set_to_zero_at_rest_whatever_its_error_and_not_by_a_fault() {
+    let gains = EstimatorGains::CONSUMER;
+    let small_m_s = 10.0;
+    for bias_pa in [54.0, -54.0, 110.0, 0.0] {
+        let (mut sensors, mut estimator) = (testing::level_sensors(), estimator());
+        estimator.set_gains(&gains);
+        // An aircraft so slow that a biased tube shows a flow.
+        estimator.stall_m_s = small_m_s;
+        let _ = stand(&mut estimator, &mut sensors, 1);
+        let zero_pa = stand_with_pitot(&mut estimator, &mut sensors, 10, bias_pa);
+        assert!((zero_pa - bias_pa).abs() < 0.15 * bias_pa.abs() + 1.0, "{bias_pa}: {zero_pa} Pa");
+        assert!(estimator.covariance.is_sound());
+        // A tube that fails for a second.
+        let _ = stand_with_pitot(&mut estimator, &mut sensors, 1, -20_000.0);
+        let zero_pa = stand_with_pitot(&mut estimator, &mut sensors, 30, bias_pa);
+        assert!((zero_pa - bias_pa).abs() < 0.2 * bias_pa.abs() + 6.0, "{bias_pa}: {zero_pa} Pa");
+    }
+}
+
 #[test]
 fn on_a_runway_its_heading_aligns_without_a_magnetometer_and_anew_when_it_is_given() {
     let (mut sensors, mut estimator) = (testing::level_sensors(), estimator());

@@ -97,10 +97,12 @@ impl Estimator {
     pub(super) fn measure(&mut self, now: SimTime, sensors: &Sensors) {
         self.measure_gnss(now, &sensors.gnss);
         self.measure_barometer(now, sensors);
-        if self.stands() {
+        let stands = self.stands();
+        if stands {
             self.compare_rest(now);
         }
-        if self.near_ground.on_wheels && !self.has_flow(sensors) {
+        // At rest also where the tube shows a flow: a bias does so.
+        if stands || (self.near_ground.on_wheels && !self.has_flow(sensors)) {
             self.pass_over_air(now, sensors);
             self.measure_field(now, &sensors.magnetometer_nt);
             return;
@@ -120,7 +122,16 @@ impl Estimator {
     /// Whether the air streams along a rolling aircraft as it does in flight.
     fn has_flow(&self, sensors: &Sensors) -> bool {
         let pitot = &sensors.pitot;
-        pitot.valid && pitot.value.airspeed_m_s > FLOW_OVER_STALL * self.stall_m_s
+        let impact_pa = pitot.value.impact_pa - self.pitot_zero.offset_pa;
+        let airspeed = self.pressure_altitude_m().and_then(|at| air::airspeed(impact_pa, at));
+        let least_m_s = FLOW_OVER_STALL * self.stall_m_s;
+        pitot.valid && airspeed.is_some_and(|airspeed| airspeed.airspeed_m_s > least_m_s)
+    }
+
+    /// Pressure altitude of the estimate, m; `None` before the alignment.
+    pub(super) fn pressure_altitude_m(&self) -> Option<f64> {
+        let [.., altitude] = self.ground.as_ref()?.place.coordinates(&self.estimate.position);
+        Some(air::geopotential(altitude) + self.estimate.barometer_offset)
     }
 
     /// Takes a comparison that passes the gate; returns whether it did.
@@ -334,9 +345,10 @@ impl Estimator {
         }
         let impact = impact - self.pitot_zero.offset_pa;
         let Some(age) = age(sample.time, now) else { return };
-        let (Some(present), Some(ground)) = (self.present(), &self.ground) else { return };
-        let [.., altitude] = ground.place.coordinates(&self.estimate.position);
-        let pressure_altitude = air::geopotential(altitude) + self.estimate.barometer_offset;
+        let (Some(present), Some(pressure_altitude)) = (self.present(), self.pressure_altitude_m())
+        else {
+            return;
+        };
         let Some(measured) = air::airspeed(impact, pressure_altitude) else { return };
         let there = present.at(&self.air.pitot_m, age);
         let Some(flow) = air::speed(&there) else { return };

@@ -144,7 +144,9 @@ impl Lqr {
             // elevator of its trim is, and the error alone does not replace it.
             let lead_s = (elevator.climb + elevator.theta / model.aircraft().trim.airspeed_m_s)
                 / elevator.altitude;
-            altitude.clamp(-most, most) + lead_s * state.climb_rate_m_s()
+            let lacking = altitude.clamp(-most, most) + lead_s * state.climb_rate_m_s();
+            // What the engine cannot give is none of it.
+            if saturated.thrust.blocks(-lacking) { 0.0 } else { lacking }
         } else {
             0.0
         };

@@ -106,7 +106,9 @@ impl Ndi {
         let lasting = if error.abs() < ALTITUDE_BAND * most / gains.k_h {
             error
         } else if state.over_ground {
-            (demanded - state.climb_rate_m_s()) / gains.k_h
+            let lacking = (demanded - state.climb_rate_m_s()) / gains.k_h;
+            // What the engine cannot give is none of it.
+            if saturated.thrust.blocks(lacking) { 0.0 } else { lacking }
         } else {
             0.0
         };

@@ -1,4 +1,5 @@
 use super::*;
+use crate::signals::Side;
 use crate::testing;
 
 /// Asks for the same whatever happens, and remembers that it was started.
@@ -169,5 +170,37 @@ fn a_climb_over_a_ground_goes_on_and_without_a_ground_the_references_begin_at_th
     {
         let change_m = begins(MainLaw::Pid, height_m, climb_m_s, towards_m);
         assert!((change_m.abs() - slew_m).abs() < 1.0e-9, "{change_m} m");
+    }
+}
+
+#[test]
+fn over_a_ground_no_integrator_waits_for_a_climb_that_the_engine_cannot_give() {
+    let model = DesignModel::new(testing::aircraft_model());
+    for law in [MainLaw::Lqr, MainLaw::Ndi] {
+        // Far below its altitude, or far above it, and in level flight.
+        let grown = |towards_m: f64, thrust: Side| {
+            let mut state = testing::level_state();
+            state.over_ground = true;
+            let mut demand = testing::level_demand();
+            demand.altitude_m += towards_m;
+            let saturated = Saturation { thrust, ..Saturation::default() };
+            let mut gains = selected(law);
+            gains.references.slew_m_s = 1.0e6;
+            let mut controller = MainController::new(&gains, &model, ControlPeriod::DEFAULT);
+            let at = model.condition(&state);
+            let mut elevator =
+                || controller.step(&state, &at, &demand, &saturated, &model, None).elevator_rad;
+            let first = elevator();
+            let last = (0..500).map(|_| elevator()).last().unwrap();
+            last - first
+        };
+        for (towards_m, limit, other) in
+            [(1_000.0, Side::Above, Side::Below), (-1_000.0, Side::Below, Side::Above)]
+        {
+            let free = grown(towards_m, Side::Inside);
+            assert!(free * towards_m < 0.0 && free.abs() > 1.0e-3, "{law:?}, {towards_m}: {free}");
+            assert_eq!(grown(towards_m, other), free, "{law:?}, {towards_m}");
+            assert!(grown(towards_m, limit).abs() < 0.1 * free.abs(), "{law:?}, {towards_m}");
+        }
     }
 }

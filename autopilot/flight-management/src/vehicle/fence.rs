@@ -219,6 +219,8 @@ pub struct FenceWatch {
     last: Option<(Breach, SimTime)>,
     inside_s: f64,
     waited_s: f64,
+    /// It has not been above the lower limit since its lift-off, so that does not count yet.
+    is_rising: bool,
 }
 
 impl FenceWatch {
@@ -229,7 +231,13 @@ impl FenceWatch {
 
     /// Watches another fence from now on; the breaches still count.
     pub(super) fn restart(&mut self) {
-        *self = Self { breaches: self.breaches, last: self.last, ..Self::default() };
+        let Self { breaches, last, is_rising, .. } = *self;
+        *self = Self { breaches, last, is_rising, ..Self::default() };
+    }
+
+    /// One tick on the ground.
+    pub(super) fn rest(&mut self) {
+        self.is_rising = true;
     }
 
     /// One tick.
@@ -251,6 +259,8 @@ impl FenceWatch {
         let dt_s = core::mem::take(&mut self.waited_s);
         let (most_m, least_m) = (navigation.fence_max_m, navigation.fence_min_m);
         let height_m = situation.altitude_m - situation.rules.ground_m;
+        self.is_rising &= height_m < least_m;
+        let least_m = if self.is_rising { 0.0 } else { least_m };
         let breach = match fence.breach(situation.place) {
             None if most_m > 0.0 && height_m > most_m => Some(Breach::High),
             None if least_m > 0.0 && height_m < least_m => Some(Breach::Low),

@@ -56,10 +56,8 @@ enum GroundPhase {
     /// It stands with its brakes on, or flies.
     #[default]
     Standing,
-    /// It accelerates along a line.
-    Rolling { along: CentreLine, for_s: f64 },
-    /// It has just lifted off.
-    LiftedOff { along: CentreLine, for_s: f64 },
+    /// It accelerates along a line, or has lifted off so long ago, s.
+    Rolling { along: CentreLine, for_s: f64, lifted_off_s: Option<f64> },
     /// It comes to a stop on a line, after a touchdown or an aborted takeoff.
     Stopping { along: CentreLine, for_s: f64, braking_s: f64, standing_s: f64 },
 }
@@ -133,7 +131,7 @@ impl GroundOperation {
         rules: &Rules,
         dt_s: f64,
         wants_takeoff: bool,
-        along: impl FnOnce() -> Option<CentreLine>,
+        along: Option<CentreLine>,
         publish: &mut dyn FnMut(VehicleEvent),
     ) -> bool {
         self.see(state);
@@ -141,35 +139,35 @@ impl GroundOperation {
         let speed_m_s = state.velocity.0.xy().norm();
         self.speed_m_s = speed_m_s;
         if !state.on_wheels {
-            match &mut self.phase {
-                GroundPhase::Rolling { along, .. } if was_on_wheels => {
-                    self.phase = GroundPhase::LiftedOff { along: *along, for_s: 0.0 };
+            if let GroundPhase::Rolling { lifted_off_s, .. } = &mut self.phase {
+                if lifted_off_s.is_none() {
                     publish(VehicleEvent::LiftOff);
                 }
-                GroundPhase::LiftedOff { for_s, .. } if *for_s < BOUNCE_S => *for_s += dt_s,
-                GroundPhase::LiftedOff { .. } => self.phase = GroundPhase::Standing,
-                _ => {}
+                let since_s = lifted_off_s.map_or(0.0, |since_s| since_s + dt_s);
+                *lifted_off_s = Some(since_s);
+                if since_s > BOUNCE_S {
+                    self.phase = GroundPhase::Standing;
+                }
             }
             return false;
         }
         let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
         let rotates = measured >= rules.rotation_m_s(state.altitude_m);
-        if let GroundPhase::LiftedOff { along, .. } = self.phase {
-            self.phase = match wants_takeoff && rotates {
-                true => GroundPhase::Rolling { along, for_s: 0.0 },
-                false => GroundPhase::Standing,
-            };
+        let goes_on = wants_takeoff && rotates;
+        if !was_on_wheels && matches!(self.phase, GroundPhase::Rolling { .. }) && !goes_on {
+            self.phase = GroundPhase::Standing;
         }
         let here = |course_rad| CentreLine { through: Site::at(Place::of(state)), course_rad };
         let mut has_touched_down = false;
         if !was_on_wheels && self.phase == GroundPhase::Standing && speed_m_s > STANDING_M_S {
             let course = || here(libm::atan2(state.velocity.0.y, state.velocity.0.x));
-            let along = along().unwrap_or_else(course);
+            let along = along.unwrap_or_else(course);
             self.phase =
                 GroundPhase::Stopping { along, for_s: 0.0, braking_s: 0.0, standing_s: 0.0 };
             has_touched_down = self.is_armed();
         }
         if !self.is_armed() {
+            self.phase = GroundPhase::Standing;
             self.demand = Some(GroundDemand::STAND);
             return has_touched_down;
         }
@@ -177,14 +175,15 @@ impl GroundOperation {
             GroundPhase::Standing if wants_takeoff => {
                 let along = here(state.attitude.psi);
                 self.runway = Some(along);
-                self.phase = GroundPhase::Rolling { along, for_s: 0.0 };
+                self.phase = GroundPhase::Rolling { along, for_s: 0.0, lifted_off_s: None };
                 GroundDemand { heading_rad: Some(along.course_rad), ..GroundDemand::STAND }
             }
-            GroundPhase::Standing | GroundPhase::LiftedOff { .. } => GroundDemand::STAND,
-            GroundPhase::Rolling { along, for_s } => {
+            GroundPhase::Standing => GroundDemand::STAND,
+            GroundPhase::Rolling { along, for_s, lifted_off_s } => {
                 *for_s += dt_s;
                 let along = *along;
-                if *for_s > ROLL_MAX_S || !wants_takeoff {
+                let is_slow = lifted_off_s.is_some() && !rotates;
+                if *for_s > ROLL_MAX_S || !wants_takeoff || is_slow {
                     self.phase = GroundPhase::Stopping {
                         along,
                         for_s: 0.0,

@@ -200,13 +200,15 @@ impl Vehicle {
         if self.demand.is_some() || state.on_wheels {
             self.step_ground(state, rules, dt_s, publish);
         }
-        // On the ground there is nothing to be done about it.
-        if self.demand.is_some() && !state.on_wheels && self.has_fence(rules) {
-            self.watch_fence(state, rules, dt_s, publish);
-        }
-        match state.on_wheels {
-            true => self.failsafe.rest(),
-            false => self.watch_failsafes(state, rules, propulsion, dt_s, publish),
+        // On the ground there is nothing to be done about either.
+        if state.on_wheels {
+            self.watch.rest();
+            self.failsafe.rest();
+        } else {
+            if self.demand.is_some() && self.has_fence(rules) {
+                self.watch_fence(state, rules, dt_s, publish);
+            }
+            self.watch_failsafes(state, rules, propulsion, dt_s, publish);
         }
         let Some(mut demand) = self.demand else { return present(state) };
         self.follow_schedule(time, &mut demand);
@@ -231,8 +233,7 @@ impl Vehicle {
                 self.navigation.course_rad = Some(steering.course_rad);
                 self.navigation.cross_track_m = steering.cross_track_m;
             }
-            let flying = if self.mode == Mode::Return { &self.returning } else { &self.mission };
-            if !flying.is_flaring() && !self.failsafe.is_flaring() {
+            if !self.flown_plan().is_flaring() && !self.failsafe.is_flaring() {
                 let wanted_m = self.altitude.step(demand.altitude_m, &situation);
                 altitude_m = Some(match self.failsafe.has_engine_failed() {
                     true => self.failsafe.limit_altitude(wanted_m, &situation),
@@ -253,12 +254,8 @@ impl Vehicle {
             Mode::Mission => !matches!(self.mission.progress(), Progress::Complete),
             _ => false,
         };
-        let Self { ground, mission, returning, mode, .. } = self;
-        let approach = || {
-            let flying = if *mode == Mode::Return { returning } else { mission };
-            flying.approach().map(Approach::line)
-        };
-        if !ground.step(state, rules, dt_s, wants_takeoff, approach, publish) {
+        let line = self.approach().map(Approach::line);
+        if !self.ground.step(state, rules, dt_s, wants_takeoff, line, publish) {
             return;
         }
         publish(VehicleEvent::TouchDown);
@@ -287,13 +284,15 @@ impl Vehicle {
         }
     }
 
+    /// The items of Return; in the other modes those of the plan, which only Mission flies.
+    fn flown_plan(&self) -> &Mission {
+        if self.mode == Mode::Return { &self.returning } else { &self.mission }
+    }
+
     /// The approach under way.
     fn approach(&self) -> Option<&Approach> {
-        match self.mode {
-            Mode::Mission => self.mission.approach(),
-            Mode::Return => self.returning.approach(),
-            _ => None,
-        }
+        let flies = matches!(self.mode, Mode::Mission | Mode::Return);
+        self.flown_plan().approach().filter(|_| flies)
     }
 
     /// One tick of the mode; `None` if it leaves the roll reference unchanged.
@@ -606,7 +605,12 @@ impl Vehicle {
 
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
         let mut watched = *rules;
-        if self.mode == Mode::Mission && self.mission.is_near_ground() {
+        let lands = match self.mode {
+            Mode::Mission => self.mission.is_near_ground(),
+            Mode::Return => !self.returning.is_empty(),
+            _ => false,
+        };
+        if lands || self.failsafe.has_engine_failed() {
             watched.navigation.fence_min_m = 0.0;
         }
         // The wind does not matter here.
@@ -648,7 +652,9 @@ impl Vehicle {
         let landing = self.landing_at_runway(rules);
         self.returning.replace(Arc::new(landing));
         self.returning.start();
-        self.choose_refuge(rules)
+        let altitude_m = self.choose_refuge(rules);
+        // That of a rally point is for those who circle there.
+        if self.returning.is_empty() { altitude_m } else { rules.return_altitude_m() }
     }
 
     /// The way back to the runway of the takeoff and onto it, in its direction; empty if the flight began in the air.

@@ -82,7 +82,7 @@ pub enum Action {
         /// Number of jumps; `None`: always.
         times: Option<u16>,
     },
-    /// Fly home and circle there (NAV_RETURN_TO_LAUNCH).
+    /// Return, as the mode (NAV_RETURN_TO_LAUNCH).
     Return,
     /// Climb straight ahead to this altitude above the ellipsoid, m (NAV_TAKEOFF). Nothing if the aircraft is there already.
     Takeoff { altitude_m: f64 },

@@ -5,6 +5,7 @@ use flight_control::navigation::Validity;
 
 mod failsafes;
 mod fences;
+mod ground;
 mod loops;
 mod modes;
 mod plane;

@@ -308,6 +308,7 @@ impl<'a> Procedure<'a> {
     /// Rate, 1/s, at which the nose turns away while the ailerons hold the roll angle: the zero from aileron to roll that is not
     /// stable. Their adverse yaw is then stronger than what turns the nose into the wind, and a roll that lasts needs them the other
     /// way (W. F. Phillips, "Mechanics of Flight", Wiley 2010, calls it aileron reversal by adverse yaw). A rudder would hold the nose.
+    /// Without the side force, which the model does not have.
     fn reversal(&self) -> Option<f64> {
         let aileron = design::per_command(&self.model, |command, d| command.aileron_rad = d);
         let held = |slope: Vector3<f64>| slope.z - slope.x * aileron.z / aileron.x;

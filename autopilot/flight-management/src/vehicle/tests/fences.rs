@@ -75,6 +75,37 @@ fn an_aircraft_on_its_wheels_breaches_no_fence() {
 }
 
 #[test]
+fn the_lower_limit_counts_once_the_aircraft_has_been_above_it_and_not_for_a_landing() {
+    const LOW: VehicleEvent = VehicleEvent::Fence(FenceChange::Breached(Breach::Low));
+    let mut plane = Plane::flying();
+    plane.rules.navigation.fence_min_m = 5_100.0;
+    plane.on_wheels = true;
+    plane.tick();
+    plane.on_wheels = false;
+    plane.fly(10.0);
+    assert!(!plane.events.contains(&LOW), "a takeoff: {:?}", plane.events);
+    plane.altitude_m = 5_150.0;
+    plane.vehicle.refer(Reference::Altitude(5_150.0), &rules()).unwrap();
+    plane.fly(5.0);
+    plane.altitude_m = 5_050.0;
+    plane.fly(2.0);
+    assert!(plane.events.contains(&LOW), "{:?}", plane.events);
+    // Return to the runway of a takeoff.
+    let mut plane = Plane::flying();
+    plane.rules.ground_m = 5_000.0;
+    plane.on_wheels = true;
+    plane.tick();
+    plane.change(Mode::Takeoff).unwrap();
+    plane.tick();
+    plane.on_wheels = false;
+    plane.fly(5.0);
+    plane.change(Mode::Return).unwrap();
+    plane.rules.navigation.fence_min_m = 4_000.0;
+    plane.fly(5.0);
+    assert!(!plane.events.contains(&LOW), "{:?}", plane.events);
+}
+
+#[test]
 fn a_breach_has_its_action_once_and_ends_inside() {
     for (action, mode) in [
         (FenceAction::Report, Mode::Position),
