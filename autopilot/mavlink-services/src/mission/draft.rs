@@ -165,16 +165,20 @@ fn elevation(home: &MissionItem<i32>) -> Option<f64> {
 fn home_of<'a>(items: &'a [MissionItem<i32>], rules: &Rules) -> Option<&'a MissionItem<i32>> {
     let [first, others @ ..] = items else { return None };
     // A plan of one item has nothing behind its home that could be flown.
-    if others.is_empty() || !may_be_home(first) {
+    if others.is_empty() || !may_be_home(items) {
         return None;
     }
     let is_low = first.z <= 0.0 || f64::from(first.z) < rules.limits.altitude_min_m;
-    let shows_waypoint = |item: &MissionItem<i32>| {
-        let takes_off = [TAKEOFF, VTOL_TAKEOFF].contains(&item.words.command);
-        is_absolute(item) && !takes_off && !is_low
-    };
-    let flown = others.iter().find(|item| !is_immediate(item));
-    (!flown.is_some_and(shows_waypoint)).then_some(first)
+    let shows_waypoint = |item: &MissionItem<i32>| is_absolute(item) && !takes_off(item) && !is_low;
+    (!first_flown(others).is_some_and(shows_waypoint)).then_some(first)
+}
+
+fn first_flown(items: &[MissionItem<i32>]) -> Option<&MissionItem<i32>> {
+    items.iter().find(|item| !is_immediate(item))
+}
+
+fn takes_off(item: &MissionItem<i32>) -> bool {
+    [TAKEOFF, VTOL_TAKEOFF].contains(&item.words.command)
 }
 
 /// A problem that the limits of the aircraft show.
@@ -474,9 +478,11 @@ fn jump(to: f32, times: f32) -> Result<Action, Rejected> {
 }
 
 /// The first item of a file of waypoints (`QGC WPL 110`) is the home position, with this form. A waypoint for PX4 has no
-/// yaw (NaN) as its last parameter where nobody has given one. No waypoint is flown on the ground.
-pub fn may_be_home(item: &MissionItem<i32>) -> bool {
-    let is_on_ground = convert::GLOBAL_FRAMES.contains(&item.words.frame) && item.z == 0.0;
+/// yaw (NaN) as its last parameter where nobody has given one. No waypoint is flown on the ground, nor before a takeoff.
+pub fn may_be_home(items: &[MissionItem<i32>]) -> bool {
+    let [item, others @ ..] = items else { return false };
+    let is_below = item.z == 0.0 || first_flown(others).is_some_and(takes_off);
+    let is_on_ground = convert::GLOBAL_FRAMES.contains(&item.words.frame) && is_below;
     item.words.command == WAYPOINT && (is_absolute(item) || is_on_ground) && item.params == [0.0; 4]
 }
 

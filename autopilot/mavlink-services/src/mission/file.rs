@@ -54,7 +54,7 @@ impl PlanFile {
                 convert::place(convert::degrees_of_e7(item.x), convert::degrees_of_e7(item.y))?;
             Some((place, convert::decimal(item.z)))
         };
-        let first = self.mission.first().filter(|item| draft::may_be_home(item));
+        let first = self.mission.first().filter(|_| draft::may_be_home(&self.mission));
         self.home.or_else(|| first.and_then(of_item))
     }
 
@@ -138,8 +138,9 @@ impl PlanFile {
             items = items.saturating_add(1);
         }
         // A file of a fence or of rally points may begin with home as well.
-        if let ([home], 1..) = (&file.mission[..], file.fence.len() + file.rally.len())
-            && draft::may_be_home(home)
+        if file.mission.len() == 1
+            && file.fence.len() + file.rally.len() > 0
+            && draft::may_be_home(&file.mission)
         {
             file.home = file.home();
             file.mission.clear();

@@ -123,6 +123,25 @@ fn lines_are_counted_whatever_their_numbers_and_home_may_be_on_the_ground() {
 }
 
 #[test]
+fn a_waypoint_before_a_takeoff_is_home_whatever_its_frame() {
+    let item = |number: u8, rest: &str| format!("{number}\t0\t3\t{rest}\t1\n").replace(' ', "\t");
+    let [home, takeoff] = ["16 0 0 0 0 34.9 -117.9 21.8", "22 15 0 0 0 34.9 -117.89 100"];
+    let [before, behind] = ["16 0 0 0 0 34.91 -117.9 21.8", "16 0 0 0 0 34.95 -117.9 600"];
+    let file = |lines: &[&str]| {
+        let lines: String = (0..).zip(lines).map(|(number, rest)| item(number, rest)).collect();
+        PlanFile::read(&format!("QGC WPL 110\n{lines}")).unwrap()
+    };
+    let found = file(&[home, takeoff, behind]);
+    assert_eq!(found.home().map(|(_, altitude_m)| altitude_m), Some(21.8));
+    let (plan, notes) = found.plan(&rules(), None).unwrap();
+    assert_eq!(plan.items[0].action, Action::Jump { to: 1, times: None });
+    assert_eq!(notes, ["Mission item 0: taken as home and not flown"]);
+    // Before another waypoint it is one.
+    let problems = file(&[before, behind]).plan(&rules(), None).unwrap_err();
+    assert!(problems[0].starts_with("item 0: NAV_WAYPOINT (16): altitude"), "{problems:?}");
+}
+
+#[test]
 fn a_text_may_begin_with_a_home_that_is_not_set() {
     let home = "0\t1\t0\t0\t0\t0\t0\t0\t0\t0\t0\t1";
     let text = waypoints(&[[0.0, 0.0], [0.01, 0.0]]);
