@@ -1,6 +1,8 @@
 //! The aircraft on the ground: armed or not, the roll to the takeoff, and the rollout. What the law on the ground is to do follows
 //! from it ([`GroundDemand`]).
 
+use core::f64::consts::TAU;
+
 use flight_control::guidance::Horizontal;
 use flight_control::{GroundDemand, NavigationState};
 
@@ -17,6 +19,8 @@ const DISARM_MAX_M_S: f64 = 2.0;
 const ROLL_MAX_S: f64 = 90.0;
 /// Wheels that touch again so soon after the lift-off, s, and fast enough for another one, belong to the takeoff.
 const BOUNCE_S: f64 = 2.0;
+/// An aircraft that points this far off the line of its roll, rad, is not steered any more.
+const ASTRAY_RAD: f64 = 0.5;
 /// Rollout: the nose comes down to this pitch angle, rad, first, or for this time, s; then the brakes come on over this time, s, to this
 /// part.
 const NOSE_DOWN_RAD: f64 = 0.03;
@@ -183,7 +187,9 @@ impl GroundOperation {
                 *for_s += dt_s;
                 let along = *along;
                 let is_slow = lifted_off_s.is_some() && !rotates;
-                if *for_s > ROLL_MAX_S || !wants_takeoff || is_slow {
+                let off_rad = libm::remainder(state.attitude.psi - along.course_rad, TAU);
+                let is_astray = off_rad.abs() > ASTRAY_RAD;
+                if *for_s > ROLL_MAX_S || !wants_takeoff || is_slow || is_astray {
                     self.phase = GroundPhase::Stopping {
                         along,
                         for_s: 0.0,

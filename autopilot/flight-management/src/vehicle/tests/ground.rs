@@ -92,6 +92,16 @@ fn an_aircraft_that_settles_behind_its_lift_off_gives_the_takeoff_up() {
 }
 
 #[test]
+fn a_roll_that_has_left_its_line_is_given_up() {
+    for (psi, is_given_up) in [(0.4, false), (-0.4, false), (0.6, true), (-0.6, true)] {
+        let mut roll = Roll::rolling();
+        roll.state.attitude.psi = psi;
+        roll.ticks(true, 3);
+        assert_eq!(roll.ground.is_stopping(), is_given_up, "{psi}: {:?}", roll.events);
+    }
+}
+
+#[test]
 fn a_takeoff_after_a_disarming_begins_anew() {
     // In the last seconds of a rollout.
     let mut roll = Roll::rolling();
