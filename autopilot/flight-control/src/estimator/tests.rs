@@ -330,7 +330,7 @@ fn stand_with_pitot(estimator: &mut Estimator, sensors: &mut Sensors, s: u64, pa
     for _ in 0..20 * s {
         sensors.pitot.time = sensors.gyro.time;
         // Noise, so that it does not seem stuck.
-        let noise = if sensors.gyro.time.as_micros() % 100_000 == 0 { 1.0 } else { -1.0 };
+        let noise = if sensors.gyro.time.as_micros().is_multiple_of(100_000) { 1.0 } else { -1.0 };
         sensors.pitot.value.impact_pa = pa + noise;
         let ground = GroundReading { over_ground: true, height_m: Some(0.0), on_wheels: true };
         sensors.gnss.value.velocity = Ned::zero();

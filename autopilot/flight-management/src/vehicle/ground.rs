@@ -20,7 +20,7 @@ const ROLL_MAX_S: f64 = 90.0;
 /// Wheels that touch again so soon after the lift-off, s, and fast enough for another one, belong to the takeoff.
 const BOUNCE_S: f64 = 2.0;
 /// An aircraft that points this far off the line of its roll, rad, is not steered any more.
-const ASTRAY_RAD: f64 = 0.5;
+const ASTRAY_RAD: f64 = 1.0;
 /// Rollout: the nose comes down to this pitch angle, rad, first, or for this time, s; then the brakes come on over this time, s, to this
 /// part.
 const NOSE_DOWN_RAD: f64 = 0.03;

@@ -93,7 +93,7 @@ fn an_aircraft_that_settles_behind_its_lift_off_gives_the_takeoff_up() {
 
 #[test]
 fn a_roll_that_has_left_its_line_is_given_up() {
-    for (psi, is_given_up) in [(0.4, false), (-0.4, false), (0.6, true), (-0.6, true)] {
+    for (psi, is_given_up) in [(0.9, false), (-0.9, false), (1.1, true), (-1.1, true)] {
         let mut roll = Roll::rolling();
         roll.state.attitude.psi = psi;
         roll.ticks(true, 3);
