@@ -11,6 +11,7 @@ use autopilot::command::Command;
 use autopilot::event::{Event, EventKind};
 use autopilot::event_text;
 use autopilot::mavlink::mission::file::PlanFile;
+use autopilot::parameters::Parameters;
 use autopilot::run::LawArgs;
 use autopilot::vehicle::geodesy::{Horizon, Site};
 use autopilot::vehicle::plan::{self, Action, Circle, Item, Plan};
@@ -21,10 +22,10 @@ use host_io::folder::OutFolder;
 use icd::SimTime;
 use plant_sim::geodesy::Geodetic;
 use plant_sim::ground::{GroundSetup, GroundStart};
-use plant_sim::io::{parse_earth, whole};
-use plant_sim::{ContactFailure, EarthModel, Start};
+use plant_sim::io::{Home, parse_earth, whole};
+use plant_sim::{Airframe, ContactFailure, EarthModel, Start};
 
-use host_io::problem::{Problem, problem};
+use host_io::problem::{At as _, Problem, problem};
 use lab_engine::builder::SetupOptions;
 use lab_engine::configuration::{AircraftArgs, TURBULENCE_MAX_M_S, up_to};
 use lab_judges::closed_loop::{FlightSetup, Tick, TimedCommand, watch_with_commands};
@@ -304,71 +305,106 @@ const ELEVATIONS_M: [f64; 2] = [-450.0, 9_000.0];
 /// Largest file of a plan, bytes.
 const FILE_MAX: u64 = 4 << 20;
 
-/// A runway at a place, as long as any aircraft needs.
-fn field(home: Place, elevation_m: f64, heading_rad: f64) -> GroundSetup {
-    GroundSetup {
-        threshold: Geodetic {
-            latitude_rad: home.latitude_rad,
-            longitude_rad: home.longitude_rad,
-            altitude_m: elevation_m,
-        },
-        heading_rad,
-        length_m: 5_000.0,
-        slope: 0.0,
-        friction: 1.0,
-        start: GroundStart::Ready { along_m: 0.0 },
+/// A runway as long as any aircraft needs.
+const FIELD: GroundSetup = GroundSetup {
+    threshold: Geodetic { latitude_rad: 0.0, longitude_rad: 0.0, altitude_m: 0.0 },
+    heading_rad: 0.0,
+    length_m: 5_000.0,
+    slope: 0.0,
+    friction: 1.0,
+    start: GroundStart::Ready { along_m: 0.0 },
+};
+
+/// The plan of a file, and where a flight of it begins: at its home with the first leg ahead, on the ground if the plan begins with a
+/// takeoff, else over it.
+#[derive(Debug)]
+pub struct PlanStart {
+    pub file: PlanFile,
+    pub plan: Plan,
+    /// What of it is flown in another way than it says.
+    pub notes: Vec<String>,
+    /// The plan begins with a takeoff, and the aircraft has gear.
+    pub from_ground: bool,
+    place: Place,
+    heading_rad: f64,
+    /// Of home, and of the first item that has an altitude, m.
+    elevation_m: f64,
+    altitude_m: f64,
+}
+
+impl PlanStart {
+    /// Of an aircraft with these parameters that starts so in the air.
+    pub fn read(
+        path: &Path,
+        parameters: &Parameters,
+        airframe: &Airframe,
+        start: &Start,
+    ) -> Result<Self, Problem> {
+        let name = path.display();
+        let text = host_io::file::read_text(path, FILE_MAX).at(&name)?;
+        let file = PlanFile::read(&text).map_err(|why| problem!("{name}: {why}"))?;
+        let fence_problems = file.fence().err().unwrap_or_default();
+        let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
+        let refused = |mut all: Vec<String>| {
+            all.extend(fence_problems.iter().cloned());
+            problem!("{name}: {}", all.join("; "))
+        };
+        let airspeed = Some(Airspeed::True(start.airspeed_m_s));
+        let (mut plan, mut notes) = file.plan(&rules, airspeed).map_err(refused)?;
+        // Behind its home, which a text has as an item, and what is done at once.
+        let is_flown =
+            |action: &Action| !action.is_immediate() && !matches!(action, Action::Jump { .. });
+        let first = plan.items.iter().find(|item| is_flown(&item.action));
+        let lifts_off = first.is_some_and(|item| matches!(item.action, Action::Takeoff { .. }));
+        let elevation_m = file.home().map(|(_, m)| m).filter(|m| m.is_finite()).unwrap_or(0.0);
+        let elevation_m = elevation_m.clamp(ELEVATIONS_M[0], ELEVATIONS_M[1]);
+        let from_ground = lifts_off && airframe.gear.is_some();
+        if from_ground {
+            (plan, notes) = file.plan(&rules.over(elevation_m), airspeed).map_err(refused)?;
+        }
+        if plan.items.is_empty() {
+            return Err(refused(vec!["the mission has no items to fly".to_owned()]));
+        }
+        let mut places = plan.items.iter().filter_map(|item| item.action.place());
+        let home = file.home().map(|(place, _)| place).or_else(|| places.next());
+        let Some(home) = home else { return Err(problem!("{name}: no item has a place")) };
+        let mut ways = places.map(|place| Horizon::at(home).offset(&Site::at(place)));
+        let ahead = ways.find(|way| way.norm() > 1.0).unwrap_or(Horizontal::new(1.0, 0.0));
+        let above_ground =
+            |item: &Item| item.action.altitude_m().filter(|altitude_m| *altitude_m > 0.0);
+        let altitude_m = plan.items.iter().find_map(above_ground).unwrap_or(start.altitude_m);
+        let heading_rad = libm::atan2(ahead.y, ahead.x);
+        Ok(Self {
+            file,
+            plan,
+            notes,
+            from_ground,
+            place: home,
+            heading_rad,
+            elevation_m,
+            altitude_m,
+        })
+    }
+
+    /// Where a flight over a ground begins, or one without.
+    pub fn home(&self, over_ground: bool) -> Home {
+        let Place { latitude_rad, longitude_rad } = self.place;
+        let altitude_m = if over_ground { self.elevation_m } else { self.altitude_m };
+        let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
+        Home { place, heading_rad: self.heading_rad }
     }
 }
 
-/// The plan of a file, and a flight that begins at its home with the first leg ahead: on the ground if the plan begins with a takeoff,
-/// else over it.
+/// The plan of a file, and a flight that begins where it does.
 pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan), Problem> {
-    let name = path.display();
-    let text = host_io::file::read_text(path, FILE_MAX)?;
-    let file = PlanFile::read(&text).map_err(|why| problem!("{name}: {why}"))?;
-    let fence_problems = file.fence().err().unwrap_or_default();
-    let parameters = &setup.parameters;
-    let rules = Rules::new(parameters.limits, parameters.navigation, &parameters.gains);
-    let refused = |mut all: Vec<String>| {
-        all.extend(fence_problems.iter().cloned());
-        problem!("{name}: {}", all.join("; "))
-    };
-    let airspeed = Some(Airspeed::True(setup.plant.start.airspeed_m_s));
-    let (mut plan, mut notes) = file.plan(&rules, airspeed).map_err(refused)?;
-    // Behind its home, which a text has as an item, and what is done at once.
-    let is_flown =
-        |action: &Action| !action.is_immediate() && !matches!(action, Action::Jump { .. });
-    let first = plan.items.iter().find(|item| is_flown(&item.action));
-    let lifts_off = first.is_some_and(|item| matches!(item.action, Action::Takeoff { .. }));
-    let elevation_m = file.home().map(|(_, m)| m).filter(|m| m.is_finite()).unwrap_or(0.0);
-    let elevation_m = elevation_m.clamp(ELEVATIONS_M[0], ELEVATIONS_M[1]);
-    let from_ground = lifts_off && setup.plant.airframe.gear.is_some();
-    if from_ground {
-        (plan, notes) = file.plan(&rules.over(elevation_m), airspeed).map_err(refused)?;
-    }
-    if plan.items.is_empty() {
-        return Err(refused(vec!["the mission has no items to fly".to_owned()]));
-    }
-    for note in notes {
+    let FlightSetup { plant, parameters, .. } = setup;
+    let start = PlanStart::read(path, parameters, &plant.airframe, &plant.start)?;
+    for note in &start.notes {
         print_line!("{note}");
     }
-    let mut places = plan.items.iter().filter_map(|item| item.action.place());
-    let home = file.home().map(|(place, _)| place).or_else(|| places.next());
-    let Some(home) = home else { return Err(problem!("{name}: no item has a place")) };
-    let mut ways = places.map(|place| Horizon::at(home).offset(&Site::at(place)));
-    let ahead = ways.find(|way| way.norm() > 1.0).unwrap_or(Horizontal::new(1.0, 0.0));
-    let start = &mut setup.plant.start;
-    (start.latitude_rad, start.longitude_rad) = (home.latitude_rad, home.longitude_rad);
-    start.heading_rad = libm::atan2(ahead.y, ahead.x);
-    if from_ground {
-        setup.plant.ground = Some(field(home, elevation_m, start.heading_rad));
-        return Ok((file, plan));
-    }
-    let above_ground =
-        |item: &Item| item.action.altitude_m().filter(|altitude_m| *altitude_m > 0.0);
-    let altitude_m = plan.items.iter().find_map(above_ground);
-    start.altitude_m = altitude_m.unwrap_or(start.altitude_m);
-    Ok((file, plan))
+    plant.ground = start.from_ground.then_some(FIELD);
+    start.home(start.from_ground).place(plant);
+    Ok((start.file, start.plan))
 }
 
 /// The commands that load fence and rally points of a file.

@@ -79,6 +79,19 @@ impl GroundStart {
         Ok(())
     }
 
+    /// The same start at the threshold.
+    fn at_threshold(self) -> Self {
+        match self {
+            Self::Air => self,
+            Self::Parked { .. } => Self::Parked { along_m: 0.0 },
+            Self::Ready { .. } => Self::Ready { along_m: 0.0 },
+            Self::Launched(launch) => Self::Launched(Launch { along_m: 0.0, ..launch }),
+            Self::Catapult { launch, rail_m } => {
+                Self::Catapult { launch: Launch { along_m: 0.0, ..launch }, rail_m }
+            }
+        }
+    }
+
     /// Distance from the threshold, m; `None` in the air.
     pub fn along_m(&self) -> Option<f64> {
         match self {
@@ -110,6 +123,12 @@ impl GroundSetup {
             check_range(SECTION, key, value, min, max)?;
         }
         start.check(SECTION, *length_m)
+    }
+
+    /// The same runway elsewhere, with the aircraft at its threshold.
+    #[must_use]
+    pub fn moved(self, threshold: Geodetic, heading_rad: f64) -> Self {
+        Self { threshold, heading_rad, start: self.start.at_threshold(), ..self }
     }
 
     /// The point of the runway this far from its threshold.

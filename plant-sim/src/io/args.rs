@@ -15,6 +15,7 @@ use icd::{ControlPeriod, SimTime};
 use crate::airframe::Airframe;
 use crate::airframe_file::ReadAirframe as _;
 use crate::earth::EarthModel;
+use crate::geodesy::Geodetic;
 use crate::plant::Plant;
 use crate::scenario::{PlantPart, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
@@ -57,6 +58,10 @@ pub struct PlantArgs {
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL", value_parser = parse_earth)]
     pub earth: Option<EarthModel>,
+    /// Where the flight begins, instead of the scenario's place: degrees, m above the ellipsoid (of the runway, or of an aircraft in the
+    /// air), degrees from north
+    #[arg(long, allow_hyphen_values = true, value_name = "LAT,LON,ALTITUDE,HEADING")]
+    pub home: Option<Home>,
     /// Seed of all random streams, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = whole(0, u64::MAX))]
     pub seed: Option<u64>,
@@ -109,6 +114,9 @@ impl PlantArgs {
         let mut setup = plant.setup(airframe, RUN, self.period_ms, step_us);
         setup.earth = self.earth.unwrap_or(setup.earth);
         setup.seed = self.seed.unwrap_or(setup.seed);
+        if let Some(home) = self.home {
+            home.place(&mut setup);
+        }
         if let Some(noise) = self.gyro_noise_deg_s {
             setup.sensors.gyro_noise_rad_s = noise.to_radians();
         }
@@ -193,6 +201,65 @@ pub fn parse_earth(text: &str) -> Result<EarthModel, String> {
 fn parse_seconds(text: &str) -> Result<SimTime, String> {
     let seconds = text.parse().ok().and_then(SimTime::from_seconds);
     seconds.ok_or_else(|| format!("{text} is not a number from 0 to {}", SimTime::MAX_SECONDS))
+}
+
+/// Where a flight begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Home {
+    pub place: Geodetic,
+    /// Of the runway or the aircraft, rad from north.
+    pub heading_rad: f64,
+}
+
+impl Home {
+    /// Moves the runway there, with the aircraft at its threshold; an aircraft in the air itself.
+    pub fn place(&self, setup: &mut PlantSetup) {
+        let Self { place, heading_rad } = *self;
+        setup.ground = setup.ground.map(|ground| ground.moved(place, heading_rad));
+        let start = &mut setup.start;
+        (start.latitude_rad, start.longitude_rad) = (place.latitude_rad, place.longitude_rad);
+        start.heading_rad = heading_rad;
+        if setup.ground.is_none() {
+            start.altitude_m = place.altitude_m;
+        }
+    }
+}
+
+impl FromStr for Home {
+    type Err = Problem;
+    fn from_str(text: &str) -> Result<Self, Problem> {
+        let numbers: Vec<f64> =
+            text.split(',').map_while(|part| part.trim().parse().ok()).collect();
+        let count = text.split(',').count();
+        let [latitude, longitude, altitude_m, heading] = numbers[..] else {
+            return Err(match count == 4 {
+                true => problem!("\"{text}\": number {} is no number", numbers.len() + 1),
+                false => problem!("\"{text}\" has {count} numbers; expected are 4"),
+            });
+        };
+        for (what, value, min, max) in [
+            ("latitude", latitude, -89.0, 89.0),
+            ("longitude", longitude, -180.0, 180.0),
+            ("altitude", altitude_m, -450.0, 20_000.0),
+            ("heading", heading, -360.0, 360.0),
+        ] {
+            if !(min..=max).contains(&value) {
+                return Err(problem!("{what} {value} is outside {min} to {max}"));
+            }
+        }
+        let [latitude_rad, longitude_rad] = [latitude, longitude].map(f64::to_radians);
+        let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
+        Ok(Self { place, heading_rad: heading.to_radians() })
+    }
+}
+
+impl Display for Home {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Geodetic { latitude_rad, longitude_rad, altitude_m } = self.place;
+        let [latitude, longitude, heading] =
+            [latitude_rad, longitude_rad, self.heading_rad].map(f64::to_degrees);
+        write!(f, "{latitude},{longitude},{altitude_m},{heading}")
+    }
 }
 
 /// How fast simulation time runs.
@@ -307,6 +374,33 @@ mod tests {
             let error = parse(&[option, value]).unwrap().plant_setup().unwrap_err().to_string();
             assert!(error.contains(key), "{error}");
         }
+    }
+
+    #[test]
+    fn a_flight_begins_at_the_home_of_an_option_on_the_runway_or_in_the_air() {
+        let setup = |scenario: &str| {
+            let options = ["--scenario", scenario, "--home=-35.36,149.16,584.1,350"];
+            parse(&options).unwrap().plant_setup().unwrap()
+        };
+        let place = |it: &Geodetic| {
+            (it.latitude_rad.to_degrees(), it.longitude_rad.to_degrees(), it.altitude_m)
+        };
+        let ground = setup("field").ground.unwrap();
+        assert_eq!(place(&ground.threshold), (-35.36, 149.16, 584.1));
+        assert_eq!((ground.heading_rad, ground.start.along_m()), (350_f64.to_radians(), Some(0.0)));
+        let start = setup("nominal").start;
+        assert_eq!((start.latitude_rad.to_degrees(), start.altitude_m), (-35.36, 584.1));
+        for (home, words) in [
+            ("1,2,3", "has 3 numbers; expected are 4"),
+            ("1,2,x,4", "number 3 is no number"),
+            ("91,2,3,4", "latitude 91 is outside -89 to 89"),
+            ("1,2,NaN,4", "altitude NaN is outside -450 to 20000"),
+        ] {
+            let error = parse(&["--home", home]).unwrap_err().to_string();
+            assert!(error.contains(words), "{error}");
+        }
+        let error = parse(&["--scenario=field", "--home=1,2,9500,4"]).unwrap().plant_setup();
+        assert!(error.unwrap_err().to_string().contains("elevation_m"));
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Options of `sitl` itself, and what they become for the two processes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use aircraft::AIRFRAMES;
 use autopilot::config;
@@ -11,6 +11,7 @@ use flight_control::{AllocationMode, CompensatorLaw, MainLaw};
 use host_io::file;
 use host_io::problem::{Problem, problem};
 use lab_engine::builder::{fitted, preset_note};
+use lab_studies::mission::PlanStart;
 use plant_sim::airframe_file;
 use plant_sim::io::{PlantArgs, Speed};
 use scenarios::SCENARIOS;
@@ -71,6 +72,14 @@ pub struct LaunchArgs {
     /// flat, wgs84, round or round_non_rotating, instead of the scenario's
     #[arg(long, value_name = "MODEL")]
     earth: Option<String>,
+    /// Where the flight begins, instead of the scenario's place: degrees, m above the ellipsoid (of the runway, or of an aircraft in the
+    /// air), degrees from north
+    #[arg(long, allow_hyphen_values = true, value_name = "LAT,LON,ALTITUDE,HEADING")]
+    home: Option<String>,
+    /// Begin where this plan does, which a ground station uploads: at its home, on the ground (scenario field) if it begins with a
+    /// takeoff, else in the air
+    #[arg(long, value_name = "FILE", conflicts_with = "home")]
+    plan: Option<PathBuf>,
     /// Seed of all random streams, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N")]
     seed: Option<String>,
@@ -197,6 +206,20 @@ impl LaunchArgs {
         let mut with_gains = fitted;
         let laws = &autopilot.laws;
         laws.apply(&mut with_gains, laws.gains_text()?.as_deref(), &model.aircraft)?;
+        if let Some(plan) = &self.plan {
+            let start = PlanStart::read(plan, &parameters, &setup.airframe, &setup.start)?;
+            let has_ground = setup.ground.is_some();
+            let field = start.from_ground.then(|| "field".to_owned());
+            if let (true, false, Some(scenario)) = (start.from_ground, has_ground, &self.scenario) {
+                let plan = plan.display();
+                return Err(problem!(
+                    "--plan {plan} begins with a takeoff, and scenario {scenario} has no ground; field has one"
+                ));
+            }
+            let home = Some(start.home(has_ground || start.from_ground).to_string());
+            let scenario = self.scenario.clone().or(field);
+            return Self { plan: None, home, scenario, ..self.clone() }.check();
+        }
         options.inherited = config::inherited(&model.aircraft, &parameters);
         let preset = parameters.gains.selection.estimator;
         let is_option = self.param.iter().any(|setting| setting.starts_with("EST_PRESET="));
@@ -294,6 +317,42 @@ mod tests {
             assert!(refusal.contains(words), "{refusal}");
         }
         assert_eq!(refusal(&base()), "accepted");
+    }
+
+    #[test]
+    fn a_plan_places_the_aircraft_at_its_home_on_the_ground_or_in_the_air() {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let file = |name: &str, first: &str| {
+            let path = folder.path().join(name);
+            let rows = ["16 0 0 0 0 47.4 8.5 489", first, "16 0 0 0 0 47.41 8.5 60"];
+            let rows = rows.iter().enumerate().map(|(number, row)| {
+                let frame = if number == 0 { 0 } else { 3 };
+                format!("{number}\t0\t{frame}\t{}\t1\n", row.replace(' ', "\t"))
+            });
+            std::fs::write(&path, format!("QGC WPL 110\n{}", rows.collect::<String>())).unwrap();
+            Some(path)
+        };
+        let some = |text: &str| Some(text.to_owned());
+        let base = |plan: Option<PathBuf>| LaunchArgs {
+            parameter_file: some("none"),
+            signing_key: some("none"),
+            airframe: some("aerosonde"),
+            plan,
+            ..LaunchArgs::default()
+        };
+        let takeoff = file("takeoff.txt", "22 0 0 0 0 47.405 8.5 50");
+        let air = file("air.txt", "16 0 0 0 0 47.405 8.5 70");
+        let words =
+            |args: LaunchArgs| args.check().map_err(|error| error.to_string()).unwrap().plant;
+        let on_ground = words(base(takeoff.clone()));
+        assert!(on_ground.contains(&"--scenario=field".to_owned()), "{on_ground:?}");
+        let is_there = |word: &String| word.starts_with("--home=47.4") && word.contains(",489,");
+        assert!(on_ground.iter().any(is_there), "{on_ground:?}");
+        let in_air = words(base(air));
+        assert!(!in_air.iter().any(|word| word.starts_with("--scenario")), "{in_air:?}");
+        let refused = refusal(&LaunchArgs { scenario: some("nominal"), ..base(takeoff) });
+        assert!(refused.ends_with("scenario nominal has no ground; field has one"), "{refused}");
+        assert!(refusal(&base(Some("no.plan".into()))).contains("no.plan"));
     }
 
     #[test]
