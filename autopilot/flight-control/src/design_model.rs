@@ -26,6 +26,7 @@ pub struct DesignModel {
     surfaces: SurfaceMoments,
     nozzle_pitch: Option<Effector>,
     nozzle_yaw: Option<Effector>,
+    engine: Option<Effector>,
     thrust_range_n: [f64; 2],
     aileron_pair: (f64, f64),
     elevators: Elevators,
@@ -78,6 +79,7 @@ impl DesignModel {
             surfaces,
             nozzle_pitch: list.only(EffectorKind::NozzlePitch),
             nozzle_yaw: list.only(EffectorKind::NozzleYaw),
+            engine: list.only(EffectorKind::Engine),
             thrust_range_n: effectors.thrust_range_n(),
             aileron_pair: aileron_pair(effectors),
             elevators,
@@ -88,7 +90,7 @@ impl DesignModel {
 
     /// The engine; `None` for a glider.
     pub fn engine(&self) -> Option<Effector> {
-        self.aircraft.effectors.list.only(EffectorKind::Engine)
+        self.engine
     }
 
     /// The numbers behind the model.

@@ -626,10 +626,10 @@ impl Plant {
         let Airframe { effectors, servos, .. } = self.dynamics.airframe();
         let (count, now) = (effectors.len(), self.time);
         let idle_n = self.contacts.as_ref().and_then(|contacts| contacts.idle_n());
-        let on_ground = idle_n.zip(effectors.only(EffectorKind::Engine)).map(|(idle_n, engine)| {
-            let mut servos = *servos;
+        let on_ground = idle_n.and_then(|idle_n| {
+            let (mut servos, engine) = (*servos, effectors.only(EffectorKind::Engine)?);
             servos[engine].min = servos[engine].min.min(idle_n);
-            servos
+            Some(servos)
         });
         let servos = on_ground.as_ref().unwrap_or(servos);
         // Ideal actuators need no paths: they cost nothing and keep the bits that they have without

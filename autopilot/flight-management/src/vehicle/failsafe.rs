@@ -122,7 +122,11 @@ impl FailsafeWatch {
             self.missed_n = 0.0;
             !gives(ENGINE_FAILED) && state.airspeed_m_s < TOO_SLOW * demand.airspeed_m_s
         };
-        let after_s = ENGINE_FAILED_S2_M * rules.approach_m_s(state.altitude_m);
+        // A power, which flights with an engine do without.
+        let after_s = match is_failed {
+            true => ENGINE_FAILED_S2_M * rules.approach_m_s(state.altitude_m),
+            false => f64::INFINITY,
+        };
         if let Some(failed) = self.engine.step(is_failed, after_s, dt_s) {
             (self.glide, self.landing) = (Glide::default(), None);
             publish(Failsafe::EngineFailed, failed);
