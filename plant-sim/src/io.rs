@@ -31,7 +31,7 @@ pub mod header;
 mod link;
 mod pacer;
 
-pub use args::{CORE_MAX, Home, PlantArgs, Speed, parse_earth, parse_period, whole};
+pub use args::{CORE_MAX, PlantArgs, Speed, StartPlace, parse_earth, parse_period, whole};
 pub use flight::FlightReport;
 pub use pacer::PlantLine;
 

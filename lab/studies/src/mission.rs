@@ -22,7 +22,7 @@ use host_io::folder::OutFolder;
 use icd::SimTime;
 use plant_sim::geodesy::Geodetic;
 use plant_sim::ground::{GroundSetup, GroundStart};
-use plant_sim::io::{Home, parse_earth, whole};
+use plant_sim::io::{StartPlace, parse_earth, whole};
 use plant_sim::{Airframe, ContactFailure, EarthModel, Start};
 
 use host_io::problem::{At as _, Problem, problem};
@@ -387,11 +387,11 @@ impl PlanStart {
     }
 
     /// Where a flight over a ground begins, or one without.
-    pub fn home(&self, over_ground: bool) -> Home {
+    pub fn home(&self, over_ground: bool) -> StartPlace {
         let Place { latitude_rad, longitude_rad } = self.place;
         let altitude_m = if over_ground { self.elevation_m } else { self.altitude_m };
         let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
-        Home { place, heading_rad: self.heading_rad }
+        StartPlace { place, heading_rad: self.heading_rad }
     }
 }
 

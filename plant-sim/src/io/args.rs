@@ -61,7 +61,7 @@ pub struct PlantArgs {
     /// Where the flight begins, instead of the scenario's place: degrees, m above the ellipsoid (of the runway, or of an aircraft in the
     /// air), degrees from north
     #[arg(long, allow_hyphen_values = true, value_name = "LAT,LON,ALTITUDE,HEADING")]
-    pub home: Option<Home>,
+    pub home: Option<StartPlace>,
     /// Seed of all random streams, instead of the scenario's
     #[arg(long, allow_negative_numbers = true, value_name = "N", value_parser = whole(0, u64::MAX))]
     pub seed: Option<u64>,
@@ -205,13 +205,13 @@ fn parse_seconds(text: &str) -> Result<SimTime, String> {
 
 /// Where a flight begins.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Home {
+pub struct StartPlace {
     pub place: Geodetic,
     /// Of the runway or the aircraft, rad from north.
     pub heading_rad: f64,
 }
 
-impl Home {
+impl StartPlace {
     /// Moves the runway there, with the aircraft at its threshold; an aircraft in the air itself.
     pub fn place(&self, setup: &mut PlantSetup) {
         let Self { place, heading_rad } = *self;
@@ -225,7 +225,7 @@ impl Home {
     }
 }
 
-impl FromStr for Home {
+impl FromStr for StartPlace {
     type Err = Problem;
     fn from_str(text: &str) -> Result<Self, Problem> {
         let numbers: Vec<f64> =
@@ -253,7 +253,7 @@ impl FromStr for Home {
     }
 }
 
-impl Display for Home {
+impl Display for StartPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Geodetic { latitude_rad, longitude_rad, altitude_m } = self.place;
         let [latitude, longitude, heading] =
