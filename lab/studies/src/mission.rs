@@ -249,7 +249,7 @@ pub fn fly(setup: &FlightSetup, commands: &[TimedCommand]) -> Result<Flown, Prob
         returns = tick.snapshot.mode == Mode::Return && tick.log.state.over_ground;
         if returns {
             over_s = f64::INFINITY;
-        } else if returned {
+        } else if returned && tick.snapshot.mode != Mode::Mission {
             over_s = t_s + AFTER_S;
         }
         if let (None, Some(touchdown)) = (&down, tick.plant.touchdown()) {
@@ -386,10 +386,10 @@ impl PlanStart {
         })
     }
 
-    /// Where a flight over a ground begins, or one without.
-    pub fn home(&self, over_ground: bool) -> StartPlace {
+    /// Where it begins: the runway, or the aircraft in the air.
+    pub fn home(&self) -> StartPlace {
         let Place { latitude_rad, longitude_rad } = self.place;
-        let altitude_m = if over_ground { self.elevation_m } else { self.altitude_m };
+        let altitude_m = if self.from_ground { self.elevation_m } else { self.altitude_m };
         let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
         StartPlace { place, heading_rad: self.heading_rad }
     }
@@ -403,7 +403,7 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
         print_line!("{note}");
     }
     plant.ground = start.from_ground.then_some(FIELD);
-    start.home(start.from_ground).place(plant);
+    start.home().place(plant);
     Ok((start.file, start.plan))
 }
 

@@ -16,6 +16,7 @@ use crate::airframe::Airframe;
 use crate::airframe_file::ReadAirframe as _;
 use crate::earth::EarthModel;
 use crate::geodesy::Geodetic;
+use crate::ground::GroundStart;
 use crate::plant::Plant;
 use crate::scenario::{PlantPart, Scenario};
 use crate::setup::{PlantSetup, default_step_us};
@@ -203,7 +204,7 @@ fn parse_seconds(text: &str) -> Result<SimTime, String> {
     seconds.ok_or_else(|| format!("{text} is not a number from 0 to {}", SimTime::MAX_SECONDS))
 }
 
-/// Where a flight begins.
+/// Where a flight begins: the runway, or without one the aircraft.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StartPlace {
     pub place: Geodetic,
@@ -215,13 +216,18 @@ impl StartPlace {
     /// Moves the runway there, with the aircraft at its threshold; an aircraft in the air itself.
     pub fn place(&self, setup: &mut PlantSetup) {
         let Self { place, heading_rad } = *self;
-        setup.ground = setup.ground.map(|ground| ground.moved(place, heading_rad));
-        let start = &mut setup.start;
+        let PlantSetup { ground, start, .. } = setup;
         (start.latitude_rad, start.longitude_rad) = (place.latitude_rad, place.longitude_rad);
         start.heading_rad = heading_rad;
-        if setup.ground.is_none() {
-            start.altitude_m = place.altitude_m;
+        match ground {
+            // As high above the runway as before.
+            Some(ground) if ground.start == GroundStart::Air => {
+                start.altitude_m += place.altitude_m - ground.threshold.altitude_m;
+            }
+            Some(_) => {}
+            None => start.altitude_m = place.altitude_m,
         }
+        *ground = ground.map(|ground| ground.moved(place, heading_rad));
     }
 }
 
@@ -234,17 +240,17 @@ impl FromStr for StartPlace {
         let [latitude, longitude, altitude_m, heading] = numbers[..] else {
             return Err(match count == 4 {
                 true => problem!("\"{text}\": number {} is no number", numbers.len() + 1),
-                false => problem!("\"{text}\" has {count} numbers; expected are 4"),
+                false => problem!("\"{text}\" has {count} values; expected are 4"),
             });
         };
-        for (what, value, min, max) in [
-            ("latitude", latitude, -89.0, 89.0),
-            ("longitude", longitude, -180.0, 180.0),
-            ("altitude", altitude_m, -450.0, 20_000.0),
-            ("heading", heading, -360.0, 360.0),
+        for (what, value, min, max, unit) in [
+            ("latitude", latitude, -89.0, 89.0, "deg"),
+            ("longitude", longitude, -180.0, 180.0, "deg"),
+            ("altitude", altitude_m, -450.0, 20_000.0, "m"),
+            ("heading", heading, -360.0, 360.0, "deg"),
         ] {
             if !(min..=max).contains(&value) {
-                return Err(problem!("{what} {value} is outside {min} to {max}"));
+                return Err(problem!("{what} {value} is outside {min} to {max} {unit}"));
             }
         }
         let [latitude_rad, longitude_rad] = [latitude, longitude].map(f64::to_radians);
@@ -388,10 +394,18 @@ mod tests {
         let ground = setup("field").ground.unwrap();
         assert_eq!(place(&ground.threshold), (-35.36, 149.16, 584.1));
         assert_eq!((ground.heading_rad, ground.start.along_m()), (350_f64.to_radians(), Some(0.0)));
+        let over = |home: &str| {
+            let mut setup = parse(&["--scenario=field"]).unwrap().plant_setup().unwrap();
+            setup.start.altitude_m = 1_000.0;
+            setup.ground.as_mut().unwrap().start = GroundStart::Air;
+            home.parse::<StartPlace>().unwrap().place(&mut setup);
+            setup.start.altitude_m
+        };
+        assert_eq!(over("1,2,1500,4"), 1_800.0, "300 m above the runway, as before");
         let start = setup("nominal").start;
         assert_eq!((start.latitude_rad.to_degrees(), start.altitude_m), (-35.36, 584.1));
         for (home, words) in [
-            ("1,2,3", "has 3 numbers; expected are 4"),
+            ("1,2,3", "has 3 values; expected are 4"),
             ("1,2,x,4", "number 3 is no number"),
             ("91,2,3,4", "latitude 91 is outside -89 to 89"),
             ("1,2,NaN,4", "altitude NaN is outside -450 to 20000"),

@@ -77,7 +77,7 @@ pub struct LaunchArgs {
     #[arg(long, allow_hyphen_values = true, value_name = "LAT,LON,ALTITUDE,HEADING")]
     home: Option<String>,
     /// Begin where this plan does, which a ground station uploads: at its home, on the ground (scenario field) if it begins with a
-    /// takeoff, else in the air
+    /// takeoff, else as the scenario does
     #[arg(long, value_name = "FILE", conflicts_with = "home")]
     plan: Option<PathBuf>,
     /// Seed of all random streams, instead of the scenario's
@@ -216,8 +216,12 @@ impl LaunchArgs {
                     "--plan {plan} begins with a takeoff, and scenario {scenario} has no ground; field has one"
                 ));
             }
-            let home = Some(start.home(has_ground || start.from_ground).to_string());
-            let scenario = self.scenario.clone().or(field);
+            let mut home = start.home();
+            // On the ground all the same, which stays at its elevation: the plan does not say where it is.
+            if let (false, Some(ground)) = (start.from_ground, &setup.ground) {
+                home.place.altitude_m = ground.threshold.altitude_m;
+            }
+            let (home, scenario) = (Some(home.to_string()), self.scenario.clone().or(field));
             return Self { plan: None, home, scenario, ..self.clone() }.check();
         }
         options.inherited = config::inherited(&model.aircraft, &parameters);
@@ -350,6 +354,13 @@ mod tests {
         assert!(on_ground.iter().any(is_there), "{on_ground:?}");
         let in_air = words(base(air));
         assert!(!in_air.iter().any(|word| word.starts_with("--scenario")), "{in_air:?}");
+        let parked = words(LaunchArgs {
+            scenario: some("field"),
+            ..base(file("air.txt", "16 0 0 0 0 47.405 8.5 70"))
+        });
+        assert!(
+            parked.iter().any(|word| word.starts_with("--home=47.4") && word.contains(",700,"))
+        );
         let refused = refusal(&LaunchArgs { scenario: some("nominal"), ..base(takeoff) });
         assert!(refused.ends_with("scenario nominal has no ground; field has one"), "{refused}");
         assert!(refusal(&base(Some("no.plan".into()))).contains("no.plan"));

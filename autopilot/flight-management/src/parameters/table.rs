@@ -203,9 +203,9 @@ const FENCE: &[Parameter] = choices! { "Guidance";
         0 FenceAction::Nothing "none, the fence is off",
         1 FenceAction::Report "reported",
         2 FenceAction::Hold "circle where the aircraft is",
-        3 FenceAction::Return "fly to the nearest rally point or home",
+        3 FenceAction::Return "Return",
         4 FenceAction::Terminate "end the flight",
-        5 FenceAction::Land "the landing of the plan, or fly home";
+        5 FenceAction::Land "the landing of the plan, or Return";
 };
 
 const FAILSAFE: &[Parameter] = choices! { "Failsafes";
@@ -215,7 +215,7 @@ const FAILSAFE: &[Parameter] = choices! { "Failsafes";
         4 EngineAction::Terminate "end the flight";
     "COM_LOW_BAT_ACT", navigation.fuel_action = 0, "What happens when the fuel runs low":
         0 FuelAction::Report "reported",
-        2 FuelAction::Land "below BAT_CRIT_THR the landing of the plan, or fly home",
+        2 FuelAction::Land "below BAT_CRIT_THR the landing of the plan, or Return",
         3 FuelAction::Return "below BAT_CRIT_THR fly home, below BAT_EMERGEN_THR as 2";
 };
 

@@ -219,8 +219,8 @@ pub struct FenceWatch {
     last: Option<(Breach, SimTime)>,
     inside_s: f64,
     waited_s: f64,
-    /// It has not been above the lower limit since its lift-off, so that does not count yet.
-    is_rising: bool,
+    /// It has been above the lower limit since its start or lift-off; before, that does not count.
+    was_above: bool,
 }
 
 impl FenceWatch {
@@ -231,23 +231,27 @@ impl FenceWatch {
 
     /// Watches another fence from now on; the breaches still count.
     pub(super) fn restart(&mut self) {
-        let Self { breaches, last, is_rising, .. } = *self;
-        *self = Self { breaches, last, is_rising, ..Self::default() };
+        let Self { breaches, last, was_above, .. } = *self;
+        *self = Self { breaches, last, was_above, ..Self::default() };
     }
 
     /// One tick on the ground.
     pub(super) fn rest(&mut self) {
-        self.is_rising = true;
+        self.was_above = false;
     }
 
-    /// One tick.
+    /// One tick. The lower limit is not for an aircraft that lands; one that was below it before still is.
     pub(super) fn step(
         &mut self,
         fence: &Fence,
         situation: &Situation<'_>,
+        lands: bool,
         time: SimTime,
     ) -> Option<FenceChange> {
         let navigation = &situation.rules.navigation;
+        let height_m = situation.altitude_m - situation.rules.ground_m;
+        let is_below = height_m < navigation.fence_min_m;
+        self.was_above |= !is_below;
         if self.is_off || navigation.fence_action == FenceAction::Nothing {
             self.breach = None;
             return None;
@@ -257,13 +261,11 @@ impl FenceWatch {
             return None;
         }
         let dt_s = core::mem::take(&mut self.waited_s);
-        let (most_m, least_m) = (navigation.fence_max_m, navigation.fence_min_m);
-        let height_m = situation.altitude_m - situation.rules.ground_m;
-        self.is_rising &= height_m < least_m;
-        let least_m = if self.is_rising { 0.0 } else { least_m };
+        let most_m = navigation.fence_max_m;
+        let is_low = is_below && self.was_above && (!lands || self.breach == Some(Breach::Low));
         let breach = match fence.breach(situation.place) {
             None if most_m > 0.0 && height_m > most_m => Some(Breach::High),
-            None if least_m > 0.0 && height_m < least_m => Some(Breach::Low),
+            None if navigation.fence_min_m > 0.0 && is_low => Some(Breach::Low),
             breach => breach,
         };
         match (self.breach, breach) {

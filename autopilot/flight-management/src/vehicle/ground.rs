@@ -19,6 +19,8 @@ const DISARM_MAX_M_S: f64 = 2.0;
 const ROLL_MAX_S: f64 = 90.0;
 /// Wheels that touch again so soon after the lift-off, s, and fast enough for another one, belong to the takeoff.
 const BOUNCE_S: f64 = 2.0;
+/// One that has become slower than this part of the speed of the rotation does not fly.
+const FAST_OVER_ROTATION: f64 = 0.9;
 /// An aircraft that points this far off the line of its roll, rad, is not steered any more.
 const ASTRAY_RAD: f64 = 1.0;
 /// Rollout: the nose comes down to this pitch angle, rad, first, or for this time, s; then the brakes come on over this time, s, to this
@@ -156,8 +158,10 @@ impl GroundOperation {
             return false;
         }
         let measured = if state.valid.airspeed { state.airspeed_m_s } else { speed_m_s };
-        let rotates = measured >= rules.rotation_m_s(state.altitude_m);
-        let goes_on = wants_takeoff && rotates;
+        let rotation_m_s = rules.rotation_m_s(state.altitude_m);
+        let (rotates, is_fast) =
+            (measured >= rotation_m_s, measured >= FAST_OVER_ROTATION * rotation_m_s);
+        let goes_on = wants_takeoff && is_fast;
         if !was_on_wheels && matches!(self.phase, GroundPhase::Rolling { .. }) && !goes_on {
             self.phase = GroundPhase::Standing;
         }
@@ -186,7 +190,7 @@ impl GroundOperation {
             GroundPhase::Rolling { along, for_s, lifted_off_s } => {
                 *for_s += dt_s;
                 let along = *along;
-                let is_slow = lifted_off_s.is_some() && !rotates;
+                let is_slow = lifted_off_s.is_some() && !is_fast;
                 let off_rad = libm::remainder(state.attitude.psi - along.course_rad, TAU);
                 let is_astray = off_rad.abs() > ASTRAY_RAD;
                 if *for_s > ROLL_MAX_S || !wants_takeoff || is_slow || is_astray {

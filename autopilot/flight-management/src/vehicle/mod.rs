@@ -604,19 +604,16 @@ impl Vehicle {
     }
 
     fn watch_fence(&mut self, state: &NavigationState, rules: &Rules, dt_s: f64, publish: Publish) {
-        let mut watched = *rules;
         let lands = match self.mode {
             Mode::Mission => self.mission.is_near_ground(),
             Mode::Return => !self.returning.is_empty(),
             _ => false,
         };
-        if lands || self.failsafe.has_engine_failed() {
-            watched.navigation.fence_min_m = 0.0;
-        }
+        let lands = lands || self.failsafe.has_engine_failed();
         // The wind does not matter here.
-        let situation = Situation::new(state, &watched, &mut None, dt_s);
+        let situation = Situation::new(state, rules, &mut None, dt_s);
         let fence = Arc::clone(&self.fence);
-        let Some(change) = self.watch.step(&fence, &situation, state.time) else { return };
+        let Some(change) = self.watch.step(&fence, &situation, lands, state.time) else { return };
         publish(VehicleEvent::Fence(change));
         let action = rules.navigation.fence_action;
         if self.terminated || change == FenceChange::Back {

@@ -157,7 +157,9 @@ pub fn home_altitude_m(items: &[MissionItem<i32>], rules: &Rules) -> f64 {
 }
 
 fn elevation(home: &MissionItem<i32>) -> Option<f64> {
-    Some(convert::decimal(home.z)).filter(|home_m| home_m.is_finite())
+    // Above what an altitude above home counts from, nobody says.
+    let home_m = is_absolute(home).then(|| convert::decimal(home.z));
+    home_m.filter(|home_m| home_m.is_finite())
 }
 
 /// Item 0, if it is home. The first item that is flown decides: a waypoint where that item is absolute too and the altitude

@@ -1,10 +1,11 @@
 use std::sync::Arc;
 
-use super::plane::{Plane, at};
+use super::plane::{Plane, at, item, plan, waypoint};
 use super::*;
 use crate::vehicle::fence::{
     Area, AreaShape, Breach, Fence, FenceAction, FenceChange, FenceProblem, RallyPoint,
 };
+use crate::vehicle::plan::Action;
 
 fn polygon(inclusion: bool, corners: &[[f64; 2]]) -> Area {
     let places = corners.iter().map(|[north_km, east_km]| at(*north_km, *east_km)).collect();
@@ -90,14 +91,33 @@ fn the_lower_limit_counts_once_the_aircraft_has_been_above_it_and_not_for_a_land
     plane.altitude_m = 5_050.0;
     plane.fly(2.0);
     assert!(plane.events.contains(&LOW), "{:?}", plane.events);
+    // Return lands, but the aircraft was below it before.
+    plane.change(Mode::Return).unwrap();
+    plane.fly(8.0);
+    let back = VehicleEvent::Fence(FenceChange::Back);
+    assert!(!plane.events.contains(&back), "{:?}", plane.events);
+    // A takeoff as an item that is lower than what follows.
+    let mut plane = Plane::flying();
+    plane.rules.ground_m = 4_900.0;
+    plane.rules.navigation.fence_min_m = 300.0;
+    plane.rules.limits.altitude_min_m = 5_150.0;
+    (plane.on_wheels, plane.airspeed_m_s) = (true, 0.1);
+    plane.tick();
+    let items = vec![item(Action::Takeoff { altitude_m: 5_040.0 }), waypoint(30.0, 0.0, 5_400.0)];
+    plane.vehicle.replace_plan(&plan(items), &plane.rules, &mut |_| {}).unwrap();
+    plane.change(Mode::Mission).unwrap();
+    plane.tick();
+    (plane.on_wheels, plane.airspeed_m_s) = (false, 264.0);
+    plane.fly(25.0);
+    assert!(plane.altitude_m > 5_050.0 && !plane.events.contains(&LOW), "{:?}", plane.events);
     // Return to the runway of a takeoff.
     let mut plane = Plane::flying();
     plane.rules.ground_m = 5_000.0;
-    plane.on_wheels = true;
+    (plane.on_wheels, plane.airspeed_m_s) = (true, 0.1);
     plane.tick();
     plane.change(Mode::Takeoff).unwrap();
     plane.tick();
-    plane.on_wheels = false;
+    (plane.on_wheels, plane.airspeed_m_s) = (false, 264.0);
     plane.fly(5.0);
     plane.change(Mode::Return).unwrap();
     plane.rules.navigation.fence_min_m = 4_000.0;

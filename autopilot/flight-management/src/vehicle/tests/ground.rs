@@ -32,6 +32,10 @@ impl Roll {
         roll
     }
 
+    fn rules() -> Rules {
+        Rules { stall_m_s: 75.0, ..rules() }
+    }
+
     fn speed(&mut self, m_s: f64) {
         (self.state.airspeed_m_s, self.state.velocity.0.x) = (m_s, m_s);
     }
@@ -44,7 +48,7 @@ impl Roll {
     /// A tenth of a second; whether it touches down.
     fn tick(&mut self) -> bool {
         let Self { ground, events, state, wants_takeoff } = self;
-        let rules = Rules { stall_m_s: 75.0, ..rules() };
+        let rules = Self::rules();
         ground.step(state, &rules, 0.1, *wants_takeoff, None, &mut |event| events.push(event))
     }
 
@@ -70,6 +74,11 @@ fn wheels_that_touch_again_soon_and_fast_belong_to_the_takeoff() {
         assert!(roll.accelerates());
     }
     assert_eq!(roll.count(VehicleEvent::LiftOff), 1, "{:?}", roll.events);
+    // A little slower than the rotation, by a gust.
+    roll.speed(0.95 * Roll::rules().rotation_m_s(roll.state.altitude_m));
+    roll.ticks(true, 1);
+    assert!(roll.accelerates());
+    roll.speed(264.0);
     // In the air for longer than two seconds in all: the next contact is a touchdown.
     assert!(!roll.ticks(false, 12) && roll.ticks(true, 1));
     assert!(roll.ground.is_stopping() && !roll.accelerates());
