@@ -325,11 +325,7 @@ pub struct PlanStart {
     pub notes: Vec<String>,
     /// The plan begins with a takeoff, and the aircraft has gear.
     pub from_ground: bool,
-    place: Place,
-    heading_rad: f64,
-    /// Of home, and of the first item that has an altitude, m.
-    elevation_m: f64,
-    altitude_m: f64,
+    pub home: StartPlace,
 }
 
 impl PlanStart {
@@ -373,25 +369,13 @@ impl PlanStart {
         let above_ground =
             |item: &Item| item.action.altitude_m().filter(|altitude_m| *altitude_m > 0.0);
         let altitude_m = plan.items.iter().find_map(above_ground).unwrap_or(start.altitude_m);
-        let heading_rad = libm::atan2(ahead.y, ahead.x);
-        Ok(Self {
-            file,
-            plan,
-            notes,
-            from_ground,
-            place: home,
-            heading_rad,
-            elevation_m,
-            altitude_m,
-        })
-    }
-
-    /// Where it begins: the runway, or the aircraft in the air.
-    pub fn home(&self) -> StartPlace {
-        let Place { latitude_rad, longitude_rad } = self.place;
-        let altitude_m = if self.from_ground { self.elevation_m } else { self.altitude_m };
-        let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
-        StartPlace { place, heading_rad: self.heading_rad }
+        let place = Geodetic {
+            latitude_rad: home.latitude_rad,
+            longitude_rad: home.longitude_rad,
+            altitude_m: if from_ground { elevation_m } else { altitude_m },
+        };
+        let home = StartPlace { place, heading_rad: libm::atan2(ahead.y, ahead.x) };
+        Ok(Self { file, plan, notes, from_ground, home })
     }
 }
 
@@ -403,7 +387,7 @@ pub fn of_file(path: &Path, setup: &mut FlightSetup) -> Result<(PlanFile, Plan),
         print_line!("{note}");
     }
     plant.ground = start.from_ground.then_some(FIELD);
-    start.home().place(plant);
+    start.home.place(plant);
     Ok((start.file, start.plan))
 }
 

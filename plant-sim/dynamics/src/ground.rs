@@ -79,27 +79,18 @@ impl GroundStart {
         Ok(())
     }
 
-    /// The same start at the threshold.
-    fn at_threshold(self) -> Self {
-        match self {
-            Self::Air => self,
-            Self::Parked { .. } => Self::Parked { along_m: 0.0 },
-            Self::Ready { .. } => Self::Ready { along_m: 0.0 },
-            Self::Launched(launch) => Self::Launched(Launch { along_m: 0.0, ..launch }),
-            Self::Catapult { launch, rail_m } => {
-                Self::Catapult { launch: Launch { along_m: 0.0, ..launch }, rail_m }
-            }
-        }
+    /// Distance from the threshold, m; `None` in the air.
+    pub fn along_m(mut self) -> Option<f64> {
+        self.along_mut().copied()
     }
 
-    /// Distance from the threshold, m; `None` in the air.
-    pub fn along_m(&self) -> Option<f64> {
+    fn along_mut(&mut self) -> Option<&mut f64> {
         match self {
             Self::Air => None,
             Self::Parked { along_m }
             | Self::Ready { along_m }
             | Self::Launched(Launch { along_m, .. })
-            | Self::Catapult { launch: Launch { along_m, .. }, .. } => Some(*along_m),
+            | Self::Catapult { launch: Launch { along_m, .. }, .. } => Some(along_m),
         }
     }
 }
@@ -126,9 +117,11 @@ impl GroundSetup {
     }
 
     /// The same runway elsewhere, with the aircraft at its threshold.
-    #[must_use]
-    pub fn moved(self, threshold: Geodetic, heading_rad: f64) -> Self {
-        Self { threshold, heading_rad, start: self.start.at_threshold(), ..self }
+    pub fn move_to(&mut self, threshold: Geodetic, heading_rad: f64) {
+        (self.threshold, self.heading_rad) = (threshold, heading_rad);
+        if let Some(along_m) = self.start.along_mut() {
+            *along_m = 0.0;
+        }
     }
 
     /// The point of the runway this far from its threshold.

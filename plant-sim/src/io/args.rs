@@ -219,40 +219,27 @@ impl StartPlace {
         let PlantSetup { ground, start, .. } = setup;
         (start.latitude_rad, start.longitude_rad) = (place.latitude_rad, place.longitude_rad);
         start.heading_rad = heading_rad;
-        match ground {
+        let Some(ground) = ground else {
+            start.altitude_m = place.altitude_m;
+            return;
+        };
+        if ground.start == GroundStart::Air {
             // As high above the runway as before.
-            Some(ground) if ground.start == GroundStart::Air => {
-                start.altitude_m += place.altitude_m - ground.threshold.altitude_m;
-            }
-            Some(_) => {}
-            None => start.altitude_m = place.altitude_m,
+            start.altitude_m += place.altitude_m - ground.threshold.altitude_m;
         }
-        *ground = ground.map(|ground| ground.moved(place, heading_rad));
+        ground.move_to(place, heading_rad);
     }
 }
 
 impl FromStr for StartPlace {
     type Err = Problem;
     fn from_str(text: &str) -> Result<Self, Problem> {
-        let numbers: Vec<f64> =
-            text.split(',').map_while(|part| part.trim().parse().ok()).collect();
-        let count = text.split(',').count();
-        let [latitude, longitude, altitude_m, heading] = numbers[..] else {
-            return Err(match count == 4 {
-                true => problem!("\"{text}\": number {} is no number", numbers.len() + 1),
-                false => problem!("\"{text}\" has {count} values; expected are 4"),
-            });
+        // Their ranges are those of the setup.
+        let numbers: Result<Vec<f64>, _> =
+            text.split(',').map(|part| part.trim().parse()).collect();
+        let Ok(&[latitude, longitude, altitude_m, heading]) = numbers.as_deref() else {
+            return Err(problem!("\"{text}\" is not LAT,LON,ALTITUDE,HEADING: four numbers"));
         };
-        for (what, value, min, max, unit) in [
-            ("latitude", latitude, -89.0, 89.0, "deg"),
-            ("longitude", longitude, -180.0, 180.0, "deg"),
-            ("altitude", altitude_m, -450.0, 20_000.0, "m"),
-            ("heading", heading, -360.0, 360.0, "deg"),
-        ] {
-            if !(min..=max).contains(&value) {
-                return Err(problem!("{what} {value} is outside {min} to {max} {unit}"));
-            }
-        }
         let [latitude_rad, longitude_rad] = [latitude, longitude].map(f64::to_radians);
         let place = Geodetic { latitude_rad, longitude_rad, altitude_m };
         Ok(Self { place, heading_rad: heading.to_radians() })
@@ -404,17 +391,23 @@ mod tests {
         assert_eq!(over("1,2,1500,4"), 1_800.0, "300 m above the runway, as before");
         let start = setup("nominal").start;
         assert_eq!((start.latitude_rad.to_degrees(), start.altitude_m), (-35.36, 584.1));
-        for (home, words) in [
-            ("1,2,3", "has 3 values; expected are 4"),
-            ("1,2,x,4", "number 3 is no number"),
-            ("91,2,3,4", "latitude 91 is outside -89 to 89"),
-            ("1,2,NaN,4", "altitude NaN is outside -450 to 20000"),
-        ] {
+        for home in ["1,2,3", "1,2,x,4", "1,2,3,4,5"] {
             let error = parse(&["--home", home]).unwrap_err().to_string();
+            assert!(error.contains("is not LAT,LON,ALTITUDE,HEADING: four numbers"), "{error}");
+        }
+        for (scenario, home, words) in [
+            ("nominal", "91,2,3,4", "latitude_deg = 91 is outside"),
+            ("nominal", "1,2,NaN,4", "altitude_m = NaN is outside"),
+            ("nominal", "1,2,300,inf", "heading_deg = inf is outside"),
+            ("field", "91,2,3,4", "latitude_deg = 91 is outside"),
+            ("field", "1,200,3,4", "longitude_deg = 200 is outside"),
+            ("field", "1,2,9500,4", "elevation_m = 9500 is outside"),
+            ("field", "1,2,3,inf", "heading_deg = inf is outside"),
+        ] {
+            let options = ["--scenario", scenario, "--home", home];
+            let error = parse(&options).unwrap().plant_setup().unwrap_err().to_string();
             assert!(error.contains(words), "{error}");
         }
-        let error = parse(&["--scenario=field", "--home=1,2,9500,4"]).unwrap().plant_setup();
-        assert!(error.unwrap_err().to_string().contains("elevation_m"));
     }
 
     #[test]

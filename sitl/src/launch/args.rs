@@ -216,7 +216,7 @@ impl LaunchArgs {
                     "--plan {plan} begins with a takeoff, and scenario {scenario} has no ground; field has one"
                 ));
             }
-            let mut home = start.home();
+            let mut home = start.home;
             // On the ground all the same, which stays at its elevation: the plan does not say where it is.
             if let (false, Some(ground)) = (start.from_ground, &setup.ground) {
                 home.place.altitude_m = ground.threshold.altitude_m;

@@ -216,7 +216,7 @@ const FAILSAFE: &[Parameter] = choices! { "Failsafes";
     "COM_LOW_BAT_ACT", navigation.fuel_action = 0, "What happens when the fuel runs low":
         0 FuelAction::Report "reported",
         2 FuelAction::Land "below BAT_CRIT_THR the landing of the plan, or Return",
-        3 FuelAction::Return "below BAT_CRIT_THR fly home, below BAT_EMERGEN_THR as 2";
+        3 FuelAction::Return "below BAT_CRIT_THR Return, below BAT_EMERGEN_THR as 2";
 };
 
 const FAILSAFE_LEVELS: &[Parameter] = numbers! { Real, "Failsafes";
@@ -231,10 +231,10 @@ const LINK_LOSS: &[Parameter] = choices! { "Link loss";
     "NAV_DLL_ACT", link.loss_action = 0, "What happens when the controlling ground station falls silent":
         0 LinkLossAction::Continue "the flight goes on",
         1 LinkLossAction::Hold "circle where the aircraft is",
-        2 LinkLossAction::Return "fly home";
+        2 LinkLossAction::Return "Return";
     "NAV_RCL_ACT", link.sticks_loss_action = 1, "What happens when a pilot's sticks fall silent in a mode that needs them":
         1 SticksLossAction::Hold "circle where the aircraft is",
-        2 SticksLossAction::Return "fly home";
+        2 SticksLossAction::Return "Return";
 };
 
 /// In whole seconds, as PX4 has it.

@@ -87,7 +87,7 @@ pub enum Flight {
     Fly(Flown),
     /// The plan is complete: circle here.
     Complete(Orbit),
-    /// The plan is complete: fly home.
+    /// The plan is complete: Return.
     Home,
 }
 

@@ -119,7 +119,11 @@ fn the_lower_limit_counts_once_the_aircraft_has_been_above_it_and_not_for_a_land
     plane.tick();
     (plane.on_wheels, plane.airspeed_m_s) = (false, 264.0);
     plane.fly(5.0);
+    let rally = RallyPoint { place: plane.place, altitude_m: 6_000.0 };
+    plane.vehicle.replace_rally(&Arc::from([rally])).unwrap();
     plane.change(Mode::Return).unwrap();
+    let altitude_m = plane.vehicle.demand().unwrap().altitude_m;
+    assert_eq!(altitude_m, plane.rules.return_altitude_m(), "not that of the rally point");
     plane.rules.navigation.fence_min_m = 4_000.0;
     plane.fly(5.0);
     assert!(!plane.events.contains(&LOW), "{:?}", plane.events);

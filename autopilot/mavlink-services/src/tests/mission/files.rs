@@ -136,6 +136,11 @@ fn a_waypoint_before_a_takeoff_is_home_whatever_its_frame() {
     let (plan, notes) = found.plan(&rules(), None).unwrap();
     assert_eq!(plan.items[0].action, Action::Jump { to: 1, times: None });
     assert_eq!(notes, ["Mission item 0: taken as home and not flown"]);
+    // Of its altitude nobody knows above what, so absolute ones do not count from it.
+    let absolute = item(2, behind).replacen("0\t3", "0\t0", 1);
+    let text = format!("QGC WPL 110\n{}{}{absolute}", item(0, home), item(1, takeoff));
+    let (plan, _) = PlanFile::read(&text).unwrap().plan(&rules(), None).unwrap();
+    assert_eq!(plan.items[2].action.altitude_m(), Some(600.0));
     // Before another waypoint it is one.
     let problems = file(&[before, behind]).plan(&rules(), None).unwrap_err();
     assert!(problems[0].starts_with("item 0: NAV_WAYPOINT (16): altitude"), "{problems:?}");
