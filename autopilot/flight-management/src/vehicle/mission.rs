@@ -801,7 +801,7 @@ struct Loiter {
     on_circle: bool,
     /// It was on it before.
     reached: bool,
-    /// Angle flown around the centre, not close to it, since the item began or was resumed, rad.
+    /// Angle flown around the centre since the item began or was resumed, rad.
     around_rad: f64,
     bearing: Option<f64>,
     turned_rad: f64,
@@ -827,10 +827,7 @@ impl Loiter {
         }
         let flown = self.orbit.fly(situation, demand);
         let change_rad = self.change_rad(&offset);
-        // A way across the centre is none around it.
-        if offset.norm() > 0.5 * radius_m {
-            self.around_rad += change_rad;
-        }
+        self.around_rad += change_rad;
         // After a turn around its centre this is as near as the aircraft comes, with a fault or in strong wind.
         self.on_circle =
             self.on_circle || self.around_rad >= TAU || self.is_on(&offset, radius_m, situation);

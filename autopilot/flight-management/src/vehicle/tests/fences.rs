@@ -91,11 +91,6 @@ fn the_lower_limit_counts_once_the_aircraft_has_been_above_it_and_not_for_a_land
     plane.altitude_m = 5_050.0;
     plane.fly(2.0);
     assert!(plane.events.contains(&LOW), "{:?}", plane.events);
-    // Return lands, but the aircraft was below it before.
-    plane.change(Mode::Return).unwrap();
-    plane.fly(8.0);
-    let back = VehicleEvent::Fence(FenceChange::Back);
-    assert!(!plane.events.contains(&back), "{:?}", plane.events);
     // A takeoff as an item that is lower than what follows.
     let mut plane = Plane::flying();
     plane.rules.ground_m = 4_900.0;
@@ -124,9 +119,20 @@ fn the_lower_limit_counts_once_the_aircraft_has_been_above_it_and_not_for_a_land
     plane.change(Mode::Return).unwrap();
     let altitude_m = plane.vehicle.demand().unwrap().altitude_m;
     assert_eq!(altitude_m, plane.rules.return_altitude_m(), "not that of the rally point");
-    plane.rules.navigation.fence_min_m = 4_000.0;
-    plane.fly(5.0);
+    let back = VehicleEvent::Fence(FenceChange::Back);
+    plane.rules.navigation.fence_min_m = 1_000.0;
+    plane.altitude_m = 6_200.0;
+    plane.fly(1.0);
+    plane.altitude_m = 5_050.0;
+    plane.fly(2.0);
     assert!(!plane.events.contains(&LOW), "{:?}", plane.events);
+    // Below it and not landing, it is no better by a landing.
+    plane.change(Mode::Hold).unwrap();
+    plane.fly(2.0);
+    assert!(plane.events.contains(&LOW), "{:?}", plane.events);
+    plane.change(Mode::Return).unwrap();
+    plane.fly(8.0);
+    assert!(!plane.events.contains(&back), "{:?}", plane.events);
 }
 
 #[test]
