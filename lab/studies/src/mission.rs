@@ -536,7 +536,13 @@ pub fn figure(plan: &Plan, start: Place, flown: &Flown) -> Figure {
     });
     let marks: Vec<Mark> = begins.collect();
     let [altitude, airspeed, roll] = panels(flown, &marks);
-    let panels = [map(plan, start, flown), altitude, airspeed, roll];
+    let map = map(plan, start, flown);
+    // A plan without a jump, or a flight without a return, has no such line.
+    let is_drawn = |ink: &Ink| {
+        ![AGAIN, HOME].contains(ink) || map.curves.iter().any(|curve| curve.ink == *ink)
+    };
+    let legend: Vec<_> = legend.into_iter().filter(|(_, ink)| is_drawn(ink)).collect();
+    let panels = [map, altitude, airspeed, roll];
     Figure {
         name: "mission",
         caption: "Legs, circles and track of a mission over the ground, with altitude, airspeed and bank over time."
